@@ -158,7 +158,7 @@ VARIANTS: Final = (
     ),
     Variant(
         "no relaxation",
-        (("fpmatch/matching/relaxation.py", "    rounds: int = 5\n", "    rounds: int = 0\n"),),
+        (("fpmatch/matching/align.py", "    rounds: int = 5\n", "    rounds: int = 0\n"),),
     ),
     Variant("no evidence of the mesh", without=MESH_FEATURES),
     Variant(

@@ -16,7 +16,6 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.errors import DatasetError, TemplateError
-from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
@@ -29,6 +28,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
 from fpmatch.output import check_writable
 from fpmatch.text_table import text_table
+from research.all_pairs import compare_all_pairs
 from research.commands import Command, folders, json_file, workers, write_json
 
 if TYPE_CHECKING:

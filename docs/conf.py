@@ -16,13 +16,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sphinx.errors import ExtensionError
 
-from fpmatch import StageRecorder, __version__, extract, read_image, verify
-from fpmatch.drawing.case_study.case import draw_case_study, make_case
+from fpmatch import StageRecorder, __version__, extract
 from fpmatch.drawing.paper_figures.sheet import write_point_figures
 from fpmatch.drawing.stages.sheet import write_stages
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import verify_walk
+
+from research.case_study.command import case_study
 
 if TYPE_CHECKING:
     import click
@@ -106,14 +108,9 @@ def draw_stages(app: Sphinx) -> None:
 
 def draw_case(app: Sphinx) -> None:
     """Draw the pictures of the case study, by the matchers as they are now."""
-    images = [read_image(ROOT / "sample_data" / f"{name}.tif") for name in CASE_PAIR]
-    templates = [extract(image) for image in images]
-    pixels = [image.pixels for image in images]
-    probe, reference = zip(CASE_PAIR, pixels, strict=True)
-    found = (verify(*templates), verify(*templates, matcher="paper"))
     for old in CASE_STUDY.glob("*.png"):
         old.unlink()
-    write_point_figures(draw_case_study(make_case(probe, reference, *found)), CASE_STUDY)
+    write_point_figures(case_study(ROOT / "sample_data", CASE_PAIR), CASE_STUDY)
 
 
 def draw_verification(app: Sphinx) -> None:

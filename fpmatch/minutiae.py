@@ -39,28 +39,7 @@ class MinutiaKind(IntEnum):
 
 
 def check_dpi(dpi: float) -> float:
-    """Return `dpi` as a float, or refuse it.
-
-    Parameters
-    ----------
-    dpi : float
-        Resolution in dots per inch.
-
-    Returns
-    -------
-    float
-        The same resolution.
-
-    Raises
-    ------
-    ResolutionError
-        If `dpi` is not a finite number from 100 to 4000.
-
-    Examples
-    --------
-    >>> check_dpi(569)
-    569.0
-    """
+    """Return a resolution as a float; raise ResolutionError unless it is from 100 to 4000 dpi."""
     value = float(dpi)
     if not MIN_DPI <= value <= MAX_DPI:
         raise ResolutionError(
@@ -118,16 +97,14 @@ class Minutiae:
             raise MinutiaeError("minutia quality must lie in 0..100")
         angle32 = angle.astype(np.float32)
         angle32[angle32 >= np.float32(2 * np.pi)] = 0.0
-        columns: dict[str, NDArray[Any]] = {
-            "x": x.astype(np.float32),
-            "y": y.astype(np.float32),
-            "angle": angle32,
-            "kind": kind.astype(np.uint8),
-            "quality": np.rint(quality).astype(np.uint8),
-        }
-        for name, column in columns.items():
-            column.setflags(write=False)
-            object.__setattr__(self, name, column)
+        _set_read_only(
+            self,
+            x=x.astype(np.float32),
+            y=y.astype(np.float32),
+            angle=angle32,
+            kind=kind.astype(np.uint8),
+            quality=np.rint(quality).astype(np.uint8),
+        )
 
     @classmethod
     def empty(cls) -> Minutiae:
@@ -196,23 +173,17 @@ class RidgeField:
             raise MinutiaeError("ridge field: step must be a positive number of pixels")
         if not np.isfinite(orientation[mask]).all():
             raise MinutiaeError("ridge field: orientation must be finite inside the mask")
-        arrays: dict[str, NDArray[Any]] = {"orientation": orientation, "mask": mask}
+        _set_read_only(self, orientation=orientation, mask=mask)
+        object.__setattr__(self, "step", float(self.step))
         if self.ridges is not None:
             ridges = np.asarray(self.ridges, np.uint64)
             if ridges.shape != mask.shape:
                 raise MinutiaeError("ridge field: ridges and mask must be of one shape")
-            arrays["ridges"] = np.ascontiguousarray(ridges * mask)
-        for name, array in arrays.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-        object.__setattr__(self, "step", float(self.step))
+            _set_read_only(self, ridges=np.ascontiguousarray(ridges * mask))
 
     @property
     def bits(self) -> NDArray[np.bool_]:
-        """The pictures of all cells side by side, shape (8 * rows, 8 * columns).
-
-        Nothing is set where the ridges are not known.
-        """
+        """The pictures of all cells side by side, (8 * rows, 8 * columns); 0 where not known."""
         rows, columns = self.mask.shape
         if self.ridges is None:
             return np.zeros((rows * CELL_BITS, columns * CELL_BITS), bool)
@@ -224,16 +195,12 @@ class RidgeField:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, RidgeField):
             return NotImplemented
+        ours, theirs = (() if f.ridges is None else (f.ridges,) for f in (self, other))
         return (
             self.step == other.step
             and np.array_equal(self.mask, other.mask)
             and np.array_equal(self.orientation[self.mask], other.orientation[other.mask])
-            and (self.ridges is None) == (other.ridges is None)
-            and (
-                self.ridges is None
-                or other.ridges is None
-                or np.array_equal(self.ridges, other.ridges)
-            )
+            and np.array_equal(ours, theirs)
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -274,6 +241,13 @@ class Template:
         object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def _set_read_only(owner: object, **arrays: NDArray[Any]) -> None:
+    """Set attributes of a frozen object to arrays that cannot be written."""
+    for name, array in arrays.items():
+        array.setflags(write=False)
+        object.__setattr__(owner, name, array)
 
 
 def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDArray[np.float64]:

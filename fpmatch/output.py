@@ -19,23 +19,26 @@ _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
 @contextmanager
+def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield the path of an unfinished file, and remove it; an OSError becomes an OutputError."""
+    target = Path(path)
+    if target.is_dir():
+        raise OutputError(f"{path}: cannot be written: it is a folder")
+    unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
+    try:
+        yield unfinished
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
+    finally:
+        if unfinished.exists():
+            unfinished.unlink()
+
+
+@contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open an unfinished file beside `path` that takes its place once all went well.
+    """Yield an unfinished file beside `path`, which replaces it once the block has ended well.
 
-    Parameters
-    ----------
-    path : path-like
-        The file to write or replace; its folder must exist.
-
-    Yields
-    ------
-    BinaryIO
-        The unfinished file; where the block raises, it is removed and `path` stays as it was.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
+    Raises OutputError if the file cannot be written; nothing is left behind then.
 
     Examples
     --------
@@ -46,72 +49,26 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     ...     Path(folder, "scores.csv").read_bytes()
     b'score'
     """
-    target = Path(path)
-    if target.is_dir():
-        raise OutputError(f"{path}: cannot be written: it is a folder")
-    unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
-    try:
+    with _unfinished_beside(path) as unfinished:
         with unfinished.open("xb") as stream:
             yield stream
-        unfinished.replace(target)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
-    finally:
-        if unfinished.exists():
-            unfinished.unlink()
+        unfinished.replace(path)
 
 
 def atomic_write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write `content` to a file that appears whole or not at all.
-
-    Parameters
-    ----------
-    path : path-like
-        The file to write or replace; its folder must exist.
-    content : bytes
-        What to write.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written; nothing is left behind then.
-    """
+    """Write `content` to a file as `atomic_write` does."""
     with atomic_write(path) as stream:
         stream.write(content)
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Refuse a file that could not be written, before hours of work go into it.
-
-    Parameters
-    ----------
-    path : path-like
-        A file that is to be written later.
-
-    Raises
-    ------
-    OutputError
-        If `path` is a folder, or nothing can be written beside it.
-    """
-    target = Path(path)
-    if target.is_dir():
-        raise OutputError(f"{path}: cannot be written: it is a folder")
-    trial = target.with_name(f".{secrets.token_hex(8)}.part")
-    try:
+    """Raise OutputError if a file could not be written, before hours of work go into it."""
+    with _unfinished_beside(path) as trial:
         trial.touch(exist_ok=False)
-        trial.unlink()
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
 
 
 def make_folder(path: str | os.PathLike[str]) -> None:
-    """Make a folder and its parents where they are missing.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made.
-    """
+    """Make a folder and its parents where they are missing; raise OutputError if that fails."""
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -119,18 +76,7 @@ def make_folder(path: str | os.PathLike[str]) -> None:
 
 
 def remove_unfinished(folder: str | os.PathLike[str]) -> None:
-    """Remove the unfinished files that a killed process left in a folder.
-
-    Parameters
-    ----------
-    folder : path-like
-        A folder that no other process writes to.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be listed or a file cannot be removed.
-    """
+    """Remove what a killed process left unfinished in a folder that no other process writes to."""
     for path in Path(folder).iterdir():
         if _UNFINISHED.fullmatch(path.name):
             path.unlink()

@@ -10,7 +10,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import verify
-from fpmatch.report import as_dict, as_rows, as_text
+from fpmatch.report import as_dict
 from fpmatch.scale import find_scale
 
 if TYPE_CHECKING:
@@ -25,19 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PairOptions:
-    """Hold how two prints are to be compared.
-
-    Parameters
-    ----------
-    matcher : str
-        Name of the matcher.
-    fmr, threshold : float or None
-        False match rate or score to decide at; at most one of them.
-    calibration : Path or None
-        File written by `fpmatch calibrate`; None for the calibration of the package.
-    rho, area_tolerance : float or None
-        Parameters of the matcher "paper"; None for its defaults.
-    """
+    """Hold how two prints are to be compared; `rho` and `area_tolerance` are of matcher "paper"."""
 
     matcher: str = DEFAULT_MATCHER
     fmr: float | None = None
@@ -47,13 +35,7 @@ class PairOptions:
     area_tolerance: float | None = None
 
     def decision_score(self) -> float | None:
-        """Return the score to decide at; None for the matcher's own rule.
-
-        Raises
-        ------
-        MatcherError
-            If options exclude each other (code "exclusive"), or `fmr` is out of range.
-        """
+        """Return the score to decide at; None for the matcher's own rule."""
         if self.fmr is not None and self.threshold is not None:
             raise MatcherError("fmr and threshold exclude each other", code="exclusive")
         if self.rho is not None and (self.fmr, self.threshold) != (None, None):
@@ -61,14 +43,6 @@ class PairOptions:
                 "rho decides without a score: give neither fmr nor threshold", code="exclusive"
             )
         return self.threshold if self.fmr is None else fmr_to_score(self.fmr)
-
-    def chosen_matcher(self) -> str | PaperMatcher:
-        """Return the matcher, by name unless it has parameters."""
-        if self.rho is None and self.area_tolerance is None:
-            return self.matcher
-        from fpmatch.matching.matchers.paper import matcher_with  # noqa: PLC0415
-
-        return matcher_with(self.matcher, self.rho, self.area_tolerance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +58,7 @@ class ComparedPair:
         """Scale between the prints; None where it is unknown."""
         return find_scale(self.verification)
 
-    @property
+    @cached_property
     def quality(self) -> dict[str, PrintQuality | None]:
         """Quality of both images; None for a template."""
         return {"probe": self.probe.quality, "reference": self.reference.quality}
@@ -94,28 +68,19 @@ class ComparedPair:
         names = self.probe.name, self.reference.name
         return as_dict(self.verification, *names, self.scale, self.quality)
 
-    def as_rows(self) -> list[tuple[str, str]]:
-        """Return the evidence as (label, text)."""
-        return as_rows(self.verification, self.scale, self.quality)
-
-    def as_text(self) -> str:
-        """Return what ``fpmatch verify`` prints."""
-        return as_text(self.verification, self.scale, self.quality)
-
 
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
-    """Decide whether two given prints come from the same finger.
-
-    Raises
-    ------
-    FpmatchError
-        If an option is out of range, or the calibration file cannot be read.
-    """
+    """Decide whether two given prints come from the same finger."""
     file = options.calibration
+    matcher: str | PaperMatcher = options.matcher
+    if (options.rho, options.area_tolerance) != (None, None):
+        from fpmatch.matching.matchers.paper import matcher_with  # noqa: PLC0415
+
+        matcher = matcher_with(options.matcher, options.rho, options.area_tolerance)
     verification = verify(
         probe.template,
         reference.template,
-        matcher=options.chosen_matcher(),
+        matcher=matcher,
         threshold=options.decision_score(),
         calibration=None if file is None else load_calibration(options.matcher, file),
     )

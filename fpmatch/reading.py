@@ -7,7 +7,6 @@ prints by these functions.
 from __future__ import annotations
 
 import os
-import stat
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 
 from fpmatch.errors import ImageError
+from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
@@ -40,21 +40,15 @@ if TYPE_CHECKING:
 Name = TypeVar("Name")
 
 ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
-_HEAD_BYTES: Final = 4096
 _STDERR: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
 class PrintReader:
-    """Read files of prints; it can be sent to worker processes.
+    """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
 
-    Parameters
-    ----------
-    raw_sizes : tuple of RawSize
-        Sizes in pixels of files without a header.
-    quiet : bool
-        Whether to suppress what C libraries write to stderr about damaged files, for programs that
-        read on one thread.
+    With `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
+    that read on one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
@@ -63,21 +57,8 @@ class PrintReader:
     def __call__(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
     ) -> GreyImage | TemplateRecord:
-        """Read a template file as such and any other file as an image.
-
-        Parameters
-        ----------
-        path : Path
-            The file. One that contains an image and minutiae, as AN2 may, is read as an image.
-        polarity, dpi
-            As for `fpmatch.image.io.read.read_image`.
-
-        Raises
-        ------
-        TemplateError, ImageReadError, ImageError
-            If it cannot be read.
-        """
-        if _contains_minutiae_only(_head_of(path)):
+        """Read a file of minutiae alone as a template, and any other file as an image."""
+        if _contains_minutiae_only(read_head(path)):
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
 
             return load_record(path)
@@ -95,7 +76,7 @@ def decode_print(
     data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
 ) -> GreyImage | TemplateRecord:
     """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
-    if not _contains_minutiae_only(data[:_HEAD_BYTES]):
+    if not _contains_minutiae_only(data[:HEAD_BYTES]):
         return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
 
@@ -104,20 +85,10 @@ def decode_print(
 
 @dataclass(frozen=True, eq=False)
 class GivenPrint:
-    """Hold a print that was given for comparison.
+    """Hold a print that was given for comparison, the name of its file, and notes on reading it.
 
-    Parameters
-    ----------
-    name : str
-        Name of its file.
-    template : Template
-        Its template, extracted where it is an image.
-    image : GreyImage or None
-        The image; None for a template.
-    notes : tuple of str
-        What was noticed on reading it or assumed, each to follow the name.
-    stages : QualityRecorder or None
-        Stages of the extraction from which `quality` is computed.
+    `stages` are those of the extraction from which `quality` is computed; a print that was given
+    as a template has neither these nor an `image`.
     """
 
     name: str
@@ -126,11 +97,6 @@ class GivenPrint:
     notes: tuple[str, ...] = ()
     stages: QualityRecorder | None = None
 
-    @property
-    def dpi_assumed(self) -> bool:
-        """Whether the resolution is neither in the file nor was given."""
-        return ASSUMED_DPI in self.notes
-
     @cached_property
     def quality(self) -> PrintQuality | None:
         """Quality of the image; None for a template."""
@@ -138,13 +104,7 @@ class GivenPrint:
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """Pixels of the image; of a template, a white image of its size.
-
-        Raises
-        ------
-        ImageError
-            If the template is too large for an image.
-        """
+        """Pixels of the image; of a template, a white image of its size."""
         if self.image is not None:
             return self.image.pixels
         width, height = self.template.width, self.template.height
@@ -163,25 +123,8 @@ def make_given_print(
 ) -> GivenPrint:
     """Return a print that was read, with the template of an image extracted.
 
-    Parameters
-    ----------
-    found : GreyImage or TemplateRecord
-        From `PrintReader` or `decode_print`; of several prints, the first is taken.
-    name : str
-        Name of the file.
-    dpi : float, optional
-        Resolution in dots per inch (default: that in the file, else 500).
-    enhance : str
-        Enhancement of ridges, as for `fpmatch.extract`.
-    recorder : Recorder, optional
-        Receives the stages of the extraction, instead of what `GivenPrint.quality` needs.
-
-    Raises
-    ------
-    ImageError
-        If the image cannot be a fingerprint.
-    ResolutionError
-        If `dpi` is outside 100 to 4000.
+    Of several prints in a record the first is taken. The stages go to `recorder`, or without one
+    to the recorder that `GivenPrint.quality` needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
     if isinstance(found, TemplateRecord):
@@ -220,17 +163,6 @@ def _contains_minutiae_only(head: bytes) -> bool:
     from fpmatch.formats.files import is_of_minutiae_only  # noqa: PLC0415
 
     return is_of_minutiae_only(head)
-
-
-def _head_of(path: Path) -> bytes:
-    """Return the first bytes of a regular file; none where it cannot be read."""
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            return b""
-        with path.open("rb") as stream:
-            return stream.read(_HEAD_BYTES)
-    except (OSError, ValueError):
-        return b""
 
 
 @contextmanager

@@ -33,7 +33,7 @@ def as_text(
     of the side, where they do not match.
     """
     rows = as_rows(verification, scale, quality)
-    lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
+    lines = [f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows]
     return "\n".join([verdict(verification.match), *lines])
 
 
@@ -43,87 +43,54 @@ def as_rows(
     quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
-    v = verification
-    bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
-    caution = (
-        f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})" if v.extrapolated else ""
-    )
-    rows = _decision_rows(v)
-    if not math.isnan(v.score):
-        rows.append(
-            ("FMR", f"{bound}{odds(v.fmr)} pairs of different fingers scores as high{caution}")
-        )
-    rows += [
-        (
-            "Minutiae",
-            f"{len(v.pairs)} pair{'s' * (len(v.pairs) != 1)} among {len(v.probe.minutiae)} of the "
-            f"probe and {len(v.reference.minutiae)} of the reference",
-        ),
-    ]
-    if v.transform is not None:
+    v, found = verification, verification.evidence
+    scored = not math.isnan(v.score)
+    score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
+    rows: list[tuple[str, str]] = []
+    if v.rho is None:
+        score += f"; a match needs {v.threshold:.1f}"
+    else:
+        score += "; it does not decide here" if scored else ""
+        share = f"{v.matched_share:.1%} of the minutiae of the smaller print are paired"
+        rows.append(("Matched", f"{share}; a match needs more than {v.rho:.4g} of them (rho)"))
+    rows.append(("Score", score))
+    if scored:
+        rate = f"{'at most ' if v.score >= MAX_SCORE else ''}{odds(v.fmr)}"  # clipped there
+        reach = f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})"
+        caution = reach if v.fmr < v.smallest_measured_fmr else ""
+        rows.append(("FMR", f"{rate} pairs of different fingers scores as high{caution}"))
+    pairs = f"{len(found.pairs)} pair{'s' * (len(found.pairs) != 1)}"
+    sides = f"{len(v.probe.minutiae)} of the probe and {len(v.reference.minutiae)} of the reference"
+    rows.append(("Minutiae", f"{pairs} among {sides}"))
+    if found.transform is not None:
+        paired = f"{found.agreement:.0%} of the minutiae where the prints overlap are paired"
+        area = "" if found.compared is None else f", {found.compared.area_mm2:.0f} mm2"
         rows += [
-            (
-                "Agreement",
-                f"{v.agreement:.0%} of the minutiae where the prints overlap are paired",
-            ),
-            ("Overlap", f"{v.overlap:.0%} of the smaller print{_area(v)}"),
-            *_ridge_rows(v),
-            ("Transform", transform_in_words(v.transform)),
-            ("Residual", f"{v.rms_px:.1f} px rms"),
+            ("Agreement", paired),
+            ("Overlap", f"{found.overlap:.0%} of the smaller print{area}"),
+            *_ridge_rows(found.compared, scored=scored),
+            ("Transform", transform_in_words(found.transform)),
+            ("Residual", f"{found.rms_px:.1f} px rms"),
         ]
-    if v.reason:
-        rows.append(("Reason", v.reason))
+    if found.reason and not v.match:
+        rows.append(("Reason", found.reason))
     if not v.match:
         judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
         rows += [("Quality", f"{name}: {one}") for name, one in judged]
     if scale is not None and scale.differs:
-        words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
+        words = _scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     return rows
 
 
-def _area(v: Verification) -> str:
-    return "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
-
-
-def _ridge_rows(v: Verification) -> list[tuple[str, str]]:
-    """Return how well the ridges agree, and how much they add to the score."""
-    if v.compared is None:
+def _ridge_rows(compared: Compared | None, *, scored: bool) -> list[tuple[str, str]]:
+    """Return how well the ridges agree, on what area, and how much they add to the score."""
+    if compared is None:
         return []
-    if v.compared.ridge_agreement is None:
+    if compared.ridge_agreement is None:
         return [("Ridges", "not compared")]
-    words = ridges_in_words(v.compared)
-    return [("Ridges", words if math.isnan(v.score) else f"{words} of the score")]
-
-
-def ridges_in_words(compared: Compared) -> str:
-    """Return the agreement of the ridges, on what area, and about how much they add to the score.
-
-    Examples
-    --------
-    >>> from fpmatch.matching.result import Compared
-    >>> ridges_in_words(Compared(40, 120.0, 0.81, 104.0, 17.24))
-    'agreement 0.81 on 104 mm2, about +17.2'
-    """
-    return (
-        f"agreement {compared.ridge_agreement:.2f} on {compared.ridge_area_mm2:.0f} mm2, about "
-        f"{compared.ridge_score:+.1f}"
-    )
-
-
-def _decision_rows(v: Verification) -> list[tuple[str, str]]:
-    """Return what decided, and the score."""
-    if v.rho is None:
-        return [("Score", f"{v.score:.1f} on a scale to 100; a match needs {v.threshold:.1f}")]
-    if math.isnan(v.score):
-        score = "none: the matcher is not calibrated"
-    else:
-        score = f"{v.score:.1f} on a scale to 100; it does not decide here"
-    share = (
-        f"{v.matched_share:.1%} of the minutiae of the smaller print are paired; a match needs "
-        f"more than {v.rho:.4g} of them (rho)"
-    )
-    return [("Matched", share), ("Score", score)]
+    agreement = f"agreement {compared.ridge_agreement:.2f} on {compared.ridge_area_mm2:.0f} mm2"
+    return [("Ridges", f"{agreement}, about {compared.ridge_score:+.1f}{' of the score' * scored}")]
 
 
 def as_dict(
@@ -133,35 +100,24 @@ def as_dict(
     scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> dict[str, Any]:
-    """Return the object that ``--json`` prints.
+    """Return the object that ``--json`` prints, of the files `probe` and `reference`.
 
-    Parameters
-    ----------
-    verification : Verification
-        The decision and its evidence.
-    probe, reference : str or Path
-        Names of the files compared.
-    scale : ScaleMeasurement, optional
-        The scale between the prints, where it is known.
-    quality : mapping of str to PrintQuality or None, optional
-        Of the images of "probe" and "reference"; None for a template.
-
-    Returns
-    -------
-    dict
-        JSON values only; ``transform`` and ``rms_px`` are None where no transform was found,
-        ``pairs`` is their number; ``compared`` is None where the matcher does not say how much
-        was compared; ``rho`` is None where the score decides, ``score``, ``fmr`` and
-        ``threshold`` are None where rho decides and the matcher is not calibrated.
+    ``transform`` and ``rms_px`` are None where no transform was found, ``compared`` where the
+    matcher does not measure it, ``rho`` where the score decides; ``score``, ``fmr`` and
+    ``threshold`` where rho decides and the matcher is not calibrated.
     """
     t = verification.transform
     found = t is not None and math.isfinite(verification.rms_px)
+    score, fmr, threshold = (
+        None if math.isnan(value) else float(value)
+        for value in (verification.score, verification.fmr, verification.threshold)
+    )
     return {
         "match": bool(verification.match),
-        "score": _number(verification.score),
-        "fmr": _number(verification.fmr),
+        "score": score,
+        "fmr": fmr,
         "extrapolated": bool(verification.extrapolated),
-        "threshold": _number(verification.threshold),
+        "threshold": threshold,
         "matched_share": float(verification.matched_share),
         "rho": verification.rho,
         "pairs": len(verification.pairs),
@@ -180,22 +136,15 @@ def as_dict(
     }
 
 
-def _number(value: float) -> float | None:
-    return None if math.isnan(value) else float(value)
-
-
-def scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:
+def _scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:
     """Return which resolutions would bring both prints to one scale."""
-    skin = "unless the skin was stretched, " if _is_within_stretch(scale.ratio) else ""
+    stretched = max(scale.ratio, 1 / scale.ratio) < MOST_STRETCH
+    skin = "unless the skin was stretched, " if stretched else ""
     return (
         f"the reference is {scale.ratio:.2f} times as large as the probe: {skin}the probe is of "
         f"about {probe_dpi / scale.ratio:.0f} dpi, not {probe_dpi:g}, or the reference of about "
         f"{reference_dpi * scale.ratio:.0f}, not {reference_dpi:g}"
     )
-
-
-def _is_within_stretch(ratio: float) -> bool:
-    return max(ratio, 1 / ratio) < MOST_STRETCH
 
 
 def transform_in_words(transform: Similarity) -> str:

@@ -22,40 +22,20 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 MM_PER_INCH: Final = 25.4
-
-
-MIN_PAIRS: Final = 8
-"""Pairs of minutiae below which no scale is measured."""
-
-MAX_LOG_DIFFERENCE: Final = math.log1p(0.07)
-"""Up to this ratio of the scales they count as one."""
-
-SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)
-"""Up to this ratio the pairs of a match are not found again with the resolutions corrected."""
-
-STANDARD_ERRORS: Final = 3.0
-"""Standard errors that the ratio must lie beyond `MAX_LOG_DIFFERENCE`."""
-
-CANDIDATE_RATIOS: Final = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)
-"""Ratios that are tried where prints do not match."""
-
-REFINEMENTS: Final = 2
-"""Times that a scale is measured with the resolutions corrected."""
+MIN_PAIRS: Final = 8  # below which no scale is measured
+MAX_LOG_DIFFERENCE: Final = math.log1p(0.07)  # of scales that count as one
+SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)  # up to which a scale is not measured again
+STANDARD_ERRORS: Final = 3.0  # that the ratio must lie beyond `MAX_LOG_DIFFERENCE`
+CANDIDATE_RATIOS: Final = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)  # where nothing matches
+REFINEMENTS: Final = 2  # times that a scale is measured with the resolutions corrected
 
 
 @dataclass(frozen=True, slots=True)
 class ScaleMeasurement:
     """Hold how much larger the reference is than the probe, at the resolutions that they claim.
 
-    Parameters
-    ----------
-    ratio : float
-        Lengths in the reference over the same in the probe, in millimetres; 1 where both
-        resolutions are right.
-    error : float
-        Standard error of `ratio`.
-    differs : bool
-        Whether `ratio` is certainly not 1, skin being what it is.
+    `ratio` is that of lengths in millimetres, with its standard `error`; `differs` where it is
+    certainly not 1.
     """
 
     ratio: float
@@ -64,23 +44,11 @@ class ScaleMeasurement:
 
 
 def measure_scale(
-    probe: Template,
-    reference: Template,
-    pairs: NDArray[np.integer],
+    probe: Template, reference: Template, pairs: NDArray[np.integer]
 ) -> ScaleMeasurement | None:
-    """Measure the scale between two prints by their paired minutiae.
+    """Measure the scale between two prints by their paired minutiae, as indices of shape (K, 2).
 
-    Parameters
-    ----------
-    probe, reference : Template
-        The two prints; their resolutions turn pixels into millimetres.
-    pairs : ndarray of int, shape (K, 2)
-        Indices of minutiae of the probe and the reference, one-to-one.
-
-    Returns
-    -------
-    ScaleMeasurement or None
-        None where there are too few pairs, or all lie in one place.
+    There is none where there are too few pairs, or all lie in one place.
 
     Examples
     --------

@@ -9,14 +9,7 @@ if TYPE_CHECKING:
 
 
 def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
-    """Return rows of cells as lines of columns of equal width, two spaces apart.
-
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        The cells; every row has as many.
-    left : int
-        Number of columns, from the first, that are left-aligned; the others are right-aligned.
+    """Return rows of cells as columns two spaces apart, of which the first `left` are left-aligned.
 
     Examples
     --------

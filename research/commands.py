@@ -94,7 +94,7 @@ research = LazyGroup(
     modules={
         "tables": ("tables.command", "Write measured results into the pages of docs/."),
         "figures": ("figures.documentation", "Draw the figures of the documentation."),
-        "case-study": ("figures.case_study", "Draw the paper's case study on two prints."),
+        "case-study": ("case_study.command", "Draw the paper's case study on two prints."),
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
         "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
         "compare-prints": ("experiments.compare_prints", "Compare statistics of images."),

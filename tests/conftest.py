@@ -130,19 +130,11 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.fixture
-def make_database(tmp_path):
+def make_database(tmp_path, bench):
     """Write a database of prints that `fake_bench.extractor` understands."""
 
     def make(name="db", fingers=5, impressions=4, contents=None, toml=None):
-        folder = tmp_path / name
-        folder.mkdir()
-        for finger in range(1, fingers + 1):
-            for number in range(1, impressions + 1):
-                stem = f"{finger}_{number}"
-                (folder / f"{stem}.tif").write_text((contents or {}).get(stem, "print"))
-        if toml is not None:
-            (folder / "dataset.toml").write_text(toml)
-        return folder
+        return bench.write_database(tmp_path / name, fingers, impressions, contents, toml)
 
     return make
 

@@ -1,7 +1,5 @@
 """`scripts/bench`: results of the benchmarks become ratios and numbers with a target each."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys
@@ -16,18 +14,13 @@ sys.path.append(str(SPEED))
 from measures import MEASURES, TIMES_AS_FAST, in_words, measured  # noqa: E402
 
 
-def timed(group: str, side: str, *seconds: float, calls: int = 1) -> dict[str, object]:
+def timed(group, side, *seconds, calls=1, **extra):
     """Return a benchmark as pytest-benchmark writes it."""
-    extra = {"calls": calls}
-    return {
-        "group": group,
-        "params": {"side": side},
-        "stats": {"data": list(seconds)},
-        "extra_info": extra,
-    }
+    found = {"group": group, "params": {"side": side}, "stats": {"data": list(seconds)}}
+    return {**found, "extra_info": {"calls": calls, **extra}}
 
 
-def test_how_many_times_as_fast_is_a_ratio_of_medians() -> None:
+def test_how_many_times_as_fast_is_a_ratio_of_medians():
     ours = [timed("extraction", "ours", 0.02, 9.0, 0.02), timed("extraction", "ours", 0.02)]
     (measure,) = measured([*ours, timed("extraction", "yardstick", 0.2, 0.2, 0.1)])
     assert measure["value"] == pytest.approx(10)
@@ -36,30 +29,29 @@ def test_how_many_times_as_fast_is_a_ratio_of_medians() -> None:
     assert (measure["ours"], measure["yardstick"].rpartition(": ")[2]) == ("20 ms", "200 ms")
 
 
-def test_the_time_of_a_call_is_a_share_of_the_yardsticks() -> None:
-    ours = timed("preparation", "ours", 0.01, calls=50)
-    (measure,) = measured([ours, timed("preparation", "yardstick", 0.005, calls=50)])
-    assert measure["value"] == pytest.approx(2)
+@pytest.mark.parametrize(
+    ("name", "ours", "yardstick", "calls", "value"),
+    [
+        ("preparation", 0.01, 0.005, 50, 2),
+        ("extraction of four times the foreground", 0.5, 0.1, 1, 1.25),  # the work of several
+    ],
+)
+def test_the_time_of_a_call_is_a_share_of_the_yardsticks(name, ours, yardstick, calls, value):
+    sides = (("ours", ours), ("yardstick", yardstick))
+    (measure,) = measured([timed(name, side, time, calls=calls) for side, time in sides])
+    assert measure["value"] == pytest.approx(value)
     assert measure["ok"] is True
 
 
-def test_a_call_may_do_the_work_of_several() -> None:
-    name = "extraction of four times the foreground"
-    (measure,) = measured([timed(name, "ours", 0.5), timed(name, "yardstick", 0.1)])
-    assert measure["value"] == pytest.approx(1.25)
-
-
-def test_a_number_stands_as_it_is() -> None:
+def test_a_number_stands_as_it_is():
     extra = {"value": 88.0, "yardstick": 44.0}
     (measure,) = measured([{"group": "extraction, peak memory", "extra_info": extra}])
     assert (measure["value"], measure["ours"], measure["ok"]) == (88.0, "88 MB", True)
 
 
-def test_what_the_machine_gains_by_two_processes_stands_beside() -> None:
-    name = "two cores, enrol"
-    group = [timed(name, "ours", 5.0), timed(name, "yardstick", 8.0)]
-    for benchmark, gain in zip(group, (1.9, 2.1), strict=True):
-        benchmark["extra_info"] = {"two processes": gain}
+def test_what_the_machine_gains_by_two_processes_stands_beside():
+    sides = ("ours", 5.0, 1.9), ("yardstick", 8.0, 2.1)
+    group = [timed("two cores, enrol", *side[:2], **{"two processes": side[2]}) for side in sides]
     (measure,) = measured(group)
     assert measure["value"] == pytest.approx(1.6)
     assert measure["yardstick"] == (
@@ -67,20 +59,20 @@ def test_what_the_machine_gains_by_two_processes_stands_beside() -> None:
     )
 
 
-def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure() -> None:
+def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure():
     sources = "\n".join(path.read_text(encoding="utf-8") for path in SPEED.glob("bench_*.py"))
     marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'
     groups = re.findall(marks, sources, flags=re.MULTILINE)
     assert sorted(groups) == sorted(measure.name for measure in MEASURES)
 
 
-def test_the_figures_shown_are_those_of_today() -> None:
+def test_the_figures_shown_are_those_of_today():
     shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
     relation = {True: ">=", False: "<="}
     targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in MEASURES}
     assert {measure["name"]: measure["target"] for measure in shown["figures"]} == targets
 
 
-def test_a_time_has_a_unit_that_suits_it() -> None:
+def test_a_time_has_a_unit_that_suits_it():
     times = [in_words(seconds) for seconds in (42.1e-6, 0.9999e-3, 0.9, 12)]
     assert times == ["42.1 µs", "1 ms", "900 ms", "12 s"]

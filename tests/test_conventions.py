@@ -5,11 +5,8 @@ beside the checkout, the test is skipped. `python -m research check conventions`
 table from all prints.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 import pytest
 
@@ -18,10 +15,10 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from research.experiments.direction_agreement import measure_agreement
 
-SHARED: Final = Path(__file__).resolve().parents[2] / "shared"
-PRINTS: Final = SHARED / "fvc" / "fvc2002"
-MINUTIAE: Final = SHARED / "minutiae"
-EVERY: Final = 4 if COMPILED else 8  # of the prints of a database, for speed
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+PRINTS = SHARED / "fvc" / "fvc2002"
+MINUTIAE = SHARED / "minutiae"
+EVERY = 4 if COMPILED else 8  # of the prints of a database, for speed
 
 pytestmark = pytest.mark.skipif(
     not (PRINTS.is_dir() and MINUTIAE.is_dir()),
@@ -30,7 +27,7 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.mark.parametrize("name", ["DB1_B", "DB2_B"])  # 500 and 569 dpi
-def test_directions_agree_and_are_not_flipped(name: str) -> None:
+def test_directions_agree_and_are_not_flipped(name):
     dataset = load_dataset(PRINTS / name)
     some = replace(dataset, impressions=dataset.impressions[::EVERY])
     (prints,) = extract_datasets([some], workers=1)

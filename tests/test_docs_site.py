@@ -1,42 +1,36 @@
 """The documentation: nothing is missing from its reference, and its links lead somewhere."""
 
-from __future__ import annotations
-
 import importlib.util
 import itertools
 import pkgutil
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
 
 import click
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import fpmatch
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.formats.codec import Codec
 from fpmatch.matching.matchers import matcher_names
 
-ROOT: Final = Path(__file__).resolve().parent.parent
-DOCS: Final = ROOT / "docs"
-PAGES: Final = sorted(DOCS.rglob("*.md"))
-EXTRA: Final = ("matplotlib", "sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
-GENERATED: Final = DOCS / "generated"
-MOST_STEPS: Final = 3  # from the README to a line of code
-LINK: Final = re.compile(r"\]\(([^)\s]+)\)|^```\{(?:figure|literalinclude)\} (\S+)$", re.MULTILINE)
-BLOCKS_WITH_LINKS: Final = ("```{figure}", "```{literalinclude}")
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
+EXTRA = ("matplotlib", "sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
+GENERATED = DOCS / "generated"
+MOST_STEPS = 3  # from the README to a line of code
+LINK = re.compile(r"\]\(([^)\s]+)\)|^```\{(?:figure|literalinclude)\} (\S+)$", re.MULTILINE)
+BLOCKS_WITH_LINKS = ("```{figure}", "```{literalinclude}")
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(DOCS).as_posix())
 
 
-def words_of(page: Path) -> str:
+def words_of(page):
     """Return a page without its blocks of code."""
-    kept: list[str] = []
+    kept = []
     fenced = shown = False
     for line in page.read_text(encoding="utf-8").splitlines():
         if line.startswith("```"):
@@ -47,31 +41,29 @@ def words_of(page: Path) -> str:
     return "\n".join(kept)
 
 
-def links_of(page: Path) -> list[tuple[str, str]]:
+def links_of(page):
     """Return path and anchor of each link of a page to a place in the repository."""
     targets = [text or block for text, block in LINK.findall(words_of(page))]
     return [target.partition("#")[::2] for target in targets if "://" not in target]
 
 
-def anchors_of(page: Path) -> set[str]:
+def anchors_of(page):
     """Return the anchors of a page's headings, as GitHub and the site both make them."""
     headings = re.findall(r"^#+ (.+)$", words_of(page), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-def commands_of(command: click.Command, name: str) -> Iterator[tuple[str, click.Command]]:
+def commands_of(command, name):
     """Yield a command and those below it, each with its full name."""
     yield name, command
     if isinstance(command, click.Group):
         context = click.Context(command)
         for part in command.list_commands(context):
-            below = command.get_command(context, part)
-            assert below is not None
-            yield from commands_of(below, f"{name} {part}")
+            yield from commands_of(command.get_command(context, part), f"{name} {part}")
 
 
 @pages
-def test_local_links_lead_to_files_and_to_headings_in_them(page: Path) -> None:
+def test_local_links_lead_to_files_and_to_headings_in_them(page):
     for path, anchor in links_of(page):
         target = (page.parent / path).resolve() if path else page
         if GENERATED in target.parents:
@@ -81,7 +73,7 @@ def test_local_links_lead_to_files_and_to_headings_in_them(page: Path) -> None:
         assert not anchor or anchor in anchors_of(target), f"{path}#{anchor}"
 
 
-def test_every_stage_of_an_extraction_is_shown(fingers: list[NDArray[np.uint8]]) -> None:
+def test_every_stage_of_an_extraction_is_shown(fingers):
     recorder = fpmatch.StageRecorder()
     fpmatch.extract(fingers[0], dpi=500, recorder=recorder)
     shown = [Path(path).name for path, _ in links_of(DOCS / "explanation" / "how_it_works.md")]
@@ -89,35 +81,29 @@ def test_every_stage_of_an_extraction_is_shown(fingers: list[NDArray[np.uint8]])
     assert drawn == [f"{n:02}_{name}.png" for n, name in enumerate(recorder.stages, start=1)]
 
 
-def test_every_step_of_the_case_study_is_shown() -> None:
+def test_every_step_of_the_case_study_is_shown():
     pytest.importorskip("matplotlib")
-    from fpmatch.drawing.case_study.case import draw_case_study, make_case
+    from research.case_study.command import case_study
 
-    names = "103_1", "103_2"
-    images = [fpmatch.read_image(ROOT / "sample_data" / f"{name}.tif") for name in names]
-    templates = [fpmatch.extract(image) for image in images]
-    found = fpmatch.verify(*templates), fpmatch.verify(*templates, matcher="paper")
-    pixels = [image.pixels for image in images]
-    probe, reference = zip(names, pixels, strict=True)
-    figures = draw_case_study(make_case(probe, reference, *found))
+    figures = case_study(ROOT / "sample_data", ("103_1", "103_2"))
     shown = [Path(path).name for path, _ in links_of(DOCS / "tutorial" / "case_study.md")]
     assert [name for name in shown if name.endswith(".png")] == [f.file_name for f in figures]
 
 
-def test_every_page_has_its_place_in_the_contents() -> None:
+def test_every_page_has_its_place_in_the_contents():
     listed = re.findall(r"^[\w*/-]+$", (DOCS / "index.md").read_text("utf-8"), re.MULTILINE)
     found = {page for pattern in listed for page in DOCS.glob(f"{pattern}.md")}
     assert found >= set(PAGES) - {DOCS / "index.md"}
 
 
-def paths_to_code() -> list[list[str]]:
+def paths_to_code():
     """Return the steps of each path of the page "Where is what"."""
     page = (DOCS / "reference" / "where_is_what.md").read_text(encoding="utf-8")
     return [re.findall(r"`([^`]+)`", row.split("|")[2]) for row in page.splitlines() if "`" in row]
 
 
 @pytest.mark.parametrize("steps", paths_to_code(), ids=" ".join)
-def test_a_path_to_code_is_short_and_each_step_names_the_next(steps: list[str]) -> None:
+def test_a_path_to_code_is_short_and_each_step_names_the_next(steps):
     files = [step for step in steps if "/" in step or step.endswith(".md")]
     symbols = steps[len(files) :]
     assert 1 <= len(files) <= MOST_STEPS
@@ -132,7 +118,7 @@ def test_a_path_to_code_is_short_and_each_step_names_the_next(steps: list[str]) 
 
 
 @pytest.mark.parametrize("page", [*PAGES, *sorted(ROOT.glob("[CR]*.md"))], ids=lambda p: p.name)
-def test_files_and_modules_that_a_page_names_exist(page: Path) -> None:
+def test_files_and_modules_that_a_page_names_exist(page):
     if page.name == "CHANGELOG.md":
         pytest.skip("a record of names, old ones too")
     text = page.read_text(encoding="utf-8")
@@ -144,7 +130,7 @@ def test_files_and_modules_that_a_page_names_exist(page: Path) -> None:
         assert pkgutil.resolve_name(name) is not None
 
 
-def test_modules_of_the_changelog_moved_to_modules_that_exist() -> None:
+def test_modules_of_the_changelog_moved_to_modules_that_exist():
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     moved = re.findall(r"^\| `(fpmatch[\w.]+)` \| `([\w.]+)` \|$", changelog, re.MULTILINE)
     assert len(moved) > 100
@@ -154,13 +140,13 @@ def test_modules_of_the_changelog_moved_to_modules_that_exist() -> None:
             assert path.is_dir() or path.with_suffix(".py").exists(), f"{module}: {successor}"
 
 
-def test_every_public_name_is_in_the_reference() -> None:
+def test_every_public_name_is_in_the_reference():
     text = (DOCS / "reference" / "api.md").read_text(encoding="utf-8")
     documented = re.findall(r"^\.\. (?:auto\w+|py:data):: fpmatch\.(\w+)$", text, re.MULTILINE)
     assert sorted(set(documented) - {"errors"}) == sorted(fpmatch.__all__)
 
 
-def test_the_reference_of_commands_is_made_of_all_of_them() -> None:
+def test_the_reference_of_commands_is_made_of_all_of_them():
     text = (DOCS / "reference" / "commands.md").read_text(encoding="utf-8")
     assert ".. click:: fpmatch.cli.group:fpmatch\n   :prog: fpmatch\n   :nested: full\n" in text
     for name, command in commands_of(main, "fpmatch"):
@@ -168,9 +154,7 @@ def test_the_reference_of_commands_is_made_of_all_of_them() -> None:
         assert not command.hidden, name
 
 
-def test_the_matcher_in_one_file_has_the_shape_of_ours(
-    monkeypatch: pytest.MonkeyPatch, template: fpmatch.Template
-) -> None:
+def test_the_matcher_in_one_file_has_the_shape_of_ours(monkeypatch, template):
     from fpmatch.matching import matchers
 
     folder = str(DOCS / "how-to" / "one_file")
@@ -178,38 +162,34 @@ def test_the_matcher_in_one_file_has_the_shape_of_ours(
     assert "hough" in matcher_names()
     hough = matchers.get_matcher("hough")
     other = fpmatch.Template(template.minutiae.take(range(5, 30)), 388, 374, dpi=569)
-    p, q = hough.prepare(template), hough.prepare(other)
+    none = fpmatch.Template(fpmatch.Minutiae.empty(), 9, 9)
+    p, q, none = map(hough.prepare, (template, other, none))
     there, back = hough.compare(p, q), hough.compare(q, p)
     assert there.similarity == back.similarity
     assert len(there.pairs) >= 10
     assert sorted(there.pairs.tolist()) == sorted(back.pairs[:, ::-1].tolist())
     assert np.allclose(there.transform.inverse().matrix, back.transform.matrix)
-    none = hough.prepare(fpmatch.Template(fpmatch.Minutiae.empty(), 9, 9))
     assert hough.compare(p, none).reason
     assert hough.compare(none, none).similarity == 0
 
 
-def test_the_format_in_one_file_reads_what_it_writes(template: fpmatch.Template) -> None:
-    from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-
-    path = DOCS / "how-to" / "one_file" / "tab_format.py"
-    spec = importlib.util.spec_from_file_location("tab_format", path)
-    assert spec is not None
-    assert spec.loader is not None
+def module_of(path):
+    """Return a Python file of the documentation as a module."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    codec: Codec = module.CODEC
-    assert codec.encode is not None
+    return module
+
+
+def test_the_format_in_one_file_reads_what_it_writes(template):
+    from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
+
+    codec = module_of(DOCS / "how-to" / "one_file" / "tab_format.py").CODEC
     data = codec.encode(TemplateRecord("", (View(template),))).data
     assert codec.recognises(data)
     assert codec.decode(data, ReadingOptions()).single().template.minutiae == template.minutiae
-    for broken in (
-        b"",
-        b"#tab\t1\n",
-        b"#tab\t9\t9\tx\n",
-        b"#tab\t9\t9\t500\n1\t2\t3\t4\n",
-        b"\xff",
-    ):
+    head = b"#tab\t9\t9\t"
+    for broken in (b"", b"#tab\t1\n", head + b"x\n", head + b"500\n1\t2\t3\t4\n", b"\xff"):
         with pytest.raises(fpmatch.FpmatchError):
             codec.decode(broken, ReadingOptions())
 
@@ -218,7 +198,7 @@ def test_the_format_in_one_file_reads_what_it_writes(template: fpmatch.Template)
     any(importlib.util.find_spec(name) is None for name in EXTRA),
     reason="the extra docs is not installed: pip install -e '.[docs]'",
 )
-def test_the_site_builds_without_warnings_and_shows_every_command(tmp_path: Path) -> None:
+def test_the_site_builds_without_warnings_and_shows_every_command(tmp_path):
     site = tmp_path / "html"
     options = ["-b", "html", "-W", "--keep-going", "-q", "-d", str(tmp_path / "doctrees")]
     built = run("-m", "sphinx", *options, str(DOCS), str(site))
@@ -242,15 +222,10 @@ def test_the_site_builds_without_warnings_and_shows_every_command(tmp_path: Path
         ("@import 'https://example.org/x.css'", True),
     ],
 )
-def test_what_a_page_loads_from_another_host_is_found(html: str, loaded: bool) -> None:
-    conf = importlib.util.spec_from_file_location("conf", DOCS / "conf.py")
-    assert conf is not None
-    assert conf.loader is not None
-    module = importlib.util.module_from_spec(conf)
-    conf.loader.exec_module(module)
-    assert (module.LOADED.search(html) is not None) == loaded
+def test_what_a_page_loads_from_another_host_is_found(html, loaded):
+    assert (module_of(DOCS / "conf.py").LOADED.search(html) is not None) == loaded
 
 
-def run(*words: str) -> subprocess.CompletedProcess[str]:
+def run(*words):
     command = [sys.executable, *words]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -1,21 +1,18 @@
 """The examples run unchanged, and print their results."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Final
 
 import pytest
 
-EXAMPLES: Final = Path(__file__).resolve().parent.parent / "examples"
-UTF8: Final = os.environ | {"PYTHONUTF8": "1"}
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+UTF8 = os.environ | {"PYTHONUTF8": "1"}
 
 
-def printed(folder: Path, name: str, *words: str) -> str:
+def printed(folder, name, *words):
     """Return what an example prints when it is run in a folder."""
     command = [sys.executable, "-W", "error", str(EXAMPLES / f"{name}.py"), *words]
     done = subprocess.run(
@@ -26,7 +23,7 @@ def printed(folder: Path, name: str, *words: str) -> str:
     return done.stdout
 
 
-def test_one_finger_matches_another_does_not_and_both_are_drawn(tmp_path: Path) -> None:
+def test_one_finger_matches_another_does_not_and_both_are_drawn(tmp_path):
     text = printed(tmp_path, "verify_and_draw", "pictures")
     assert re.search(r"against 101_3: match\n", text)
     assert re.search(r"rotation of the probe: 3\d° counter-clockwise", text)
@@ -38,7 +35,7 @@ def test_one_finger_matches_another_does_not_and_both_are_drawn(tmp_path: Path) 
     }
 
 
-def test_an_evaluation_of_synthetic_prints_has_both_matchers(tmp_path: Path) -> None:
+def test_an_evaluation_of_synthetic_prints_has_both_matchers(tmp_path):
     text = printed(tmp_path, "evaluate_synthetic", "prints", "2", "2")
     assert "2 genuine pairs, 4 impostor pairs" in text
     assert re.findall(r"^matcher (\S+)$", text, re.MULTILINE) == ["unit-circle", "paper"]
@@ -46,7 +43,7 @@ def test_an_evaluation_of_synthetic_prints_has_both_matchers(tmp_path: Path) -> 
     assert len(list((tmp_path / "prints").glob("*.tif"))) == 4
 
 
-def test_the_stars_are_found_and_only_where_they_are(tmp_path: Path) -> None:
+def test_the_stars_are_found_and_only_where_they_are(tmp_path):
     text = printed(tmp_path, "match_stars")
     assert "found 32 of them" in text
     assert text.count("is not in the catalogue") == 40 - 32
@@ -55,5 +52,5 @@ def test_the_stars_are_found_and_only_where_they_are(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
-def test_an_example_has_its_test(path: Path) -> None:
+def test_an_example_has_its_test(path):
     assert f'"{path.stem}"' in Path(__file__).read_text(encoding="utf-8")

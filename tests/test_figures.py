@@ -1,7 +1,5 @@
 """The figures of the documentation are those that the command draws, and small."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,14 +16,14 @@ MAX_BYTES = 400_000
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def drawn(target: Path, only: str) -> list[Path]:
+def drawn(target, only):
     """Draw figures of one kind into a folder; return the files."""
     done = CliRunner().invoke(research, ["figures", "--out", str(target), "--only", only])
     assert done.exit_code == 0, done.output
     return sorted(path for path in target.rglob("*") if path.is_file())
 
 
-def test_prints_are_drawn_in_their_colours(tmp_path: Path) -> None:
+def test_prints_are_drawn_in_their_colours(tmp_path):
     files = drawn(tmp_path, "prints")
     assert [path.name for path in files] == ["how_it_works.png", "overlay.png"]
     for path in files:
@@ -38,12 +36,12 @@ def test_prints_are_drawn_in_their_colours(tmp_path: Path) -> None:
             assert (np.abs(pixels - colour).max(axis=2) < 25).mean() > 0.001
 
 
-def texts_of(path: Path) -> str:
+def texts_of(path):
     texts = ElementTree.parse(path).getroot().iter(f"{SVG}text")
     return " ".join("".join(text.itertext()) for text in texts)
 
 
-def test_the_figures_of_point_sets_have_the_texts_of_those_shown(tmp_path: Path) -> None:
+def test_the_figures_of_point_sets_have_the_texts_of_those_shown(tmp_path):
     pytest.importorskip("matplotlib")
     files = drawn(tmp_path, "points")
     shown = sorted((SHOWN / "points").iterdir())

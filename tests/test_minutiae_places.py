@@ -1,13 +1,11 @@
 """The benchmark of minutiae by place: what it prints, and what becomes of bad input."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
 
 import minutiae_places
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 
 from fpmatch.cli.group import fpmatch
 from research.experiments.minutiae_places import PLACES
@@ -15,11 +13,11 @@ from research.experiments.minutiae_places import PLACES
 ROOT = Path(__file__).parents[1]
 
 
-def run(*words: object) -> Result:
+def run(*words):
     return CliRunner().invoke(minutiae_places.main, [*map(str, words), "--workers", "1"])
 
 
-def test_own_minutiae_are_all_found_and_a_missing_file_is_an_error(tmp_path: Path) -> None:
+def test_own_minutiae_are_all_found_and_a_missing_file_is_an_error(tmp_path):
     images, minutiae = tmp_path / "images", tmp_path / "minutiae"
     images.mkdir()
     for name in ("101_1", "101_2"):

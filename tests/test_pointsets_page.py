@@ -1,7 +1,5 @@
 """The page on point sets quotes nothing but words of the paper, and its results are good enough."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -18,12 +16,12 @@ QUOTED = {
 }
 
 
-def test_the_page_quotes_nothing_but_words_of_the_paper() -> None:
+def test_the_page_quotes_nothing_but_words_of_the_paper():
     page = (DOCS / "explanation" / "point_sets.md").read_text(encoding="utf-8")
     prose = " ".join(re.sub(r"```.*?```", "", page, flags=re.DOTALL).split())
     assert set(re.findall(r'"([^"]+)"', prose)) == QUOTED
     assert not set("“”„«»") & set(prose)
 
 
-def test_the_kept_results_miss_no_target() -> None:
+def test_the_kept_results_miss_no_target():
     assert missed_targets(read_results(DOCS / "data" / "pointsets_bench.json")) == []

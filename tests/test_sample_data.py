@@ -1,17 +1,13 @@
 """The sample prints and points: their truth is right, and they are still made as they are here."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.evaluation.dataset import load_dataset
@@ -34,22 +30,19 @@ DATASET = load_dataset(FOLDER)
 NAMES = [impression.path.stem for impression in DATASET.impressions]
 TRUTH = dict(zip(NAMES, load_truth(DATASET), strict=True))
 FINGERS = ("101", "102", "103", "104")
-SAID: dict[str, dict[str, Any]] = {
-    finger: json.loads((FOLDER / "truth" / f"{finger}.json").read_text()) for finger in FINGERS
-}
+SAID = {finger: json.loads((FOLDER / "truth" / f"{finger}.json").read_text()) for finger in FINGERS}
 
 
-def said_of(name: str) -> dict[str, Any]:
-    said: dict[str, Any] = SAID[name.partition("_")[0]]["impressions"][name]
-    return said
+def said_of(name):
+    return SAID[name.partition("_")[0]]["impressions"][name]
 
 
-def pixels_of(name: str) -> NDArray[np.uint8]:
+def pixels_of(name):
     with Image.open(FOLDER / f"{name}.tif") as image:
         return np.asarray(image)
 
 
-def test_the_folder_is_an_fvc_style_dataset_of_four_by_four() -> None:
+def test_the_folder_is_an_fvc_style_dataset_of_four_by_four():
     found = [(i.finger, i.number) for i in DATASET.impressions]
     assert found == [(f, m) for f in range(101, 105) for m in range(1, 5)]
     assert DATASET.dpi == 500
@@ -57,7 +50,7 @@ def test_the_folder_is_an_fvc_style_dataset_of_four_by_four() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_print_is_what_its_truth_says_of_the_picture(name: str) -> None:
+def test_a_print_is_what_its_truth_says_of_the_picture(name):
     said = said_of(name)
     content = (FOLDER / f"{name}.tif").read_bytes()
     assert hashlib.sha256(content).hexdigest() == said["sha256"]
@@ -72,7 +65,7 @@ def test_a_print_is_what_its_truth_says_of_the_picture(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_warp_carries_the_masters_minutiae_to_those_of_the_picture(name: str) -> None:
+def test_the_warp_carries_the_masters_minutiae_to_those_of_the_picture(name):
     truth, said = TRUTH[name], said_of(name)
     columns = SAID[name.partition("_")[0]]["minutiae"]
     master = np.column_stack([columns["x"], columns["y"]])[truth.master]
@@ -87,7 +80,7 @@ def test_the_warp_carries_the_masters_minutiae_to_those_of_the_picture(name: str
 
 
 @pytest.mark.parametrize("finger", FINGERS)
-def test_the_same_minutia_is_found_from_any_impression_in_any_other(finger: str) -> None:
+def test_the_same_minutia_is_found_from_any_impression_in_any_other(finger):
     names = [f"{finger}_{m}" for m in range(1, 5)]
     for one, other in itertools.permutations(names, 2):
         p, q = common_minutiae(TRUTH[one], TRUTH[other])
@@ -96,7 +89,7 @@ def test_the_same_minutia_is_found_from_any_impression_in_any_other(finger: str)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_ink_lies_where_the_truth_says_ridges_and_valleys_are(name: str) -> None:
+def test_ink_lies_where_the_truth_says_ridges_and_valleys_are(name):
     """An ending is followed by a ridge in its direction, a bifurcation by a valley."""
     minutiae = TRUTH[name].minutiae.take(TRUTH[name].visible)
     ending = minutiae.kind == MinutiaKind.ENDING
@@ -110,7 +103,7 @@ def test_ink_lies_where_the_truth_says_ridges_and_valleys_are(name: str) -> None
     assert contrast[1] - contrast[-1] > 60
 
 
-def test_the_prints_are_made_as_they_are_here() -> None:
+def test_the_prints_are_made_as_they_are_here():
     """The skin to the last minutia; the grey levels to what OpenCV's builds may round apart."""
     finger = make_master(sample_data.PRINT_SEED, 101)
     np.testing.assert_allclose(finger.minutiae.x, SAID["101"]["minutiae"]["x"], atol=0.01)
@@ -127,22 +120,15 @@ def test_the_prints_are_made_as_they_are_here() -> None:
         assert difference.max() <= 10
 
 
-def test_the_script_asks_for_what_the_folder_was_made_from() -> None:
-    plan = Plan(
-        sample_data.PRINT_SEED,
-        sample_data.PRESET,
-        sensors_named(sample_data.SENSORS),
-        sample_data.IMPRESSIONS,
-    )
-    said = tomllib.loads((FOLDER / "dataset.toml").read_text())["synthesis"]
-    assert plan.table() == said
+def test_the_folder_is_made_from_what_the_script_asks_for():
+    sensors = sensors_named(sample_data.SENSORS)
+    plan = Plan(sample_data.PRINT_SEED, sample_data.PRESET, sensors, sample_data.IMPRESSIONS)
+    assert plan.table() == tomllib.loads((FOLDER / "dataset.toml").read_text())["synthesis"]
     assert len(FINGERS) == sample_data.FINGERS
 
 
-def test_the_script_replaces_prints_and_leaves_the_rest(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def make(folder: Path, **_: object) -> None:
+def test_the_script_replaces_prints_and_leaves_the_rest(tmp_path, monkeypatch):
+    def make(folder, **_):
         (folder / "truth").mkdir(parents=True)
         for name in ("101_1.tif", "dataset.toml", "truth/101.json"):
             (folder / name).write_text("new")
@@ -160,9 +146,7 @@ def test_the_script_replaces_prints_and_leaves_the_rest(
     }
 
 
-def test_the_points_are_made_as_they_are_here_and_their_match_is_the_truth(
-    tmp_path: Path, run_research
-) -> None:
+def test_the_points_are_made_as_they_are_here_and_their_match_is_the_truth(tmp_path, run_research):
     assert run_research("sample-data", tmp_path, "--only", "points").exit_code == 0
     for name in ("stars.csv", "catalogue.csv", "points_truth.json"):
         assert (tmp_path / name).read_text() == (FOLDER / name).read_text()

@@ -1,12 +1,9 @@
 """docs/verify_walk.py: the walk of a verification and the rooms, as drawn from the code."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -18,18 +15,16 @@ PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]
 
 
 @pytest.fixture(scope="module")
-def walk() -> ModuleType:
+def walk():
     path = ROOT / "docs" / "verify_walk.py"
     spec = importlib.util.spec_from_file_location("verify_walk", path)
-    assert spec is not None
-    assert spec.loader is not None
     module = sys.modules["verify_walk"] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 @pytest.mark.skipif(not COMPILED, reason="every call of an interpreted kernel would be traced")
-def test_the_walk_goes_from_reading_to_the_overlay(walk: ModuleType, tmp_path: Path) -> None:
+def test_the_walk_goes_from_reading_to_the_overlay(walk, tmp_path):
     calls = walk.trace(partial(walk.verify_files, *PRINTS, tmp_path / "overlay.png"))
     first = [call.name for call in calls if call.depth == 0]
     assert first == ["read_image", "extract", "verify", "save_overlay"]
@@ -42,7 +37,7 @@ def test_the_walk_goes_from_reading_to_the_overlay(walk: ModuleType, tmp_path: P
     assert len(picture.findall("{*}text")) == 2 * len(calls)
 
 
-def test_every_room_is_below_what_it_imports(walk: ModuleType) -> None:
+def test_every_room_is_below_what_it_imports(walk):
     imports = walk.room_imports()
     assert set(imports) == {p.parent.name for p in walk.PACKAGE.glob("[!_]*/__init__.py")}
     assert imports["matching"]["pointset"] > 0

@@ -21,21 +21,13 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
     """Run the command line, and exit with its status.
 
     The commands are imported here, since worker processes import the script that calls this
-    function but do not call it.
-
-    Parameters
-    ----------
-    args : sequence of str, optional
-        The words after the command (default: those of this process).
-    prog_name : str, optional
-        Name of the command in its help (default: as it was started).
+    function but do not call it. `args` and `prog_name` are as for `click.Command.main`.
     """
     from fpmatch.cli.group import fpmatch
     from fpmatch.engine.threads import SAFE_PATH
 
     os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
     atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
-
     fpmatch(args=args, prog_name=prog_name)
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.notes import json_text
+from fpmatch.cli.options import files_argument, json_option, output_option, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.matchers import DEFAULT_MATCHER
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
@@ -27,22 +31,11 @@ Examples:
   fpmatch verify probe.tif reference.tif --calibration calibration.json
 """
 )
-@click.argument(
-    "sources", metavar="SCORES|DIR...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
-@click.option(
-    "-o",
-    "--output",
-    metavar="OUT.json",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="Where to write the calibration.",
-)
-@click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to calibrate.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
-)
+@files_argument("sources", "SCORES|DIR...")
+@output_option("OUT.json", "Where to write the calibration.")
+@click.option("--matcher", default=DEFAULT_MATCHER, help="Matcher to calibrate.")
+@json_option
+@workers_option
 def calibrate(
     sources: tuple[Path, ...], output: Path, matcher: str, as_json: bool, workers: int | None
 ) -> None:
@@ -63,7 +56,5 @@ def calibrate(
     calibration = calibrate_on(impostors, matcher, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode())
     report = report_calibration(calibration, impostors)
-    if as_json:
-        click.echo(json.dumps({"calibration": str(output), **report.as_json()}, indent=2))
-    else:
-        click.echo(f"{output}\n{report.as_text()}")
+    document = {"calibration": str(output), **report.as_json()}
+    click.echo(json_text(document) if as_json else f"{output}\n{report.as_text()}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import asdict
 from functools import partial
@@ -11,20 +10,26 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import count, notes_as_json, say_notes
-from fpmatch.cli.options import FILE, json_option, polarity_option, raw_option, workers_option
+from fpmatch.cli.notes import count, json_text, notes_as_json, say_failures, say_notes
+from fpmatch.cli.options import (
+    files_argument,
+    json_option,
+    polarity_option,
+    raw_option,
+    workers_option,
+)
 from fpmatch.cli.progress import ProgressBars
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.enrol import Enrolment
-    from fpmatch.gallery.summary import GallerySummary
+    from fpmatch.gallery.entry import GallerySummary
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
-FAILURES_SHOWN: Final = 20
 _WORKERS_NEED: Final = (
+    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
     "cv2",
     "threadpoolctl",
     "fpmatch.engine.workers",
@@ -59,7 +64,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 """
 )
 @click.argument("gallery")
-@click.argument("places", metavar="FILE|DIR...", nargs=-1, required=True, type=FILE)
+@files_argument("places", "FILE|DIR...")
 @click.option(
     "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )
@@ -70,6 +75,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     metavar="N",
     type=click.IntRange(0, 100),
     default=0,
+    show_default=False,
     help="Refuse images of lower quality, 0 to 100, as fpmatch inspect shows it.",
 )
 @click.option(
@@ -81,10 +87,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @raw_option
 @workers_option
 @json_option
-@click.pass_context
 def enrol(
-    ctx: click.Context,
-    /,
     gallery: str,
     places: tuple[Path, ...],
     pattern: str | None,
@@ -95,7 +98,7 @@ def enrol(
     raw: tuple[RawSize, ...],
     workers: int | None,
     as_json: bool,
-) -> None:
+) -> int:
     """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
 
     A print is an image or a template; of a folder, its images are enrolled or, if it has none, its
@@ -112,38 +115,34 @@ def enrol(
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.names import FVC_PATTERN, NamePattern
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
-        from fpmatch.gallery.summary import summarise
         from fpmatch.reading import PrintReader
 
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(places, dpi)
-    reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
+    read = PrintReader(raw, quiet=True)
     start = time.perf_counter()
     bars = ProgressBars({"enrol": "enrolling"})
-    with open_gallery(gallery, create=True) as opened, bars:
+    with open_gallery(gallery, create=True) as opened, processes(workers) as engine, bars:
+        reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
         done = work.enrol(
             opened,
             prints,
             pattern=names,
-            engine=processes(workers),
+            engine=engine,
             extractor=partial(extract_print, reader=reader, min_quality=min_quality),
             progress=bars.show,
             strict=strict,
         )
-        summary, name = summarise(opened), opened.name
+        summary, name = opened.summary(), opened.name
     seconds = time.perf_counter() - start
     say_notes(done.noted)
-    for failure in done.failures[:FAILURES_SHOWN]:
-        click.echo(f"fpmatch: failed: {failure.source}: {failure.reason}", err=True)
-    if len(done.failures) > FAILURES_SHOWN:
-        more = len(done.failures) - FAILURES_SHOWN
-        shown_by = f"`fpmatch gallery list {name} --failures` shows all"
-        click.echo(f"fpmatch: failed: {more} more; {shown_by}", err=True)
-    if as_json:
-        click.echo(json.dumps(_as_dict(name, done, summary, seconds), indent=2))
-    else:
-        click.echo(_as_text(name, done, summary, seconds))
-    ctx.exit(1 if done.failures else 0)
+    say_failures(
+        [f"{failure.source}: {failure.reason}" for failure in done.failures],
+        f"; `fpmatch gallery list {name} --failures` shows all",
+    )
+    outcome = (name, done, summary, seconds)
+    click.echo(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
+    return 1 if done.failures else 0
 
 
 def _as_text(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> str:

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import first_of, notes_as_json, say_notes
-from fpmatch.cli.options import enhance_option
+from fpmatch.cli.notes import json_text, notes_as_json, say_dpi_assumed, say_note, say_notes
+from fpmatch.cli.options import (
+    FROM_0,
+    enhance_option,
+    file_option,
+    files_argument,
+    old_names,
+    workers_option,
+)
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.evaluation.report import EvaluationReport
 
 _STAGES = {
@@ -23,6 +30,7 @@ _STAGES = {
     "compare": "comparing pairs",
 }
 _WORKERS_NEED = (
+    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
     "cv2",
     "threadpoolctl",
     "fpmatch.reading",
@@ -31,11 +39,10 @@ _WORKERS_NEED = (
     "fpmatch.image.extract",
     "fpmatch.matching.matchers.unit_circle",
 )
-_NAMES_OF_0_1_0 = {"resamples": "bootstrap", "minutiae": "ground-truth"}  # of options
 
 
 @click.command(
-    context_settings={"token_normalize_func": lambda name: _NAMES_OF_0_1_0.get(name, name)},
+    context_settings=old_names(resamples="bootstrap", minutiae="ground-truth"),
     epilog="""\b
 Columns:
   EER       equal error rate
@@ -86,14 +93,11 @@ Exit status: 0 when every image (and, with --crop, every square) gave a template
 not (a note on stderr names each), 2 when the run could not be done.
 """,
 )
-@click.argument(
-    "folders", metavar="DIR...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
+@files_argument("folders", "DIR...")
 @click.option(
     "--protocol",
     type=click.Choice(["extended", "fvc"]),
     default="extended",
-    show_default=True,
     help="Impostor pairs: all impressions of different fingers, or first impressions only.",
 )
 @click.option(
@@ -101,40 +105,29 @@ not (a note on stderr names each), 2 when the run could not be done.
     "matchers",
     multiple=True,
     default=[DEFAULT_MATCHER],
-    show_default=True,
     help="Matcher to evaluate; repeatable, or all, to compare several side by side.",
 )
 @enhance_option
-@click.option(
-    "--scores",
-    metavar="OUT.csv",
-    type=click.Path(path_type=Path),
-    help="Write every comparison to a CSV file.",
-)
-@click.option(
+@file_option("--scores", "OUT.csv", "Write every comparison to a CSV file.")
+@file_option(
     "--report",
+    "DIR",
+    "Write index.html there: tables, DET and other curves, and drawings of the hardest pairs.",
     "report_folder",
-    metavar="DIR",
-    type=click.Path(path_type=Path),
-    help="Write index.html there: tables, DET and other curves, and drawings of the hardest pairs.",
 )
-@click.option(
+@file_option(
     "--baseline",
-    metavar="SCORES.csv",
-    type=click.Path(path_type=Path),
-    help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch score.",
+    "SCORES.csv",
+    "Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch score.",
 )
 @click.option(
     "--bootstrap",
     metavar="N",
-    type=click.IntRange(min=0),
+    type=FROM_0,
     default=1000,
-    show_default=True,
     help="Bootstrap replicates for the 95 % intervals; 0 for none.",
 )
-@click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of their draws."
-)
+@click.option("--seed", type=FROM_0, default=0, help="Seed of their draws.")
 @click.option(
     "--ground-truth",
     is_flag=True,
@@ -157,25 +150,17 @@ not (a note on stderr names each), 2 when the run could not be done.
     "impression with each finger.",
 )
 @click.option(
-    "--enrol-seed",
-    type=click.IntRange(min=0),
-    help="Draw the N impressions of --enrol at random, by this seed.",
+    "--enrol-seed", type=FROM_0, help="Draw the N impressions of --enrol at random, by this seed."
 )
-@click.option(
+@file_option(
     "--impostors",
-    metavar="DIR",
+    "DIR",
+    "With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
     multiple=True,
-    type=click.Path(path_type=Path),
-    help="With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
-@click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
-)
-@click.pass_context
+@workers_option
 def evaluate(
-    ctx: click.Context,
-    /,
     folders: tuple[Path, ...],
     protocol: str,
     matchers: tuple[str, ...],
@@ -192,7 +177,7 @@ def evaluate(
     impostors: tuple[Path, ...],
     as_json: bool,
     workers: int | None,
-) -> None:
+) -> int:
     """Measure error rates on FVC-style databases.
 
     Each DIR contains prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
@@ -214,10 +199,10 @@ def evaluate(
     with fast_imports():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
+        from fpmatch.engine.engine import processes
         from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
-        from fpmatch.evaluation.ground_truth.report import measure_minutiae
-        from fpmatch.evaluation.ground_truth.table import format_minutiae
+        from fpmatch.evaluation.ground_truth.report import format_minutiae, measure_minutiae
         from fpmatch.evaluation.ground_truth.truth import load_truth
         from fpmatch.evaluation.score_file import write_scores
         from fpmatch.evaluation.scores import read_scores
@@ -237,13 +222,14 @@ def evaluate(
         others = run.load_datasets([*folders, *impostors])[len(folders) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
-    reader = extraction.dataset_reader(datasets, PrintReader(quiet=True).image)
-    with ProgressBars(_STAGES) as bars:
+    with processes(workers) as engine, ProgressBars(_STAGES) as bars:
+        read = PrintReader(quiet=True).image
+        reader = extraction.dataset_reader(datasets, read, engine)
         reports = run.evaluate_matchers(
             datasets,
             _chosen(matchers),
             protocol=protocol,
-            workers=workers,
+            engine=engine,
             progress=bars.show,
             extractor=extraction.extractor_of(enhance, reader),
             probe_extractor=(
@@ -262,7 +248,7 @@ def evaluate(
     comparisons = compare_matchers(analyses, **draws)
     if report_folder is not None:
         page = write_page(report_folder, analyses, comparisons)
-        click.echo(f"fpmatch: note: report: {page}", err=True)
+        say_note(f"report: {page}")
     document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
     document["dpi_assumed"] = len(reports[0].dpi_assumed)
     document["notes"] = notes_as_json(reports[0].noted)
@@ -272,7 +258,7 @@ def evaluate(
         document["crop"] = {"side_px": crop, "failures": failed}
         text = f"Probes: squares of {crop} by {crop} px at 500 dpi.\n\n{text}"
         for name in failed:
-            click.echo(f"fpmatch: note: no template of the square: {name}", err=True)
+            say_note(f"no template of the square: {name}")
     if plan is not None:
         document["enrol"] = enrolment.enrolment_document(reports[0], plan)
         text = f"{enrolment.enrolment_text(document['enrol'])}\n\n{text}"
@@ -280,8 +266,8 @@ def evaluate(
         measured = measure_minutiae(reports[0], truths)
         document["ground_truth"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
-    click.echo(json.dumps(document, indent=2, allow_nan=False) if as_json else text)
-    ctx.exit(1 if failed or any(row.failures for row in reports[0].sets) else 0)
+    click.echo(json_text(document) if as_json else text)
+    return 1 if failed or any(row.failures for row in reports[0].sets) else 0
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:
@@ -293,15 +279,8 @@ def _chosen(names: tuple[str, ...]) -> list[str]:
 
 def _note(report: EvaluationReport) -> None:
     """Note on stderr assumed resolutions, notes of reading, and failures to extract."""
-    from fpmatch.minutiae import STANDARD_DPI
-
-    if report.dpi_assumed:
-        click.echo(
-            f"fpmatch: note: {first_of(report.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; "
-            "the resolution is unknown (dpi in dataset.toml sets it)",
-            err=True,
-        )
+    say_dpi_assumed(report.dpi_assumed, "dpi in dataset.toml")
     say_notes(report.noted)
     for row in report.sets:
         for _, reason in row.failures:
-            click.echo(f"fpmatch: note: no template: {reason}", err=True)
+            say_note(f"no template: {reason}")

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_note, say_notes
-from fpmatch.cli.options import FILE, enhance_option, json_option, polarity_option, raw_option
+from fpmatch.cli.notes import json_text, say_errors, say_note, say_notes
+from fpmatch.cli.options import (
+    enhance_option,
+    files_argument,
+    json_option,
+    output_option,
+    polarity_option,
+    raw_option,
+)
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
@@ -37,6 +43,15 @@ class _Extracted:
     quality: PrintQuality | None
     notes: tuple[str, ...]
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return {
+            "image": str(self.image),
+            "files": list(map(str, self.files)),
+            "minutiae": self.minutiae,
+            "quality": None if self.quality is None else self.quality.as_dict(),
+        }
+
 
 @click.command(
     epilog="""\b
@@ -53,21 +68,13 @@ Quality:
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
 """
 )
-@click.argument("images", metavar="IMAGE...", nargs=-1, required=True, type=FILE)
-@click.option(
-    "-o",
-    "--output",
-    metavar="DIR",
-    required=True,
-    type=FILE,
-    help="Folder for the templates; made if missing.",
-)
+@files_argument("images", "IMAGE...")
+@output_option("DIR", "Folder for the templates; made if missing.")
 @click.option(
     "--format",
     "file_format",
     type=click.Choice(list(FORMATS)),
     default="both",
-    show_default=True,
     help="json is complete; csv has the minutiae alone; the others are those of convert.",
 )
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
@@ -75,10 +82,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @enhance_option
 @raw_option
 @json_option
-@click.pass_context
 def extract(
-    ctx: click.Context,
-    /,
     images: tuple[Path, ...],
     output: Path,
     file_format: str,
@@ -87,7 +91,7 @@ def extract(
     enhance: str,
     raw: tuple[RawSize, ...],
     as_json: bool,
-) -> None:
+) -> int:
     """Write the template of each IMAGE, or template file, into a folder, under its name.
 
     Positions are pixels of the image, from the top left, y down; directions follow
@@ -119,14 +123,15 @@ def extract(
             except FpmatchError as error:
                 failures.append(error)
             bars.show("extract", number, len(images))
-    click.echo(_as_json(done, failures) if as_json else _as_text(done, len(images), output))
+    templates = [one.as_dict() for one in done]
+    document = {"templates": templates, "failures": list(map(str, failures))}
+    click.echo(json_text(document) if as_json else _as_text(done, len(images), output))
     say_notes(group_by_note((one.image, one.notes) for one in done))
     for one in done:
         if one.quality is not None and one.quality.reasons:
             say_note(f"{one.image}: {one.quality}")
-    for failure in failures:
-        click.echo(f"fpmatch: error: {failure}", err=True)
-    ctx.exit(2 if failures else 0)
+    say_errors(failures)
+    return 2 if failures else 0
 
 
 def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
@@ -137,31 +142,17 @@ def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
     return f"{len(done)} of {images} templates, {minutiae} minutiae{quality}: {output}"
 
 
-def _as_json(done: Sequence[_Extracted], failures: Sequence[FpmatchError]) -> str:
-    templates: list[dict[str, Any]] = [
-        {
-            "image": str(one.image),
-            "files": [str(file) for file in one.files],
-            "minutiae": one.minutiae,
-            "quality": None if one.quality is None else one.quality.as_dict(),
-        }
-        for one in done
-    ]
-    return json.dumps({"templates": templates, "failures": list(map(str, failures))}, indent=2)
-
-
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:
     """Write a template under `stem`, print what its format cannot hold, return the files."""
     from fpmatch.formats.files import save_template
 
-    files = []
-    for name in FORMATS[file_format]:
-        path = stem.parent / f"{stem.name}{codec_of_name(name).suffixes[0]}"
-        files.append(path)
+    names = FORMATS[file_format]
+    files = tuple(stem.with_name(stem.name + codec_of_name(name).suffixes[0]) for name in names)
+    for path, name in zip(files, names, strict=True):
         notes = save_template(path, template, file_format=name)
         for note in notes if file_format not in OWN_FORMATS else ():
             say_note(f"{path}: {note}")
-    return tuple(files)
+    return files
 
 
 def _refuse_shared_names(images: Sequence[Path]) -> None:

@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, first_of, say_note
-from fpmatch.cli.options import FILE, json_option
+from fpmatch.cli.notes import count, first_of, json_text, say_note
+from fpmatch.cli.options import FILE, json_array_option, json_option, output_option
 from fpmatch.cli.progress import ProgressBars
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.summary import GallerySummary
+    from fpmatch.gallery.entry import Entry, GallerySummary
 
 _ARGUMENT: Final = click.argument("gallery")
-_JSON_ARRAY: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
 
 
 @click.group(
@@ -51,14 +49,11 @@ Examples:
 def info(gallery: str, as_json: bool) -> None:
     """Show counts and sizes of GALLERY."""
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.summary import summarise
 
     with open_gallery(gallery) as opened:
-        summary, name = summarise(opened), opened.name
-    if as_json:
-        click.echo(json.dumps({"gallery": name, **summary.as_dict()}, indent=2))
-    else:
-        click.echo(_summary_text(name, summary))
+        summary, name = opened.summary(), opened.name
+    document = {"gallery": name, **summary.as_dict()}
+    click.echo(json_text(document) if as_json else _summary_text(name, summary))
 
 
 def _summary_text(name: str, s: GallerySummary) -> str:
@@ -90,7 +85,7 @@ Examples:
 @_ARGUMENT
 @click.option("--subject", metavar="NAME", help="List the impressions of this subject only.")
 @click.option("--failures", is_flag=True, help="List what could not be enrolled, and why.")
-@_JSON_ARRAY
+@json_array_option
 def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> None:
     """List the impressions of GALLERY, or what could not be enrolled."""
     from fpmatch.gallery.gallery import open_gallery
@@ -140,9 +135,8 @@ finger are not, 2 when the gallery cannot be checked.
 )
 @_ARGUMENT
 @click.option("--subject", metavar="NAME", help="Check the fingers of this subject only.")
-@_JSON_ARRAY
-@click.pass_context
-def check(ctx: click.Context, /, gallery: str, subject: str | None, as_json: bool) -> None:
+@json_array_option
+def check(gallery: str, subject: str | None, as_json: bool) -> int:
     """Find fingers whose impressions in GALLERY do not match each other.
 
     The impressions of each finger are compared with each other. Listed are fingers whose
@@ -160,7 +154,7 @@ def check(ctx: click.Context, /, gallery: str, subject: str | None, as_json: boo
         checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
     doubtful = [check for check in checks if not check.consistent]
     if as_json:
-        click.echo(json.dumps([check.as_dict() for check in checks], indent=2))
+        click.echo(json_text([check.as_dict() for check in checks]))
     else:
         for one in doubtful:
             sizes = ", ".join(str(len(group)) for group in one.groups)
@@ -169,7 +163,7 @@ def check(ctx: click.Context, /, gallery: str, subject: str | None, as_json: boo
                 click.echo(f"  {pair}")
         several = count(len(checks), "finger")
         click.echo(f"{several} with several impressions checked, {len(doubtful)} doubtful")
-    ctx.exit(1 if doubtful else 0)
+    return 1 if doubtful else 0
 
 
 @gallery.command(
@@ -212,20 +206,12 @@ Examples:
 """
 )
 @_ARGUMENT
-@click.option(
-    "-o",
-    "--output",
-    metavar="DIR",
-    required=True,
-    type=FILE,
-    help="Folder for the templates; made if missing.",
-)
+@output_option("DIR", "Folder for the templates; made if missing.")
 @click.option("--subject", metavar="NAME", help="Write those of this subject only.")
 @click.option(
     "--format",
     "file_format",
     default="json",
-    show_default=True,
     help="As for `fpmatch extract`: json is complete, csv has the minutiae alone; both, or another "
     "format of `fpmatch convert`.",
 )

@@ -48,17 +48,7 @@ class _OneLineError(click.ClickException):
 
 
 class LazyGroup(click.Group):
-    """Import a sub-command when it runs.
-
-    Parameters
-    ----------
-    summaries : dict of str
-        One line on each sub-command, by name.
-    prefix : str
-        Prefix of a sub-command's name in the name of its module and object.
-    **attrs
-        Arguments of `click.Group`.
-    """
+    """Import a sub-command, the object ``<prefix><name>`` of its module, when it runs."""
 
     def __init__(self, *, summaries: dict[str, str], prefix: str = "", **attrs: Any) -> None:
         super().__init__(**attrs)
@@ -82,11 +72,11 @@ class LazyGroup(click.Group):
 
 
 class _Fpmatch(LazyGroup):
-    """The whole command: errors on one line, each with its exit status."""
+    """The whole command: sub-commands return the exit status, errors are shown on one line."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
+            ctx.exit(super().invoke(ctx) or 0)
         except FpmatchError as error:
             raise _OneLineError(str(error)) from error
         except KeyboardInterrupt:
@@ -104,7 +94,11 @@ class _Fpmatch(LazyGroup):
     name="fpmatch",
     cls=_Fpmatch,
     summaries=SUMMARIES,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "max_content_width": 100,
+        "show_default": True,
+    },
     epilog="""\b
 Examples:
   fpmatch verify probe.tif reference.tif

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, say_notes
+from fpmatch.cli.notes import count, json_text, say_errors, say_notes
 from fpmatch.cli.options import (
-    FILE,
+    FROM_1,
+    file_option,
+    files_argument,
     json_option,
     matcher_option,
+    old_names,
     polarity_option,
     raw_option,
     workers_option,
@@ -24,9 +26,8 @@ from fpmatch.errors import FpmatchError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.gallery.candidate import Candidate
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import CandidateListSize, Identification
+    from fpmatch.gallery.identify import Candidate, CandidateListSize, Identification
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -42,23 +43,29 @@ class _Found:
     entries: list[Entry]
     seconds: float
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return {
+            "probe": str(self.probe),
+            "seconds": round(self.seconds, 4),
+            "candidates": self.result.candidate_dicts(self.entries),
+        }
+
 
 def _candidate_list_size(
-    ctx: click.Context, param: click.Parameter, value: str | None
-) -> CandidateListSize | None:
+    ctx: click.Context, param: click.Parameter, value: str
+) -> CandidateListSize:
     """Return the number, `auto` or `off` that an option means."""
-    if value is None:
-        return None
-    if value == "auto":
-        return "auto"
-    if value == "off":
-        return "off"
+    match value:
+        case "auto" | "off":
+            return value
     if not value.isdecimal() or int(value) < 1:
         raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
     return int(value)
 
 
 @click.command(
+    context_settings=old_names(shortlist="candidate-list"),
     epilog="""\b
 Columns:
   score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
@@ -77,24 +84,19 @@ Examples:
   fpmatch identify touches.db probe.tif --consolidate
 
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
-"""
+""",
 )
 @click.argument("gallery")
-@click.argument("probes", metavar="PROBE...", nargs=-1, required=True, type=FILE)
+@files_argument("probes", "PROBE...")
 @click.option(
-    "-k",
-    "candidates",
-    metavar="N",
-    type=click.IntRange(min=1),
-    default=10,
-    show_default=True,
-    help="List N candidates at most.",
+    "-k", "count", metavar="N", type=FROM_1, default=10, help="List N candidates at most."
 )
 @click.option(
     "--threshold",
     type=float,
     metavar="SCORE",
     default=0.0,
+    show_default=False,
     help="Omit candidates with a lower score, 0 to 100; this command ranks and does not decide.",
 )
 @click.option(
@@ -116,47 +118,33 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 @polarity_option
 @raw_option
 @matcher_option
-@click.option(
-    "--calibration",
-    metavar="FILE",
-    type=FILE,
-    help="Score as fitted by fpmatch calibrate to prints of your own.",
-)
+@file_option("--calibration", "FILE", "Score as fitted by fpmatch calibrate to prints of your own.")
 @click.option(
     "--candidate-list",
     "candidate_list",
     metavar="N|auto|off",
     callback=_candidate_list_size,
     default="auto",
-    show_default=True,
     help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
     "probe's. auto: all of up to 20,000 prints; of more, 1 in 100, but at least 1,000, which "
     "contain about 99 % of the prints that a full search finds. off: all.",
 )
-@click.option("--shortlist", callback=_candidate_list_size, hidden=True)  # old --candidate-list
 @json_option
 @workers_option
-@click.pass_context
 def identify(
-    ctx: click.Context,
-    /,
     gallery: str,
     probes: tuple[Path, ...],
-    candidates: int,
-    threshold: float,
-    transforms: bool,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
     matcher: str,
     calibration: Path | None,
-    candidate_list: CandidateListSize,
-    shortlist: CandidateListSize | None,
     impressions: bool,
     consolidate: bool,
     as_json: bool,
     workers: int | None,
-) -> None:
+    **limits: Any,
+) -> int:
     """Rank the fingers of GALLERY by how well they match each PROBE: image, template or folder.
 
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
@@ -164,10 +152,9 @@ def identify(
     """
     from fpmatch.engine.engine import processes
     from fpmatch.gallery import identify as work
-    from fpmatch.gallery.consolidated import ConsolidatedFingers
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
-    from fpmatch.gallery.search import open_search
+    from fpmatch.gallery.search import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.reading import PrintReader, group_by_note
 
@@ -195,13 +182,10 @@ def identify(
             result = work.identify(
                 search,
                 probe.template,
-                count=candidates,
-                threshold=threshold,
-                transforms=transforms,
                 calibration=curve,
-                candidate_list=candidate_list if shortlist is None else shortlist,
                 impressions=impressions,
                 consolidated=consolidated,
+                **limits,
             )
             seconds = time.perf_counter() - start
             entries = [opened.entry(candidate.number) for candidate in result.candidates]
@@ -210,11 +194,8 @@ def identify(
                 click.echo(_as_text(done[-1]))
         name = opened.name
     say_notes(group_by_note(noted))
-    for failure in failures:
-        click.echo(f"fpmatch: error: {failure}", err=True)
-    if not done:
-        ctx.exit(2)
-    if as_json:
+    say_errors(failures)
+    if as_json and done:
         document = {
             "gallery": name,
             "matcher": matcher,
@@ -222,11 +203,11 @@ def identify(
             "compared": done[0].result.compared,
             "fingers": done[0].result.fingers,
             "listed": "impressions" if impressions else "fingers",
-            "probes": [_as_dict(found) for found in done],
-            "failures": [str(failure) for failure in failures],
+            "probes": [found.as_dict() for found in done],
+            "failures": list(map(str, failures)),
         }
-        click.echo(json.dumps(document, indent=2, allow_nan=False))
-    ctx.exit(1 if failures else 0)
+        click.echo(json_text(document))
+    return 2 if not done else 1 if failures else 0
 
 
 def _as_text(found: _Found) -> str:
@@ -264,11 +245,3 @@ def _transform_lines(candidate: Candidate) -> list[str]:
         return [f"no transform: {comparison.reason}"]
     pairs = count(len(comparison.pairs), "pair")
     return [f"{transform_in_words(comparison.transform)}; {pairs}, {comparison.rms_px:.1f} px rms"]
-
-
-def _as_dict(found: _Found) -> dict[str, Any]:
-    return {
-        "probe": str(found.probe),
-        "seconds": round(found.seconds, 4),
-        "candidates": found.result.candidate_dicts(found.entries),
-    }

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.options import FILE, raw_option
+from fpmatch.cli.notes import json_text, say_errors
+from fpmatch.cli.options import files_argument, json_array_option, raw_option
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
@@ -26,13 +26,10 @@ Examples:
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
 """
 )
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
+@files_argument("files", "FILE...")
 @raw_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
-@click.pass_context
-def inspect(
-    ctx: click.Context, /, files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool
-) -> None:
+@json_array_option
+def inspect(files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool) -> int:
     """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
 
     The quality of an image is 0, useless, to 100; what is wrong with it follows.
@@ -54,15 +51,14 @@ def inspect(
             inspection = inspect_file(file, image_reader=image_reader)
         except FpmatchError as error:
             failures += 1
-            click.echo(f"fpmatch: error: {_one_line(error)}", err=True)
+            say_errors([_one_line(error)])
             continue
         found.append(inspection)
         if not as_json:
             click.echo(_one_line(inspection.as_text()))
     if as_json:
-        document = [inspection.as_dict() for inspection in found]
-        click.echo(json.dumps(document, indent=2, allow_nan=False))
-    ctx.exit(0 if not failures else 1 if found else 2)
+        click.echo(json_text([inspection.as_dict() for inspection in found]))
+    return 0 if not failures else 1 if found else 2
 
 
 def _one_line(text: object) -> str:

@@ -1,15 +1,18 @@
-"""Notes on stderr, and counts in sentences."""
+"""Notes and failures on stderr, and parts of what commands print."""
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
-NOTES_SHOWN: Final = 20
+    from fpmatch.reading import GivenPrint
+
+MOST_SHOWN: Final = 20
 
 
 def count(number: int, noun: str) -> str:
@@ -44,10 +47,46 @@ def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     """Print each note once, with the first of the prints that it is about."""
     from fpmatch.reading import ASSUMED_DPI
 
-    for note, prints in list(noted.items())[:NOTES_SHOWN]:
+    for note, prints in list(noted.items())[:MOST_SHOWN]:
         say_note(f"{first_of(prints)}: {note}{' (--dpi sets it)' * (note == ASSUMED_DPI)}")
-    if len(noted) > NOTES_SHOWN:
-        say_note(f"{len(noted) - NOTES_SHOWN} more notes of other kinds")
+    if len(noted) > MOST_SHOWN:
+        say_note(f"{len(noted) - MOST_SHOWN} more notes of other kinds")
+
+
+def say_notes_on(prints: Iterable[GivenPrint], *, resolution: bool = False) -> None:
+    """Print the notes on prints; with `resolution`, also where the ridges contradict theirs."""
+    from fpmatch.image.quality.print_quality import WRONG_RESOLUTION
+    from fpmatch.reading import group_by_note
+
+    noted: dict[str, tuple[str, ...]] = {}
+    for given in prints:
+        reasons = given.quality.reasons if resolution and given.quality is not None else ()
+        wrong = [str(reason) for reason in reasons if reason.code == WRONG_RESOLUTION]
+        noted[given.name] = (*given.notes, *wrong)
+    say_notes(group_by_note(noted.items()))
+
+
+def say_dpi_assumed(prints: Sequence[object], remedy: str) -> None:
+    """Note of which prints of a batch the resolution is unknown, and what sets it."""
+    from fpmatch.minutiae import STANDARD_DPI
+
+    if prints:
+        assumed = f"{STANDARD_DPI:g} dpi assumed; the resolution is unknown ({remedy} sets it)"
+        say_note(f"{first_of(prints)}: {assumed}")
+
+
+def say_errors(errors: Iterable[object]) -> None:
+    """Print each error on stderr."""
+    for error in errors:
+        click.echo(f"fpmatch: error: {error}", err=True)
+
+
+def say_failures(failures: Sequence[str], shown_by: str = "") -> None:
+    """Print the first failures of a batch on stderr, and how many more there are."""
+    for failure in failures[:MOST_SHOWN]:
+        click.echo(f"fpmatch: failed: {failure}", err=True)
+    if len(failures) > MOST_SHOWN:
+        click.echo(f"fpmatch: failed: {len(failures) - MOST_SHOWN} more{shown_by}", err=True)
 
 
 def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
@@ -59,3 +98,8 @@ def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]
     [{'note': 'ridges white on black', 'prints': ['a.tif']}]
     """
     return [{"note": note, "prints": list(map(str, prints))} for note, prints in noted.items()]
+
+
+def json_text(document: object) -> str:
+    """Return the text of a JSON object or array."""
+    return json.dumps(document, indent=2, allow_nan=False)

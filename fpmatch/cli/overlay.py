@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.cli.options import FILE, pair_options
-from fpmatch.cli.pair import compare_files, say_notes_on
+from fpmatch.cli.notes import say_notes_on
+from fpmatch.cli.options import output_option
+from fpmatch.cli.pair import compare_files, pair_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,15 +23,8 @@ Examples:
 Exit status: 0 when the picture is written, whatever the decision; 2 on bad input.
 """
 )
-@pair_options
-@click.option(
-    "-o",
-    "--output",
-    metavar="OUT.png|.svg",
-    required=True,
-    type=FILE,
-    help="Where to write the picture.",
-)
+@pair_options()
+@output_option("OUT.png|.svg", "Where to write the picture.")
 @click.option("--side-by-side", is_flag=True, help="Draw the prints beside each other.")
 def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
     """Draw PROBE, moved by the recovered transform, over REFERENCE.

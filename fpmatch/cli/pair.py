@@ -3,25 +3,81 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.cli.notes import say_note, say_notes
+import click
+
+from fpmatch.cli.notes import say_note
+from fpmatch.cli.options import (
+    FILE,
+    enhance_option,
+    file_option,
+    matcher_option,
+    polarity_option,
+    raw_option,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     from fpmatch.pair import ComparedPair, PairOptions
     from fpmatch.reading import GivenPrint
 
+_OPTIONS: Final = (
+    click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
+    click.option("--probe-dpi", type=float, help="Resolution of the probe."),
+    click.option("--reference-dpi", type=float, help="Resolution of the reference."),
+    click.option(
+        "--fmr",
+        type=float,
+        metavar="RATE",
+        help="Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: "
+        "0.0001; with --matcher paper, --rho decides]",
+    ),
+    click.option(
+        "--threshold", type=float, metavar="SCORE", help="Decide at this score, 0 to 100."
+    ),
+    matcher_option,
+    click.option(
+        "--rho",
+        type=float,
+        metavar="SHARE",
+        help="Matcher paper: match where more than this share of the smaller print's minutiae is "
+        "paired; --fmr or --threshold decide by the score instead.  [default: 0.6, the lowest of "
+        "the paper's experiments; 0.9 and 0.95 reject most genuine pairs]",
+    ),
+    click.option(
+        "--area-tolerance",
+        type=float,
+        metavar="AREA",
+        help="Matcher paper: largest difference in area of corresponding rings on the unit circle, "
+        "which the paper does not state; a smaller one is faster and finds less.  [default: 0.1]",
+    ),
+    file_option(
+        "--calibration",
+        "FILE",
+        "Score as fitted by fpmatch calibrate.  [default: that of the package]",
+    ),
+    polarity_option,
+    enhance_option,
+    raw_option,
+)
+
+
+def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
+    """Return the decorator that gives a command PROBE, REFERENCE and the comparison's options."""
+    reference = click.argument("reference", type=FILE, required=reference_required)
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed((click.argument("probe", type=FILE), reference, *_OPTIONS)):
+            command = option(command)
+        return command
+
+    return decorate
+
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:
-    """Read and compare the prints of a command line, see `fpmatch.cli.options.pair_options`.
-
-    Raises
-    ------
-    FpmatchError
-        If a print cannot be read or used, or an option is out of its range.
-    """
+    """Read and compare the prints of a command line; `values` are those of `pair_options`."""
     from fpmatch.pair import compare_pair
     from fpmatch.pointset.unit_circle.matcher import DEFAULT_AREA_TOLERANCE
 
@@ -51,16 +107,3 @@ def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
     dpi = values["dpi"] if dpi is None else dpi
     found = PrintReader(values["raw"], quiet=True)(path, polarity=values["polarity"], dpi=dpi)
     return make_given_print(found, str(path), dpi=dpi, enhance=values["enhance"])
-
-
-def say_notes_on(prints: Iterable[GivenPrint], *, resolution: bool = False) -> None:
-    """Print the notes on prints; with `resolution`, also where the ridges contradict theirs."""
-    from fpmatch.image.quality.print_quality import WRONG_RESOLUTION
-    from fpmatch.reading import group_by_note
-
-    noted: dict[str, tuple[str, ...]] = {}
-    for given in prints:
-        reasons = given.quality.reasons if resolution and given.quality is not None else ()
-        wrong = [str(reason) for reason in reasons if reason.code == WRONG_RESOLUTION]
-        noted[given.name] = (*given.notes, *wrong)
-    say_notes(group_by_note(noted.items()))

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-import sys
-from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.notes import say_note
+from fpmatch.cli.options import FROM_0, FROM_1, file_option
+from fpmatch.cli.progress import ProgressBars
+
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.evaluation.points.matchers import BenchMatcher
     from fpmatch.evaluation.points.results import BenchResults
     from fpmatch.evaluation.points.trials import TrialPlan
@@ -43,10 +46,10 @@ Examples:
   fpmatch points bench --json bench.json --resume --matcher astroalign
 """,
 )
-@click.option("--trials", type=click.IntRange(min=1), help="Pairs of sets a cell.  [default: 100]")
+@click.option("--trials", type=FROM_1, help="Pairs of sets a cell.  [default: 100]")
 @click.option(
     "--independent-trials",
-    type=click.IntRange(min=1),
+    type=FROM_1,
     help="Independent pairs a cell, on which a search takes longest.  [default: as --trials]",
 )
 @click.option(
@@ -63,9 +66,7 @@ Examples:
     type=click.Choice(_MODELS),
     help="Model of the experiment (repeatable).  [default: both]",
 )
-@click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the sets."
-)
+@click.option("--seed", type=FROM_0, default=0, help="Seed of the sets.")
 @click.option(
     "--budget",
     metavar="SECONDS",
@@ -73,32 +74,16 @@ Examples:
     help="Time after which matchers other than triangles try no more pairs of a kind in a cell, "
     "after five at least.  [default: 20]",
 )
-@click.option(
-    "--quick",
-    is_flag=True,
-    help="A run of a minute: rows up to m = 100, few pairs.",
-)
+@click.option("--quick", is_flag=True, help="A run of a minute: rows up to m = 100, few pairs.")
 @click.option(
     "--workers",
-    type=click.IntRange(min=1),
+    type=FROM_1,
     default=1,
-    show_default=True,
     help="Processes to use. More slow each other down: only times of one cell are comparable.",
 )
-@click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="Write the results as JSON, after each cell.",
-)
+@file_option("--json", "FILE", "Write the results as JSON, after each cell.", "json_file")
 @click.option("--resume", is_flag=True, help="Continue the file of --json.")
-@click.option(
-    "--plot",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="Plot time against n into a .png, .svg or .pdf.",
-)
+@file_option("--plot", "FILE", "Plot time against n into a .png, .svg or .pdf.")
 @click.option("--markdown", is_flag=True, help="Print the tables in Markdown.")
 def points_bench(
     trials: int | None,
@@ -142,14 +127,22 @@ def points_bench(
     chosen = _installed(matchers)
     results = _results(plan, workers, json_file if resume else None)
     where = conditions(models or _MODELS, QUICK_LARGEST_M if quick else None)
-    with _Bar(len(where) * len(chosen)) as bar:
+    bars, done, shown = ProgressBars({"match": "matching"}), 0, ""
 
-        def keep(_: object) -> None:
-            if json_file is not None:
-                write_results(json_file, results)
-            bar.advance()
+    def show(cell: str) -> None:
+        nonlocal shown
+        shown = cell.ljust(_LABEL_WIDTH)
+        bars.show("match", done, len(where) * len(chosen), shown)
 
-        run_bench(results, where, chosen, plan, workers=workers, started=bar.name, finished=keep)
+    def keep(_: object) -> None:
+        nonlocal done
+        if json_file is not None:
+            write_results(json_file, results)
+        done += 1
+        show(shown)
+
+    with bars:
+        run_bench(results, where, chosen, plan, workers=workers, started=show, finished=keep)
     click.echo(format_bench_markdown(results) if markdown else format_bench(results))
     if plot is not None:
         save_bench_plot(plot, results)
@@ -177,7 +170,7 @@ def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
         return [matcher_named(name) for name in dict.fromkeys(names)]
     for name in MATCHER_NAMES:
         if not is_installed(name):
-            click.echo(f"fpmatch: note: {name} is left out: pip install 'fpmatch[bench]'", err=True)
+            say_note(f"{name} is left out: pip install 'fpmatch[bench]'")
     return [matcher_named(name) for name in MATCHER_NAMES if is_installed(name)]
 
 
@@ -192,38 +185,3 @@ def _results(plan: TrialPlan, workers: int, old: Path | None) -> BenchResults:
     results = read_results(old)
     check_same_settings(str(old), results.settings, settings)
     return results
-
-
-class _Bar:
-    """A progress bar with the cell's name on stderr; nothing where that is not a terminal."""
-
-    def __init__(self, length: int) -> None:
-        self._name = ""
-        self._bar: Any = nullcontext()
-        if sys.stderr.isatty():
-            self._bar = click.progressbar(
-                length=length,
-                label="matching",
-                file=sys.stderr,
-                item_show_func=lambda _: self._name.ljust(_LABEL_WIDTH),
-            )
-
-    def __enter__(self) -> _Bar:
-        self._bar.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.__exit__(*error)
-
-    def name(self, cell: str) -> None:
-        """Show that a cell begins."""
-        self._name = cell
-        self._update(0)
-
-    def advance(self) -> None:
-        """Show that a cell is finished."""
-        self._update(1)
-
-    def _update(self, cells: int) -> None:
-        if not isinstance(self._bar, nullcontext):
-            self._bar.update(cells, self._name)

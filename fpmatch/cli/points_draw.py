@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
 
+from fpmatch.cli.notes import json_text
+from fpmatch.cli.options import FILE, FROM_0, output_option
+
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -36,32 +39,24 @@ Examples:
   fpmatch points draw minutiae.csv -o figures   # upright, of what fpmatch extract wrote
 """,
 )
-@click.argument("p", metavar="[P.csv]", required=False, type=click.Path(path_type=Path))
-@click.argument("q", metavar="[Q.csv]", required=False, type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    metavar="FOLDER",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="Folder for the pictures; made if missing.",
-)
+@click.argument("p", metavar="[P.csv]", required=False, type=FILE)
+@click.argument("q", metavar="[Q.csv]", required=False, type=FILE)
+@output_option("FOLDER", "Folder for the pictures; made if missing.")
 @click.option(
     "--format",
     "file_format",
     type=click.Choice(["svg", "png"]),
     default="svg",
-    show_default=True,
     help="SVG is 800 pixels wide, PNG 1600.",
 )
 @click.option(
     "--seed",
-    type=click.IntRange(min=0),
+    type=FROM_0,
     help="Makes the random sets, or the rotation of Q.  [default: one that is easy to read]",
 )
 @click.option(
     "--ring",
-    type=click.IntRange(min=0),
+    type=FROM_0,
     metavar="ROW",
     help="Centre of the one-ring to show: a row of P, from 0.  "
     "[default: one of 5 to 7 points that is easy to read]",
@@ -102,7 +97,7 @@ def points_draw(
     files = write_point_figures(figures, output)
     numbers = numbers_drawn(pair, rings)
     if as_json:
-        click.echo(json.dumps({"files": list(map(str, files)), **numbers}, indent=2))
+        click.echo(json_text({"files": list(map(str, files)), **numbers}))
         return
     for file, figure in zip(files, figures, strict=True):
         click.echo(f"{file}: {figure.title}")
@@ -129,15 +124,14 @@ def _pair(
             raise click.UsageError("--y-axis has no use where the sets are random")
         return random_point_pair(chosen)
     points, of_image = _points(p)
+    y_down = of_image if y_axis is None else y_axis == "down"
     if q is None:
-        y_down = of_image if y_axis is None else y_axis == "down"
         return rotated_point_pair(points, str(p), chosen, y_down=y_down)
     if seed is not None:
         raise click.UsageError("--seed has no use where both sets are given")
     others, both = _points(q)
     if y_axis is None and of_image != both:
         raise click.UsageError("one file is a template, the other is not: --y-axis must be given")
-    y_down = of_image if y_axis is None else y_axis == "down"
     return matched_point_pair(points, others, str(p), str(q), y_down=y_down)
 
 

@@ -2,24 +2,47 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
+import numpy as np
 
+from fpmatch.cli.notes import say_note
+from fpmatch.cli.options import file_option
+from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher
+from fpmatch.output import atomic_write, check_writable
+from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points
+from fpmatch.report import LABEL_WIDTH
 
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
-    from fpmatch.cli.points_report import NamedPoints
+    from fpmatch.pointset.point_match import PointMatch
 
 FEWEST_POINTS: Final = 3
 STDIN: Final = Path("-")
 STDIN_NAME: Final = "standard input"
+_CSV: Final = click.Path(path_type=Path, allow_dash=True)
+_TRANSFORM: Final = ("scale", "rotation_deg", "tx", "ty")
+_PAIR_COLUMNS: Final = ("p", "q", "p_x", "p_y", "q_x", "q_y", "distance")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _NamedPoints:
+    """The points of a file, as rows of (x, y); `path` is "-" for standard input."""
+
+    path: Path
+    name: str
+    points: NDArray[np.float64]
 
 
 @click.command(
@@ -56,13 +79,12 @@ Examples:
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 """,
 )
-@click.argument("p", metavar="P.csv", type=click.Path(path_type=Path, allow_dash=True))
-@click.argument("q", metavar="Q.csv", type=click.Path(path_type=Path, allow_dash=True))
+@click.argument("p", metavar="P.csv", type=_CSV)
+@click.argument("q", metavar="Q.csv", type=_CSV)
 @click.option(
     "--matcher",
     type=click.Choice(POINT_MATCHERS),
     default="triangles",
-    show_default=True,
     help="Matcher to use; the others are there to compare with.",
 )
 @click.option(
@@ -87,44 +109,34 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     "the paper gives no value.  [default: 0.1]",
 )
 @click.option(
-    "--json/--text", "json_wanted", default=True, help="One JSON object (default), or text."
+    "--json/--text",
+    "as_json",
+    default=True,
+    show_default=False,
+    help="One JSON object (default), or text.",
 )
-@click.option(
-    "--plot",
-    metavar="OUT.png|.svg",
-    type=click.Path(path_type=Path),
-    help="Draw P, moved by the transform, on Q.",
+@file_option("--plot", "OUT.png|.svg", "Draw P, moved by the transform, on Q.")
+@file_option(
+    "--pairs", "OUT.csv", "Write a row a pair: its rows in P and Q, both points, their distance."
 )
-@click.option(
-    "--pairs",
-    metavar="OUT.csv",
-    type=click.Path(path_type=Path),
-    help="Write a row a pair: its rows in P and Q, both points, their distance.",
-)
-@click.pass_context
 def points_match(
-    ctx: click.Context,
-    /,
     p: Path,
     q: Path,
     matcher: PointMatcher,
     tolerance: float | None,
     rho: float | None,
     area_tolerance: float | None,
-    json_wanted: bool,
+    as_json: bool,
     plot: Path | None,
     pairs: Path | None,
-) -> None:
+) -> int:
     """Find the scale, rotation and shift that lay the points of P.csv on points of Q.csv.
 
     Both are tables with columns x and y, among others, or two columns of numbers without a
     header; separated by comma, semicolon or tab. A dash (-) reads standard input. Not every point
     needs a partner. The rotation counts from the x axis towards the y axis.
     """
-    from fpmatch.cli.points_report import as_json, as_text, write_pairs
     from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
-    from fpmatch.output import check_writable
-    from fpmatch.pointset.match import match_points
 
     if p == q == STDIN:
         raise click.UsageError("only one of the sets can come from standard input")
@@ -136,23 +148,19 @@ def points_match(
     given = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
     match = match_points(ours.points, theirs.points, matcher=matcher, **given)
     if pairs is not None:
-        write_pairs(pairs, ours, theirs, match)
+        _write_pairs(pairs, ours, theirs, match)
     if plot is not None:
         names = ours.name, theirs.name
         save_point_plot(plot, ours.points, theirs.points, match, names=names)
-    click.echo(
-        as_json(ours, theirs, match, matcher=matcher, parameters=given)
-        if json_wanted
-        else as_text(ours, theirs, match)
-    )
-    ctx.exit(0 if match.transform is not None else 1)
+    if as_json:
+        click.echo(_as_json(ours, theirs, match, {"matcher": matcher, **given}))
+    else:
+        click.echo(_as_text(ours, theirs, match))
+    return 0 if match.transform is not None else 1
 
 
-def _read(path: Path) -> NamedPoints:
+def _read(path: Path) -> _NamedPoints:
     """Return points that can be matched; say where some of them coincide."""
-    import numpy as np
-
-    from fpmatch.cli.points_report import NamedPoints
     from fpmatch.pointset.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
@@ -167,14 +175,12 @@ def _read(path: Path) -> NamedPoints:
         raise PointSetError(f"{name}: all points lie on one line")
     repeats = len(points) - len(np.unique(points.view(np.complex128)))
     if repeats:
-        click.echo(f"fpmatch: note: {name}: points that repeat another: {repeats:,}", err=True)
-    return NamedPoints(path, name, points)
+        say_note(f"{name}: points that repeat another: {repeats:,}")
+    return _NamedPoints(path, name, points)
 
 
 def _spans_a_triangle(points: NDArray[np.float64]) -> bool:
     """Return whether the first point, the furthest from it, and that furthest from both do."""
-    import numpy as np
-
     from fpmatch.pointset.delaunay.triangulate import triangulate
 
     tamed = points / (np.abs(points).max() or 1.0)  # so that squares stay finite
@@ -182,3 +188,53 @@ def _spans_a_triangle(points: NDArray[np.float64]) -> bool:
     far = (offset**2).sum(axis=1).argmax()
     aside = np.abs(offset @ (-offset[far, 1], offset[far, 0])).argmax()
     return len(triangulate(points[[0, far, aside]]).triangles) > 0
+
+
+def _as_json(
+    p: _NamedPoints, q: _NamedPoints, match: PointMatch, given: Mapping[str, str | float | None]
+) -> str:
+    """Return a match as one JSON object, a member a line; what does not exist is null."""
+    t = match.transform
+    transform = {} if t is None else {name: getattr(t, name) for name in _TRANSFORM}
+    document: dict[str, Any] = {
+        "match": t is not None,
+        "transform": None if t is None else {**transform, "matrix": t.matrix.tolist()},
+        "pairs": match.pairs.tolist(),
+        "matched_share": match.matched_share,
+        "rms": None if t is None else match.rms,
+        "chance": match.chance,
+        "local_matches": match.local_matches,
+        "reason": match.reason,
+        "points": {"p": len(p.points), "q": len(q.points)},
+        **given,
+        "p": str(p.path),
+        "q": str(q.path),
+    }
+    members = (f'  "{key}": {json.dumps(v, allow_nan=False)}' for key, v in document.items())
+    return "{\n" + ",\n".join(members) + "\n}"
+
+
+def _as_text(p: _NamedPoints, q: _NamedPoints, match: PointMatch) -> str:
+    """Return the decision on the first line, and below it what was found."""
+    counts = " and ".join(f"{len(given.points):,} in {given.name}" for given in (p, q))
+    rows = [("Points", counts), *match_facts(match)]
+    rows += [("Reason", match.reason)] if match.reason else []
+    lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
+    return "\n".join([verdict(match.transform is not None), *lines])
+
+
+def _write_pairs(path: Path, p: _NamedPoints, q: _NamedPoints, match: PointMatch) -> None:
+    """Write a row a pair; the columns alone where there is no match.
+
+    Columns p and q are rows counted from 0, distance is that of the pair after the transform.
+    """
+    rows: Any = ()
+    if match.transform is not None:
+        ours, theirs = p.points[match.pairs[:, 0]], q.points[match.pairs[:, 1]]
+        distance = np.hypot(*(match.transform.apply(ours) - theirs).T)
+        columns = (*match.pairs.T, *ours.T, *theirs.T, distance)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+    with atomic_write(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(_PAIR_COLUMNS)
+        writer.writerows(rows)

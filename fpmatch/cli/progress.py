@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
 
 class ProgressBars:
@@ -25,9 +25,9 @@ class ProgressBars:
     def __init__(self, labels: Mapping[str, str]) -> None:
         self._labels = labels
         self._open = ExitStack()
-        self._stage = ""
         self._bar: Any = None
-        self._done = 0
+        self._stage, self._done = "", 0
+        self._start, self._first = 0.0, 0
 
     def __enter__(self) -> ProgressBars:
         return self
@@ -35,8 +35,8 @@ class ProgressBars:
     def __exit__(self, *_: object) -> None:
         self._open.close()
 
-    def show(self, stage: str, done: int, total: int) -> None:
-        """Move the bar of `stage`, opening it first where it is a new one."""
+    def show(self, stage: str, done: int, total: int, text: str | None = None) -> None:
+        """Move the bar of `stage`, opened where it is a new one; `text` replaces the rate."""
         if not sys.stderr.isatty():
             return
         if stage != self._stage:
@@ -44,22 +44,15 @@ class ProgressBars:
             bar: Any = click.progressbar(
                 length=total,
                 label=self._labels[stage],
-                item_show_func=_rate_since(time.monotonic(), done),
+                item_show_func=lambda shown: shown,
                 file=sys.stderr,
             )
             self._bar = self._open.enter_context(bar)
             self._stage, self._done = stage, 0
-        self._bar.update(done - self._done, done)
+            self._start, self._first = time.monotonic(), done
+        self._bar.update(done - self._done, text or self._rate(done))
         self._done = done
 
-
-def _rate_since(start: float, first: int) -> Callable[[int | None], str | None]:
-    """Return the function that words the rate, given how many are done."""
-
-    def rate(done: int | None) -> str | None:
-        seconds = time.monotonic() - start
-        if done is None or done == first or seconds <= 0:
-            return None
-        return f"{(done - first) / seconds:.1f} a second"
-
-    return rate
+    def _rate(self, done: int) -> str | None:
+        seconds = time.monotonic() - self._start
+        return f"{(done - self._first) / seconds:.1f} a second" if done > self._first else None

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, first_of, notes_as_json, say_notes
-from fpmatch.cli.options import polarity_option
+from fpmatch.cli.notes import (
+    count,
+    json_text,
+    notes_as_json,
+    say_dpi_assumed,
+    say_failures,
+    say_note,
+    say_notes,
+)
+from fpmatch.cli.options import (
+    file_option,
+    json_option,
+    matcher_option,
+    output_option,
+    polarity_option,
+    workers_option,
+)
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.evaluation.batch.score import ScoreSummary
     from fpmatch.image.quality.polarity import Polarity
 
-FAILURES_SHOWN: Final = 20
 _STAGES: Final = {
     "references": "reading references",
     "probes": "reading probes",
@@ -73,57 +85,37 @@ are rows with the reason), 2 when the run could not be done.
     "--references", metavar=_SIDE, required=True, help="Folder of prints, or gallery (file or URL)."
 )
 @click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
-@click.option(
-    "-o",
-    "--output",
-    metavar="OUT.csv|.parquet",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="File of scores; Parquet needs fpmatch[parquet].",
-)
-@click.option(
+@output_option("OUT.csv|.parquet", "File of scores; Parquet needs fpmatch[parquet].")
+@file_option(
     "--pairs",
-    metavar="LIST.csv",
-    type=click.Path(path_type=Path),
-    help="Score these pairs only: columns probe and reference.  [default: all]",
+    "LIST.csv",
+    "Score these pairs only: columns probe and reference.  [default: all]",
 )
 @click.option(
     "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
 )
-@click.option(
+@file_option(
     "--fingers",
-    metavar="FILE.csv",
-    type=click.Path(path_type=Path),
-    help="Write the score of each probe with each finger of the references, too.",
+    "FILE.csv",
+    "Write the score of each probe with each finger of the references, too.",
 )
-@click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
-@click.option(
-    "--calibration",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
+@matcher_option
+@file_option(
+    "--calibration", "FILE", "Score as fitted by fpmatch calibrate.  [default: the matcher's own]"
 )
 @click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
 @polarity_option
-@click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
-)
+@workers_option
 @click.option(
     "--scheduler",
     metavar="URL",
     help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.pass_context
+@json_option
 def score(
-    ctx: click.Context,
-    /,
     references: str,
     probes: str,
     output: Path,
-    pairs: Path | None,
-    threshold: float | None,
-    fingers: Path | None,
     matcher: str,
     calibration: Path | None,
     dpi: float | None,
@@ -131,7 +123,8 @@ def score(
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
-) -> None:
+    **choice: Any,
+) -> int:
     """Score probes against references, each with each, and write a row a pair.
 
     A side is a folder of images, whose templates are extracted, or of templates, or a gallery. The
@@ -154,35 +147,20 @@ def score(
                 opened(references),
                 opened(probes),
                 output,
-                pairs=pairs,
                 matcher=matcher,
                 calibration=fitted,
-                threshold=threshold,
-                fingers=fingers,
                 engine=make_engine(workers, scheduler),
                 progress=bars.show,
+                **choice,
             )
     except KeyboardInterrupt:
-        click.echo("fpmatch: note: the same command resumes the run", err=True)
+        say_note("the same command resumes the run")
         raise
-    _note(done)
-    click.echo(json.dumps(_as_dict(done), indent=2) if as_json else _as_text(done))
-    ctx.exit(1 if done.failures else 0)
-
-
-def _note(done: ScoreSummary) -> None:
-    """Note on stderr assumed resolutions, notes of reading, and failures to extract."""
-    if done.dpi_assumed:
-        click.echo(
-            f"fpmatch: note: {first_of(done.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; the "
-            "resolution is unknown (--dpi sets it)",
-            err=True,
-        )
+    say_dpi_assumed(done.dpi_assumed, "--dpi")
     say_notes(done.noted)
-    for failure in done.failures[:FAILURES_SHOWN]:
-        click.echo(f"fpmatch: failed: {failure.side}: {failure.name}: {failure.reason}", err=True)
-    if len(done.failures) > FAILURES_SHOWN:
-        click.echo(f"fpmatch: failed: {len(done.failures) - FAILURES_SHOWN} more", err=True)
+    say_failures([f"{one.side}: {one.name}: {one.reason}" for one in done.failures])
+    click.echo(json_text(_as_dict(done)) if as_json else _as_text(done))
+    return 1 if done.failures else 0
 
 
 def _as_text(done: ScoreSummary) -> str:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
-from fpmatch.cli.options import FILE, workers_option
+from fpmatch.cli.options import file_option, old_names, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-_NEEDED: Final = (
+_PACKAGES: Final = (
     "fastapi",
     "filelock",
     "prometheus_client",
@@ -31,6 +31,7 @@ class _MissingExtraError(FpmatchError):
 
 
 @click.command(
+    context_settings=old_names(name="allowed-host"),
     epilog="""\b
 Token:
   On a host that other machines can reach, every request needs a token. The address that is
@@ -53,36 +54,26 @@ Examples:
   fpmatch serve --gallery prints.db --clients clients.toml --audit-log audit.jsonl --log json
 
 Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not start.
-"""
+""",
 )
 @click.option(
     "--gallery", metavar="GALLERY", help="Gallery to search and to enrol in; made if missing."
 )
-@click.option(
-    "--host", default="127.0.0.1", show_default=True, help="Name or address to listen on."
-)
-@click.option("--port", type=int, default=8000, show_default=True, help="0 chooses a free one.")
+@click.option("--host", default="127.0.0.1", help="Name or address to listen on.")
+@click.option("--port", type=int, default=8000, help="0 chooses a free one.")
 @click.option(
     "--token",
     envvar="FPMATCH_TOKEN",
     help="Token of requests.  [default: random on hosts that other machines can reach]",
 )
-@click.option(
-    "--clients",
-    metavar="FILE.toml",
-    type=FILE,
-    help="Names, roles and tokens of several clients, see below.",
-)
-@click.option(
-    "--audit-log",
-    metavar="FILE",
-    help="Append who requested what of whom to this file, a line an event.",
+@file_option("--clients", "FILE.toml", "Names, roles and tokens of several clients, see below.")
+@file_option(
+    "--audit-log", "FILE", "Append who requested what of whom to this file, a line an event."
 )
 @click.option(
     "--log",
     type=click.Choice(["none", "text", "json"]),
     default="none",
-    show_default=True,
     help="Log every request on stderr.",
 )
 @click.option(
@@ -90,7 +81,6 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     "wait_seconds",
     type=click.FloatRange(min=0),
     default=30.0,
-    show_default=True,
     help="Seconds that a request waits for its turn before it is refused.",
 )
 @click.option(
@@ -100,7 +90,6 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     multiple=True,
     help="Another name of this server in requests; may be repeated.",
 )
-@click.option("--name", "old_names", multiple=True, hidden=True)  # of --allowed-host, until 0.1
 @click.option(
     "--pattern",
     metavar="REGEX",
@@ -113,11 +102,10 @@ def serve(
     port: int,
     token: str | None,
     clients: Path | None,
-    audit_log: str | None,
+    audit_log: Path | None,
     log: Literal["none", "text", "json"],
     wait_seconds: float,
     allowed_hosts: tuple[str, ...],
-    old_names: tuple[str, ...],
     pattern: str | None,
     workers: int | None,
 ) -> None:
@@ -125,7 +113,7 @@ def serve(
 
     No uploaded file is kept; of a print that is enrolled in the gallery, the template is.
     """
-    missing = [name for name in _NEEDED if not importlib.util.find_spec(name)]
+    missing = [name for name in _PACKAGES if not importlib.util.find_spec(name)]
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
@@ -137,14 +125,13 @@ def serve(
 
     settings = Settings(
         gallery=gallery,
-        audit_log=audit_log,
+        audit_log=None if audit_log is None else str(audit_log),
         clients={} if clients is None else load_clients(clients),
         limits=replace(Limits(), wait_seconds=wait_seconds),
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )
-    allowed = (*allowed_hosts, *old_names)
-    server = bind_server(host, port, settings, token=token, allowed_hosts=allowed)
+    server = bind_server(host, port, settings, token=token, allowed_hosts=allowed_hosts)
 
     def say_ready() -> None:
         click.echo(f"fpmatch serves {server.address}")

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.options import FILE, enhance_option, polarity_option, raw_option
-from fpmatch.cli.pair import say_notes_on
+from fpmatch.cli.notes import say_notes_on
+from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,14 +25,7 @@ Examples:
 """
 )
 @click.argument("image", type=FILE)
-@click.option(
-    "-o",
-    "--output",
-    metavar="DIR",
-    required=True,
-    type=FILE,
-    help="Folder for the pictures; made if missing.",
-)
+@output_option("DIR", "Folder for the pictures; made if missing.")
 @click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
 @polarity_option
 @enhance_option

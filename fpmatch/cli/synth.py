@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import re
 import time
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count
-from fpmatch.cli.options import json_option, workers_option
+from fpmatch.cli.notes import count, json_text
+from fpmatch.cli.options import FILE, json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS, Sensor
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.synthesis.database import DatabaseMade
 
 _PRESETS: Final = {
@@ -72,21 +72,16 @@ Examples:
   fpmatch evaluate prints --ground-truth
 """
 )
-@click.argument("out", type=click.Path(path_type=Path))
-@click.option("--fingers", metavar="N", type=int, default=10, show_default=True, help="How many.")
-@click.option(
-    "--impressions", metavar="M", type=int, default=8, show_default=True, help="Of each finger."
-)
+@click.argument("out", type=FILE)
+@click.option("--fingers", metavar="N", type=int, default=10, help="How many.")
+@click.option("--impressions", metavar="M", type=int, default=8, help="Of each finger.")
 @click.option(
     "--preset",
     type=click.Choice(list(PRESETS)),
     default="normal",
-    show_default=True,
     help="How carefully fingers are placed on the sensor.",
 )
-@click.option(
-    "--seed", type=int, default=0, show_default=True, help="Another seed gives other fingers."
-)
+@click.option("--seed", type=int, default=0, help="Another seed gives other fingers.")
 @click.option(
     "--sensor",
     "sensors",
@@ -105,15 +100,11 @@ Examples:
 @json_option
 def synth(
     out: Path,
-    fingers: int,
-    impressions: int,
-    preset: str,
-    seed: int,
     sensors: tuple[str, ...],
     size: str | None,
     dpi: float | None,
-    workers: int | None,
     as_json: bool,
+    **plan: Any,
 ) -> None:
     """Make a database of synthetic fingerprints in the folder OUT.
 
@@ -126,18 +117,17 @@ def synth(
     chosen = _sensors(sensors, size, dpi)
     start = time.perf_counter()
     with ProgressBars(_STAGES) as bars:
-        made = make_database(
-            out,
-            fingers=fingers,
-            impressions=impressions,
-            preset=preset,
-            seed=seed,
-            sensors=chosen,
-            workers=workers,
-            progress=bars.show,
-        )
+        made = make_database(out, sensors=chosen, progress=bars.show, **plan)
     seconds = time.perf_counter() - start
-    click.echo(_as_json(made, seconds) if as_json else _in_words(made, seconds))
+    document = {
+        "folder": str(made.folder),
+        "fingers": made.fingers,
+        "impressions": made.impressions,
+        "made": made.made,
+        "bytes": made.size,
+        "seconds": round(seconds, 3),
+    }
+    click.echo(json_text(document) if as_json else _in_words(made, seconds))
 
 
 def _sensors(
@@ -165,15 +155,3 @@ def _in_words(made: DatabaseMade, seconds: float) -> str:
     pictures = made.made * made.impressions
     rate = f"{count(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
     return f"{there} in {place}: {rate}"
-
-
-def _as_json(made: DatabaseMade, seconds: float) -> str:
-    document = {
-        "folder": str(made.folder),
-        "fingers": made.fingers,
-        "impressions": made.impressions,
-        "made": made.made,
-        "bytes": made.size,
-        "seconds": round(seconds, 3),
-    }
-    return json.dumps(document, indent=2)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.options import FILE, json_option, pair_options
-from fpmatch.cli.pair import compare_files, open_side, pair_options_of, say_notes_on
+from fpmatch.cli.notes import json_text, say_notes_on
+from fpmatch.cli.options import file_option, json_option
+from fpmatch.cli.pair import compare_files, open_side, pair_options, pair_options_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,7 +30,7 @@ Examples:
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 """
 )
-@partial(pair_options, reference_required=False)
+@pair_options(reference_required=False)
 @click.option(
     "--gallery",
     metavar="GALLERY",
@@ -39,25 +38,21 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 )
 @click.option("--subject", metavar="ID", help="The claimed identity.")
 @click.option("--finger", metavar="F", help="The claimed finger.  [default: any of the subject]")
-@click.option(
+@file_option(
     "--overlay",
+    "OUT.png|.svg",
+    "Draw the probe, moved by the recovered transform, over the reference.",
     "overlay_file",
-    metavar="OUT.png|.svg",
-    type=FILE,
-    help="Draw the probe, moved by the recovered transform, over the reference.",
 )
 @json_option
-@click.pass_context
 def verify(
-    ctx: click.Context,
-    /,
     gallery: str | None,
     subject: str | None,
     finger: str | None,
     overlay_file: Path | None,
     as_json: bool,
     **values: Any,
-) -> None:
+) -> int:
     """Decide whether two prints are of the same finger, or whether a print is of a subject.
 
     PROBE and REFERENCE are images of one print each (TIFF, PNG, BMP, JPEG, WSQ and others) or
@@ -76,9 +71,11 @@ def verify(
     if gallery is not None or subject is not None or finger is not None:
         if overlay_file is not None:
             raise click.UsageError("--overlay cannot be combined with --gallery")
-        ctx.exit(_verify_claim(gallery, subject, finger, values, as_json=as_json))
+        return _verify_claim(gallery, subject, finger, values, as_json=as_json)
     if values["reference"] is None:
-        raise click.MissingParameter(ctx=ctx, param_hint="'REFERENCE'", param_type="argument")
+        raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
+    from fpmatch.report import as_text
+
     pair = compare_files(values)
     match = pair.verification.match
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
@@ -87,10 +84,10 @@ def verify(
 
         save_overlay(overlay_file, pair.probe.pixels, pair.reference.pixels, pair.verification)
     if as_json:
-        click.echo(json.dumps(pair.as_dict(), indent=2, allow_nan=False))
+        click.echo(json_text(pair.as_dict()))
     else:
-        click.echo(pair.as_text())
-    ctx.exit(0 if match else 1)
+        click.echo(as_text(pair.verification, pair.scale, pair.quality))
+    return 0 if match else 1
 
 
 def _verify_claim(
@@ -133,8 +130,7 @@ def _verify_claim(
     verification, quality = checked.result.verification, {"probe": probe.quality}
     if as_json:
         report = as_dict(verification, probe.name, checked.best.source, quality=quality)
-        document = {**report, "gallery": name, **checked.as_dict()}
-        click.echo(json.dumps(document, indent=2, allow_nan=False))
+        click.echo(json_text({**report, "gallery": name, **checked.as_dict()}))
     else:
         verdict, *rows = as_text(verification, quality=quality).splitlines()
         lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]

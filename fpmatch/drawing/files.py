@@ -19,33 +19,12 @@ if TYPE_CHECKING:
 
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
-    """Encode a picture, grey (H, W), RGB (H, W, 3) or RGBA (H, W, 4), as PNG.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be encoded.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> png_bytes(np.zeros((2, 2), np.uint8))[1:4]
-    b'PNG'
-    """
+    """Encode a picture, grey (H, W), RGB (H, W, 3) or RGBA (H, W, 4), as PNG."""
     return _encoded(picture, ".png", [])
 
 
 def webp_bytes(picture: NDArray[np.uint8], quality: int = 80) -> bytes:
-    """Encode a picture as WebP, which is lossy and much smaller, at a quality from 1 to 100.
-
-    Otherwise as `png_bytes`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> webp_bytes(np.zeros((2, 2), np.uint8))[8:12]
-    b'WEBP'
-    """
+    """Encode a picture as WebP, which is lossy and much smaller, at a quality from 1 to 100."""
     return _encoded(picture, ".webp", [cv2.IMWRITE_WEBP_QUALITY, quality])
 
 
@@ -55,22 +34,15 @@ def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> byt
     stored = picture if channels == 1 else cv2.cvtColor(picture, order[channels])
     done, encoded = cv2.imencode(suffix, stored, options)
     if not done:
-        kind = suffix[1:].upper()
-        raise OutputError(
-            f"a picture of {picture.shape[1]} x {picture.shape[0]} has no {kind} form"
-        )
+        size = f"{picture.shape[1]} x {picture.shape[0]}"
+        raise OutputError(f"a picture of {size} has no {suffix[1:].upper()} form")
     return encoded.tobytes()
 
 
 def write_files(contents: Mapping[str, bytes], folder: str | os.PathLike[str]) -> list[Path]:
     """Write files, by name, into a folder, which is made where it does not exist.
 
-    Each file appears complete or not at all.
-
-    Raises
-    ------
-    OutputError
-        If the folder or a file cannot be written.
+    Each file appears complete or not at all; an `OutputError` is raised if one cannot be written.
     """
     target = Path(folder)
     try:

@@ -11,17 +11,8 @@ if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
 
 _SPELLINGS: Final = str.maketrans(
-    {
-        "−": "-",
-        "–": "-",
-        "—": "-",
-        "×": "x",
-        "≥": ">=",
-        "≤": "<=",
-        "→": "->",
-        "≈": "~",
-        "θ": "theta",
-    }
+    {"−": "-", "–": "-", "—": "-", "×": "x", "≥": ">=", "≤": "<=", "→": "->", "≈": "~"}
+    | {"θ": "theta"}
 )
 
 
@@ -34,13 +25,7 @@ def font(size: float) -> FreeTypeFont:
 
 
 def printable(text: str) -> str:
-    r"""Return `text` on one line, with characters that the font lacks spelled out where possible.
-
-    Examples
-    --------
-    >>> printable("rotation\n −3°")
-    'rotation -3°'
-    """
+    """Return `text` on one line, with characters that the font lacks spelled out where possible."""
     return " ".join(text.translate(_SPELLINGS).split())
 
 
@@ -55,11 +40,6 @@ def wrapped(
     """Break `text` between words into lines no wider than `width` where its words allow it.
 
     `measure` returns the width of a text at a size.
-
-    Examples
-    --------
-    >>> wrapped("one two", 10.0, 30.0)
-    ['one', 'two']
     """
     lines: list[str] = []
     for word in text.split():

@@ -1,4 +1,4 @@
-"""A print as an ink: how much of each pixel is ridge, with faint prints as visible as others."""
+"""A print as an ink, with faint prints as visible as others, and the ridges of a template."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import STANDARD_DPI, RidgeField
+from fpmatch.minutiae import CELL_BITS, STANDARD_DPI, RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from fpmatch.minutiae import Template
 
     Pixels = NDArray[np.uint8]
 
@@ -23,16 +25,14 @@ _FULL_DARKNESS: Final = 0.8  # below the local mean, in local deviations, at whi
 _TYPICAL_PERCENTILE: Final = 85.0  # of the local deviations: the print's own contrast
 _BARE_BELOW, _FULL_ABOVE = 0.15, 0.40  # shares of that contrast: bare paper, and print
 _LEAST_CONTRAST: Final = 3.0  # grey levels; less is noise of the sensor
+_RIDGE, _PAPER = 40, 255  # grey values of a template's ridges
 _OFF_PRINT: Final = 0.2  # share of the ink that is left outside the print's own mask
 
 
 def grey_pixels(name: str, image: Any) -> Pixels:
     """Return the pixels of an array, or of an object with ``pixels``; they are not copied.
 
-    Raises
-    ------
-    ImageError
-        If they are not uint8 of shape (H, W), or there are none; the message begins with `name`.
+    An `ImageError`, which begins with `name`, is raised if they are not uint8 of shape (H, W).
     """
     pixels = np.asarray(getattr(image, "pixels", image))
     if pixels.dtype != np.uint8 or pixels.ndim != 2 or pixels.size == 0:
@@ -44,25 +44,7 @@ def grey_pixels(name: str, image: Any) -> Pixels:
 
 
 def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
-    """Convert a grey print, ridges dark, to the coverage of an ink: ridges full, all else bare.
-
-    Parameters
-    ----------
-    pixels : ndarray of uint8, shape (H, W)
-        Grey image, ridges dark.
-    dpi : float
-        Its resolution in dots per inch.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        0 bare to 255 full.
-
-    Examples
-    --------
-    >>> ink_coverage(np.full((40, 40), 128, np.uint8), dpi=500).max()
-    np.uint8(0)
-    """
+    """Convert a grey print, ridges dark, to the coverage of an ink: 0 bare to 255 full."""
     scale = dpi / STANDARD_DPI
     grey = pixels.astype(np.float32)
     mean = _blurred(grey, _MEAN_PX * scale)
@@ -79,41 +61,38 @@ def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
 def thinned_off_print(coverage: Pixels, field: RidgeField, factor: float = 1.0) -> Pixels:
     """Thin an ink where the print has no ridges, so that dirt and frames do not distract.
 
-    Parameters
-    ----------
-    coverage : ndarray of uint8, shape (H, W)
-        The ink of a print, or of one shrunk by `factor`.
-    field : RidgeField
-        Its mask of ridges, to which one cell is added on every side.
-    factor : float
-        Pixels of `coverage` for each of the print.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        The thinner ink; unchanged where the mask is empty.
-
-    Examples
-    --------
-    >>> nowhere = RidgeField(8.0, np.zeros((5, 5)), np.zeros((5, 5), bool))
-    >>> thinned_off_print(np.full((40, 40), 200, np.uint8), nowhere).min()
-    np.uint8(200)
+    `coverage` is the ink of a print shrunk by `factor`; one cell is added on every side of the
+    field's mask of ridges. The ink is unchanged where the mask is empty.
     """
     if not field.mask.any():
         return coverage
     cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
-    height, width = coverage.shape
-    pixels_to_cell = 1 / (factor * field.step)
     start = (0.5 / factor - 0.5) / field.step - 0.5
-    to_cells = np.array([[pixels_to_cell, 0, start], [0, pixels_to_cell, start]])
-    on_print = cv2.warpAffine(
-        cells,
-        to_cells,
-        (width, height),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
+    beyond = cv2.BORDER_REPLICATE
+    on_print = _at_pixels(cells, 1 / (factor * field.step), start, coverage.shape, beyond)
     return np.rint(coverage * (_OFF_PRINT + (1 - _OFF_PRINT) * on_print)).astype(np.uint8)
+
+
+def ridge_picture(template: Template) -> Pixels:
+    """Draw the ridges that a template contains, dark on white, (height, width) as its image."""
+    shape, field = (template.height, template.width), template.field
+    if field is None or field.ridges is None:
+        return np.full(shape, _PAPER, np.uint8)
+    bits = field.bits.astype(np.float32)
+    # Bit k of a row of cells covers the pixels from k * step / 8 on.
+    scale = CELL_BITS / field.step
+    ridges = _at_pixels(bits, scale, 0.5 * scale - 0.5, shape, cv2.BORDER_CONSTANT)
+    return np.rint(_PAPER - (_PAPER - _RIDGE) * ridges).astype(np.uint8)
+
+
+def _at_pixels(
+    cells: NDArray[Any], scale: float, start: float, shape: tuple[int, ...], beyond: int
+) -> NDArray[np.float32]:
+    """Interpolate a grid of cells at pixels: pixel k lies at the cell `start` + k * `scale`."""
+    to_cells = np.array([[scale, 0, start], [0, scale, start]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    sampled = cv2.warpAffine(cells, to_cells, shape[::-1], flags=flags, borderMode=beyond)
+    return np.asarray(sampled, dtype=np.float32)
 
 
 def _blurred(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:

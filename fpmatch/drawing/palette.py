@@ -8,9 +8,9 @@ relatives of the palette in Okabe and Ito, "Color Universal Design" (2008).
 from __future__ import annotations
 
 import math
-from typing import Final, TypeAlias
+from typing import Final
 
-Colour: TypeAlias = tuple[int, int, int]
+Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
 
 PAPER: Final[Colour] = (255, 255, 255)
@@ -33,26 +33,12 @@ NO_MATCH: Final[Colour] = (168, 34, 28)
 
 
 def hexadecimal(colour: Colour) -> str:
-    """Write a colour as CSS and SVG do.
-
-    Examples
-    --------
-    >>> hexadecimal((255, 128, 0))
-    '#ff8000'
-    """
+    """Write a colour as CSS and SVG do."""
     return "#" + bytes(colour).hex()
 
 
 def mixed(colours: tuple[Colour, ...]) -> Colour:
-    """Return the colour of inks printed over each other on white paper.
-
-    Examples
-    --------
-    >>> mixed(((255, 128, 0), (0, 128, 255)))
-    (0, 64, 0)
-    """
-    red, green, blue = (
-        round(255 * math.prod(level / 255 for level in levels))
-        for levels in zip(*colours, strict=True)
-    )
+    """Return the colour of inks printed over each other on white paper."""
+    levels = zip(*colours, strict=True)
+    red, green, blue = (round(255 * math.prod(c / 255 for c in channel)) for channel in levels)
     return red, green, blue

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from fpmatch.pointset.point_match import PointMatch
     from fpmatch.pointset.similarity import Similarity
 
 
@@ -35,67 +36,53 @@ def odds(fmr: float) -> str:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Write a number with a proper minus and no minus zero.
-
-    Examples
-    --------
-    >>> number(-0.25, 2), number(-0.0001)
-    ('−0.25', '0.000')
-    """
+    """Write a number with a proper minus and no minus zero."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """Write a positive number to so many digits, zeros at its end included.
-
-    Examples
-    --------
-    >>> significant(0.57), significant(123.4), significant(1e9)
-    ('0.570', '123', '1.00e+09')
-    """
+    """Write a positive number to so many digits, zeros at its end included."""
     return f"{value:#.{digits}g}".removesuffix(".")
 
 
 def degrees(radians: float) -> str:
-    """Write an angle in degrees, to a tenth.
-
-    Examples
-    --------
-    >>> degrees(-math.pi / 3), degrees(-1e-4)
-    ('−60.0°', '0.0°')
-    """
+    """Write an angle in degrees, to a tenth."""
     return number(math.degrees(radians), 1) + "°"
 
 
 def positive_degrees(radians: float) -> str:
-    """Write an angle in degrees, from 0 up to less than 360.
-
-    Examples
-    --------
-    >>> positive_degrees(-math.pi / 3), positive_degrees(-1e-4)
-    ('300.0°', '0.0°')
-    """
+    """Write an angle in degrees, from 0 up to less than 360."""
     return f"{round(math.degrees(radians) % 360, 1) % 360:.1f}°"
 
 
 def point_name(letter: str, place: int) -> str:
-    """Return the name of a ring's point by its place, from 0: p₁ is the first of P's.
-
-    Examples
-    --------
-    >>> point_name("P", 0), point_name("Q", 9)
-    ('p₁', 'q₁₀')
-    """
+    """Return the name of a ring's point by its place, from 0: p₁ is the first of P's."""
     return letter.lower() + str(place + 1).translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
 
 
 def rotated_and_scaled(transform: Similarity) -> str:
-    """Describe a transform without its shift.
-
-    Examples
-    --------
-    >>> from fpmatch.pointset.similarity import Similarity
-    >>> rotated_and_scaled(Similarity(scale=2.0, rotation=-0.5))
-    'rotated by −28.6°, scaled by 2.00'
-    """
+    """Describe a transform without its shift."""
     return f"rotated by {degrees(transform.rotation)}, scaled by {significant(transform.scale)}"
+
+
+def match_facts(match: PointMatch) -> list[tuple[str, str]]:
+    """Return the result as (label, value): pairs, transform, residual, and expectation by chance.
+
+    There are none where there is no match, and no chance where the matcher does not estimate it.
+    """
+    t = match.transform
+    if t is None:
+        return []
+    turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
+    sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
+    x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
+    shift = f"shift {x:+.6g}, {y:+.6g}"
+    facts = [
+        ("Pairs", f"{len(match.pairs):,}, {match.matched_share:.1%} of the smaller set"),
+        ("Transform", f"scale {t.scale:.6g}, rotation {abs(turn):.3f}°{sense}, {shift}"),
+        ("Residual", f"{match.rms:.4g} rms"),
+    ]
+    if match.chance is not None:
+        count = f"{match.chance:.2g}" if match.chance > 0 else "less than 1e-300"
+        facts.append(("Chance", f"{count} matches as good expected between independent sets"))
+    return facts

@@ -34,21 +34,10 @@ class Engine(Protocol):
         Chunks are drawn as they are needed and few results wait to be taken, so that neither list
         needs to fit into memory. Closing the generator cancels the chunks that have not begun.
 
-        Parameters
-        ----------
-        work : callable
-            A function at the top of a module. No process works on two chunks at once, and OpenCV
-            and numpy are kept on one thread.
-        shared : object
-            What all chunks need; sent to each worker once. A worker keeps its copy, so `work` may
-            cache results in it.
-        chunks : iterable
-            The pieces of work.
-
-        Raises
-        ------
-        EngineError
-            If the engine broke down. Errors of `work` are passed on.
+        `work` is a function at the top of a module; no process works on two chunks at once, and
+        OpenCV and numpy are kept on one thread. `shared` is what all chunks need: it is sent to
+        each worker once, and `work` may cache results in that copy. Raises EngineError if the
+        engine broke down; errors of `work` are passed on.
         """
 
     def __enter__(self) -> Self:
@@ -76,17 +65,8 @@ def processes(workers: int | None = None) -> Engine:
     They start with the first chunk and end with the `map`, or with the block of the engine as a
     context manager. They are spawned, or on Linux forked from a process that has only imported
     modules, because OpenCV's threads do not survive a fork; a script therefore needs the usual
-    ``if __name__ == "__main__":`` guard.
-
-    Parameters
-    ----------
-    workers : int, optional
-        How many processes (default: one a core); 1 works in this process.
-
-    Raises
-    ------
-    ValueError
-        If `workers` is less than 1.
+    ``if __name__ == "__main__":`` guard. There are `workers` of them (default: one a core); 1 works
+    in this process, and less is a ValueError.
     """
     count = available_cores() if workers is None else workers
     if count < 1:
@@ -97,18 +77,10 @@ def processes(workers: int | None = None) -> Engine:
 def dask(scheduler: str) -> Engine:
     """Return the engine of a Dask cluster that is already running.
 
-    Workers may join and leave; what a lost worker had is computed again by another. They need the
-    same version of fpmatch, but none of the files.
-
-    Parameters
-    ----------
-    scheduler : str
-        Address of its scheduler, as ``tcp://host:8786``.
-
-    Raises
-    ------
-    EngineError
-        If Dask is not installed (extra ``fpmatch[dask]``); on entering, if no scheduler answers.
+    `scheduler` is its address, as ``tcp://host:8786``. Workers may join and leave; what a lost
+    worker had is computed again by another. They need the same version of fpmatch, but none of the
+    files. Raises EngineError if Dask is not installed (extra ``fpmatch[dask]``), and on entering,
+    if no scheduler answers.
     """
     from fpmatch.engine.cluster import DaskCluster  # noqa: PLC0415
 
@@ -116,15 +88,7 @@ def dask(scheduler: str) -> Engine:
 
 
 def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return `dask` of the scheduler if there is one, else `processes`.
-
-    Raises
-    ------
-    ValueError
-        If both are given, or `workers` is less than 1.
-    EngineError
-        As `dask` does.
-    """
+    """Return `dask` of the scheduler if there is one, else `processes`; ValueError for both."""
     if scheduler is None:
         return processes(workers)
     if workers is not None:

@@ -50,14 +50,7 @@ def start_fork_server(workers: int | None, *modules: str) -> None:
     """Start importing the modules that workers will need, in the process they are forked from.
 
     For the main thread of a program, not for libraries: that process is started once in the life
-    of a program. Without effect where workers are not forked.
-
-    Parameters
-    ----------
-    workers : int or None
-        Processes that will be used (None: one a core); for one nothing is done.
-    *modules : str
-        Names of modules.
+    of a program. Without effect for one worker (None: one a core), or where they are not forked.
     """
     if _START_METHOD != "forkserver" or (workers or available_cores()) == 1:
         return

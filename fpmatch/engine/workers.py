@@ -48,25 +48,9 @@ def run_chunks(
 ) -> list[Result]:
     """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
 
-    Parameters
-    ----------
-    work, shared
-        As for `fpmatch.engine.engine.Engine.map`.
-    chunks : sequence
-        The pieces of work.
-    workers : int, optional
-        Number of processes (default: one a core); 1 works in this process.
-    engine : Engine, optional
-        An engine to work on instead; it is not released here.
-    finished : callable
-        Called with each chunk, in order, once its result is there.
-
-    Raises
-    ------
-    ValueError
-        If `workers` is less than 1.
-    EngineError
-        If a worker process ended before its work was done.
+    The parameters are those of `fpmatch.engine.engine.Engine.map` and of `processes`, or an
+    `engine` to work on instead, which is not released here. `finished` is called with each chunk,
+    in order, once its result is there.
     """
     results = []
     with (
@@ -81,16 +65,9 @@ def run_chunks(
 
 @dataclass(frozen=True, slots=True)
 class Attempt(Generic[Result]):
-    """Hold what the work on one item gave.
+    """Hold what the work on one item gave, and its CPU time in milliseconds.
 
-    Parameters
-    ----------
-    result : object or None
-        The result; None if the work raised an `FpmatchError`.
-    reason : str
-        Message of that error; else "".
-    cpu_ms : float
-        CPU time of the attempt in milliseconds.
+    `result` is None if the work raised an `FpmatchError`, whose message is then the `reason`.
     """
 
     result: Result | None
@@ -107,17 +84,8 @@ def attempt_each(
 ) -> Generator[tuple[Item, Attempt[Result]], None, None]:
     """Yield each item with what the work on it gave; an item that is refused stops nothing.
 
-    Parameters
-    ----------
-    engine : Engine
-        Where the work is done.
-    work : callable
-        A function at the top of a module, or a `functools.partial` of one, called as
-        ``work(item)``. Its `FpmatchError` becomes the attempt's reason.
-    items : iterable
-        The items, drawn as they are needed.
-    items_per_chunk : int
-        Items sent to a worker at once.
+    `work` is a function at the top of a module, or a `functools.partial` of one, called as
+    ``work(item)``. Items are drawn as they are needed, and sent to a worker a few at a time.
 
     Examples
     --------
@@ -138,6 +106,13 @@ def attempt_each(
             yield from zip(sent.popleft(), attempts, strict=True)
 
 
+def results_of_each(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item]
+) -> Iterator[Result | None]:
+    """Yield ``work(item)`` for each item, as `map` does, None for items that are refused."""
+    return (attempt.result for _, attempt in attempt_each(engine, work, items))
+
+
 def attempt_all(
     work: Callable[[Item], Result],
     items: Sequence[Item],
@@ -153,8 +128,9 @@ def attempt_all(
     """
     attempts: list[Attempt[Result]] = []
     progress(stage, 0, len(items))
+    chunks = -(-len(items) // ITEMS_PER_CHUNK)
     with (
-        _engine_for(-(-len(items) // ITEMS_PER_CHUNK), workers, engine) as place,
+        _engine_for(chunks, workers, engine) as place,
         closing(attempt_each(place, work, items)) as stream,
     ):
         for _, attempt in stream:

@@ -36,12 +36,9 @@ class Analysis:
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as JSON values."""
-        document = self.report.as_json()
-        if self.intervals is not None:
-            document["intervals"] = self.intervals.as_json()
-        if self.baseline is not None:
-            document["baseline"] = self.baseline.as_json()
-        return document
+        beside = {"intervals": self.intervals, "baseline": self.baseline}
+        known = {name: part.as_json() for name, part in beside.items() if part is not None}
+        return {**self.report.as_json(), **known}
 
     def as_text(self) -> str:
         """Return everything as tables of text."""
@@ -63,9 +60,8 @@ def analyse(
 ) -> Analysis:
     """Analyse an evaluation.
 
-    `bootstrap` is the number of bootstrap replicates for the 95 % intervals (0: no intervals), and
-    `seed` the seed of their draws. The report is compared with `baseline`, an earlier run: with its
-    comparisons by the same matcher, or by its only one.
+    `bootstrap` is the number of replicates for the 95 % intervals (0: no intervals). `baseline` is
+    an earlier run: its comparisons by the same matcher, or by its only one, are compared.
     """
     comparison = None
     if baseline is not None:
@@ -82,7 +78,7 @@ def compare_matchers(
 ) -> list[RunComparison]:
     """Compare the first matcher's run, as the earlier one, with that of each other matcher.
 
-    The list is empty where there are no genuine or no impostor pairs.
+    The list is empty where a kind of pair is missing.
     """
     if analyses[0].report.pooled.eer is None:
         return []

@@ -56,8 +56,16 @@ def calibrate_on(
     """Fit a calibration to the impostor comparisons of some databases together.
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
-    confidence interval, since comparisons of the same two fingers are not independent. `shares` are
-    weights of the databases (default: every comparison has the same weight).
+    confidence interval, since comparisons of the same two fingers are not independent.
+
+    Parameters
+    ----------
+    sets : sequence of ImpostorSet
+        The comparisons; see `fpmatch.evaluation.impostors.gather_impostors`.
+    matcher, command : str
+        Names for the provenance of the calibration.
+    shares : sequence of float, optional
+        Weights of the databases (default: every comparison has the same weight).
 
     Raises
     ------
@@ -81,12 +89,14 @@ def calibrate_on(
 
 
 def fit_calibration(
-    impostor_similarities: ArrayLike,
-    weights: ArrayLike | None = None,
+    impostor_similarities: ArrayLike, weights: ArrayLike | None = None
 ) -> Calibration:
-    """Fit a calibration, without provenance, to similarities of impostor comparisons, in any order.
+    """Fit a calibration, without provenance, to similarities of impostor comparisons.
 
-    Each similarity may have a weight (default: all have the same).
+    Parameters
+    ----------
+    impostor_similarities, weights : array_like of float, shape (N,)
+        The similarities, in any order, and their weights (default: all the same).
 
     Raises
     ------
@@ -132,12 +142,11 @@ def _empirical_knots(
     # Two knots represent a jump, which would else become a slope from the knot before.
     jumps = 1 + np.flatnonzero(np.diff(score) > KNOT_STEP)
     index = np.unique(np.concatenate([chosen, jumps - 1, jumps, [score.size - 1]]))
-    knots = [(_rounded(x[index[0]]), _rounded(score[index[0]]))]
-    for k in index[1:]:
-        knot = (_rounded(x[k]), _rounded(score[k]))
-        if knot[0] > knots[-1][0]:
-            knots.append(knot)
-    return tuple(knots)
+    # The first of the knots whose similarities do not differ once they are rounded.
+    knots: dict[float, float] = {}
+    for k in index:
+        knots.setdefault(_rounded(x[k]), _rounded(score[k]))
+    return tuple(knots.items())
 
 
 def _tail_at(last: float, s: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:

@@ -10,13 +10,9 @@ import numpy as np
 from fpmatch.drawing.words import odds
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
 from fpmatch.evaluation.calibrate import MIN_ABOVE
+from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.intervals import Interval, interval_of
-from fpmatch.matching.calibration import (
-    Calibration,
-    calibrated_matchers,
-    load_calibration,
-    score_to_fmr,
-)
+from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -52,7 +48,6 @@ class CalibrationReport:
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values."""
-        interval = self.fmr_interval
         return {
             "matcher": self.matcher,
             "databases": self.sets,
@@ -60,7 +55,7 @@ class CalibrationReport:
             "impostors": self.impostors,
             "largest_measured_score": self.largest_measured_score,
             "smallest_measured_fmr": self.smallest_measured_fmr,
-            "smallest_measured_fmr_interval": interval and [interval.low, interval.high],
+            "smallest_measured_fmr_interval": self.fmr_interval,
             "highest_impostor_score": self.highest_score,
             "package_calibration": [{"score": s, "fmr": share} for s, share in self.package],
         }
@@ -68,37 +63,30 @@ class CalibrationReport:
     def as_text(self) -> str:
         """Return the report as text, a line an item."""
         databases = f"{self.sets} database{'s' if self.sets > 1 else ''}"
+        measured, fmr = self.largest_measured_score, odds(self.smallest_measured_fmr)
         rows = [
             ("Matcher", self.matcher),
             ("Fitted to", f"{self.impostors:,} impostor comparisons"),
             ("", f"of {self.fingers} fingers ({databases})"),
-            (
-                "Measured",
-                f"up to score {self.largest_measured_score:.1f}, "
-                f"a false match rate of {odds(self.smallest_measured_fmr)}",
-            ),
+            ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
         ]
         if self.fmr_interval is not None:
-            low, high = self.fmr_interval.low, self.fmr_interval.high
+            low, high = self.fmr_interval
             lowest = odds(low) if low > 0 else "none"
             rows.append(("", f"(95 % interval over fingers: {odds(high)} to {lowest})"))
         rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
         if self.largest_measured_score < DEFAULT_THRESHOLD:
-            threshold_fmr = score_to_fmr(DEFAULT_THRESHOLD)
-            needed = round(MIN_ABOVE / threshold_fmr)
+            needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
             rows += [
                 ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"),
                 ("", f"some {needed:,} impostor comparisons"),
             ]
-        rows.append(
-            ("Highest", f"the highest of these comparisons scores {self.highest_score:.1f}")
-        )
+        highest = f"the highest of these comparisons scores {self.highest_score:.1f}"
+        rows.append(("Highest", highest))
         for at, share in self.package:
             reached = f"{odds(share)} reach" if share > 0 else "none reaches"
-            text = (
-                f"{reached} {at:g} on the package's calibration; {odds(score_to_fmr(at))} is meant"
-            )
-            rows.append(("As supplied", text))
+            meant = f"{odds(score_to_fmr(at))} is meant"
+            rows.append(("As supplied", f"{reached} {at:g} on the package's calibration; {meant}"))
         return "\n".join(f"  {label:<12}{text}" for label, text in rows)
 
 
@@ -109,15 +97,12 @@ def report_calibration(
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
 ) -> CalibrationReport:
-    """Return the report on a calibration that `calibrate_on` fitted to these databases.
-
-    `bootstrap` and `seed` are the number of replicates for the interval, and their seed.
-    """
+    """Return the report on a calibration that `calibrate_on` fitted to these databases."""
     matcher = calibration.provenance.matcher
     similarity = np.concatenate([one.trials.similarity for one in sets])
     package: tuple[tuple[float, float], ...] = ()
-    if matcher in calibrated_matchers():
-        scores = load_calibration(matcher).scores(similarity)
+    if own := calibration_of(matcher):
+        scores = own.scores(similarity)
         package = tuple((at, float(np.mean(scores >= at))) for at in CHECKED_SCORES)
     last_knot = calibration.knots[-1][0]
     draws = bootstrap_fmr([one.trials for one in sets], last_knot, bootstrap, seed)

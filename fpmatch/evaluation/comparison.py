@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
+import math
 import time
 from collections import OrderedDict
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
@@ -14,7 +13,6 @@ import numpy as np
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger
-from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
@@ -46,7 +44,6 @@ OUTCOME: Final = np.dtype(
     ]
 )
 NO_TEMPLATE: Final = "no template"
-_NAN: Final = float("nan")
 
 Key = TypeVar("Key")
 
@@ -115,7 +112,7 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         a = self.prepare((len(self._sides) - 1, database, probe))
         b = self._reference(database, reference)
         if a is None or b is None:
-            return (0.0, 0, *(_NAN,) * 5, 0.0, 0.0, NO_TEMPLATE, _NAN)
+            return (0.0, 0, *(math.nan,) * 5, 0.0, 0.0, NO_TEMPLATE, math.nan)
         start = time.process_time_ns()
         c: Comparison
         if isinstance(b, Finger):
@@ -125,7 +122,7 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
             c = self.matcher.compare(a, b)
         cpu_us = (time.process_time_ns() - start) / 1000.0
         t = c.transform
-        moved = (_NAN,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
+        moved = (math.nan,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
         measured = (c.rms_px, c.agreement, c.overlap)
         return (c.similarity, len(c.pairs), *moved, *measured, c.reason, cpu_us)
 
@@ -162,29 +159,12 @@ def compare_sets(
 ) -> list[NDArray[np.void]]:
     """Compare the chosen pairs of every database, one to one; return their `OUTCOME` arrays.
 
-    Where a side has no template, the similarity is 0 and the CPU time not a number.
-
-    Parameters
-    ----------
-    sets, pairs : sequences of ExtractedSet and of Pairs
-        The databases, and the pairs to compare in each.
-    matcher : Matcher
-        The matcher; it is sent to the workers, so it must pickle.
-    workers, engine
-        As for `fpmatch.engine.workers.run_chunks`.
-    progress : callable
-        Called with stage "compare" and numbers of pairs.
-    probes : sequence of ExtractedSet, optional
-        The same databases, extracted in another way, whose templates are the probes.
-    enrolled : sequence of mapping of int to sequence of int, optional
-        For each database, by the reference of a pair, the impressions that are enrolled with it as
-        one finger. The similarity is then the score of the finger; all else is that of its most
-        similar impression.
-
-    Raises
-    ------
-    MatcherError
-        If fingers are enrolled and the matcher has no calibration.
+    Where a side has no template, the similarity is 0 and the CPU time not a number. `probes` are
+    the same databases, extracted in another way, whose templates are the probes. `enrolled` maps,
+    for each database, the reference of a pair to the impressions that are enrolled with it as one
+    finger: the similarity is then the score of the finger, and all else that of its most similar
+    impression. Raises a `MatcherError` if fingers are enrolled without a calibration. `workers` and
+    `engine` are as for `fpmatch.engine.workers.run_chunks`, and the matcher must pickle.
     """
     sides = [
         [[e.template for e in extracted.extractions] for extracted in side]
@@ -205,13 +185,9 @@ def compare_sets(
         progress("compare", done, total)
 
     progress("compare", 0, total)
+    comparer = _ImpressionComparer(matcher, sides, enrolled)
     results = run_chunks(
-        _compare_chunk,
-        _ImpressionComparer(matcher, sides, enrolled),
-        chunks,
-        workers=workers,
-        engine=engine,
-        finished=finished,
+        _compare_chunk, comparer, chunks, workers=workers, engine=engine, finished=finished
     )
     outcomes = np.concatenate(results) if results else np.empty(0, OUTCOME)
     return np.split(outcomes, np.cumsum([len(p) for p in pairs])[:-1])
@@ -220,29 +196,3 @@ def compare_sets(
 def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
     pairs = zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
     return np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
-
-
-def compare_all_pairs(
-    templates: Sequence[Template], *, workers: int | None = None
-) -> NDArray[np.float64]:
-    """Compare each template with every later one, by the default matcher's 1:N comparison.
-
-    The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
-    protocol, and the same for any number of threads `workers` (default: one a core).
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
-    >>> full, empty = (Template(m, 100, 100) for m in (minutiae, Minutiae.empty()))
-    >>> (compare_all_pairs([full, empty, full]) > 0).tolist()
-    [False, True, False]
-    """
-    prints = [MATCHER.prepare(template) for template in templates]
-    many = PackedTemplates.pack(prints)
-
-    def with_later_ones(k: int) -> NDArray[np.float64]:
-        return MATCHER.similarities(prints[k], many, k + 1)
-
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])

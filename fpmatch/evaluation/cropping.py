@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.gallery.prints import ExtractedPrint
+from fpmatch.evaluation.extraction import extract_image
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -20,29 +20,15 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import Extractor
     from fpmatch.evaluation.report import SetResult
+    from fpmatch.gallery.prints import ExtractedPrint
     from fpmatch.minutiae import Template
 
 
 def crop_about_centroid(image: GreyImage, template: Template, side_px: float) -> GreyImage:
-    """Cut a square about the centroid of a print out of its image.
+    """Cut a square about the centroid of a print out of its image; the side is as for `crop_at`.
 
-    The mask of the template's ridge field, else its minutiae, give the area of the print. The side
-    is in pixels at 500 dpi. The square is moved inwards where it would reach beyond the image, and
-    smaller where the image is narrower.
-
-    Raises
-    ------
-    ImageError
-        If the template has neither a ridge field nor minutiae.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae
-    >>> from fpmatch.minutiae import Template
-    >>> image = GreyImage(np.zeros((300, 200), np.uint8), dpi=500)
-    >>> template = Template(Minutiae([150.0], [40.0], [0.0]), 200, 300)
-    >>> crop_about_centroid(image, template, 120).pixels.shape
-    (120, 120)
+    The mask of the template's ridge field, else its minutiae, give the area of the print; with
+    neither there is an `ImageError`.
     """
     return crop_at(image, *_centroid(image, template), side_px, template.dpi)
 
@@ -50,13 +36,8 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
 def crop_at(image: GreyImage, x: float, y: float, side_px: float, dpi: float) -> GreyImage:
     """Cut a square with its middle at (x, y), in pixels of the image, out of an image of `dpi`.
 
-    The square and what is returned are as for `crop_about_centroid`.
-
-    Examples
-    --------
-    >>> image = GreyImage(np.zeros((300, 200), np.uint8))
-    >>> crop_at(image, 190, 20, 120, dpi=250).pixels.shape
-    (60, 60)
+    The side is in pixels at 500 dpi. The square is moved inwards where it would reach beyond the
+    image, and smaller where the image is narrower.
     """
     side = max(1, round(side_px * dpi / STANDARD_DPI))
     height, width = image.pixels.shape
@@ -86,13 +67,10 @@ def extract_crop(
     reader: Callable[[Path], GreyImage] = read_image,
 ) -> ExtractedPrint:
     """Extract a template from a square of an image file; see `crop_about_centroid`."""
-    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
-
     image = reader(path)
-    way = enhance or DEFAULT_ENHANCEMENT
-    square = crop_about_centroid(image, extract(image, dpi=dpi, enhance=way), side_px)
-    assumed = dpi is None and image.dpi is None
-    return ExtractedPrint(extract(square, dpi=dpi, enhance=way), assumed, image.notes)
+    whole = extract_image(path, dpi, enhance, lambda _: image)
+    square = crop_about_centroid(image, whole.template, side_px)
+    return replace(whole, template=extract_image(path, dpi, enhance, lambda _: square).template)
 
 
 def crop_extractor_of(

@@ -64,15 +64,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
 
 
 def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
-    """Return databases with different names: a name that comes twice becomes the folder's.
-
-    Examples
-    --------
-    >>> def of(folder, name):
-    ...     return Dataset(name, None, "", (Impression(1, 1, Path(folder, "1_1.tif")),))
-    >>> [d.name for d in with_unique_names([of("a", "x"), of("b", "x"), of("c", "y")])]
-    ['a', 'b', 'y']
-    """
+    """Return databases with different names: a name that comes twice becomes the folder's."""
     count = Counter(dataset.name for dataset in datasets)
     return [
         replace(dataset, name=dataset.impressions[0].path.resolve().parent.name)

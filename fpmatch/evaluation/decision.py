@@ -1,4 +1,4 @@
-"""The default decisions of `fpmatch.verify` on comparisons that were made before."""
+"""The calibration of a matcher, and the default decisions of `fpmatch.verify` on similarities."""
 
 from __future__ import annotations
 
@@ -14,34 +14,31 @@ from fpmatch.matching.verify import DEFAULT_THRESHOLD
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.matching.calibration import Calibration
+
+
+def calibration_of(matcher: str) -> Calibration | None:
+    """Return the package's own calibration of a matcher; None where there is none."""
+    return load_calibration(matcher) if matcher in calibrated_matchers() else None
+
 
 def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
     """Decide which similarities are matches, as `fpmatch.verify` does by default.
 
     A matcher that neither decides by itself nor is calibrated finds no match.
-
-    Examples
-    --------
-    >>> decide("paper", [0.6, 0.61]).tolist()
-    [False, True]
     """
     similarity = np.asarray(similarities, np.float64)
     rho = rho_of(matcher)
     if rho is not None:
         return np.asarray(similarity > rho)
-    if matcher in calibrated_matchers():
-        return np.asarray(load_calibration(matcher).scores(similarity) >= DEFAULT_THRESHOLD)
-    return np.zeros(similarity.shape, bool)
+    calibration = calibration_of(matcher)
+    if calibration is None:
+        return np.zeros(similarity.shape, bool)
+    return np.asarray(calibration.scores(similarity) >= DEFAULT_THRESHOLD)
 
 
 def rho_of(matcher: str) -> float | None:
-    """Return the share of minutiae by which a matcher decides; None where the score does.
-
-    Examples
-    --------
-    >>> rho_of("paper"), rho_of("unit-circle")
-    (0.6, None)
-    """
+    """Return the share of minutiae by which a matcher decides; None where the score does."""
     if matcher not in matcher_names():
         return None
     chosen = get_matcher(matcher)

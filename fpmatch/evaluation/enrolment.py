@@ -11,6 +11,7 @@ from numpy.random import default_rng
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import ExtractedSet
 from fpmatch.evaluation.protocol import Pairs
+from fpmatch.evaluation.report import pooled
 from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
@@ -24,15 +25,10 @@ SCORES_CHECKED: Final = (20.0, 30.0, 40.0)
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Set how many impressions of each finger are enrolled, and databases of further impostors.
+    """Set how many impressions of each finger are enrolled: the first or, with a seed, random ones.
 
-    The first impressions are enrolled, or with a `seed` random ones. The prints of the databases,
-    of other fingers, are probes.
-
-    Raises
-    ------
-    DatasetError
-        If `count` is not positive.
+    The prints of the databases `impostors`, of other fingers, are probes. Raises a `DatasetError`
+    if `count` is not positive.
     """
 
     count: int
@@ -62,23 +58,7 @@ def plan_enrolment(
 
     Fingers with fewer impressions than are to be enrolled are not enrolled; all of their
     impressions are probes. If `own` is given, only fingers of the first `own` impressions are
-    enrolled.
-
-    Raises
-    ------
-    DatasetError
-        If no finger has more than `enrolment.count` impressions.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from fpmatch.evaluation.dataset import Impression
-    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2, 3)]
-    >>> plan = plan_enrolment(prints, Enrolment(2))
-    >>> dict(plan.enrolled)
-    {0: (0, 1), 3: (3, 4)}
-    >>> [list(zip(p.tolist(), r.tolist())) for p, r in [(plan.pairs.probe, plan.pairs.reference)]]
-    [[(2, 0), (5, 0), (2, 3), (5, 3)]]
+    enrolled. Raises a `DatasetError` if no finger has more than `enrolment.count` impressions.
     """
     finger = np.array([i.finger for i in impressions])
     own = len(finger) if own is None else own
@@ -86,14 +66,12 @@ def plan_enrolment(
     enrolled: dict[int, tuple[int, ...]] = {}
     for one in np.unique(finger[:own]):
         shown = np.flatnonzero(finger[:own] == one)
-        if len(shown) < enrolment.count:
-            continue
-        chosen = shown if rng is None else rng.permutation(shown)
-        taken = sorted(chosen[: enrolment.count].tolist())
-        enrolled[taken[0]] = tuple(taken)
-    kept = np.ones(len(finger), bool)
-    kept[[k for taken in enrolled.values() for k in taken]] = False
-    probes = np.flatnonzero(kept)
+        if len(shown) >= enrolment.count:
+            chosen = shown if rng is None else rng.permutation(shown)
+            first, *others = sorted(chosen[: enrolment.count].tolist())
+            enrolled[first] = first, *others
+    taken = [k for group in enrolled.values() for k in group]
+    probes = np.setdiff1d(np.arange(len(finger)), taken)
     reference = np.repeat(np.array(list(enrolled), np.intp), len(probes))
     probe = np.tile(probes, len(enrolled))
     genuine = finger[probe] == finger[reference]
@@ -117,12 +95,8 @@ def with_impostors(extracted: ExtractedSet, others: Sequence[ExtractedSet]) -> E
 
 
 def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[str, Any]:
-    """Return what was enrolled, and the stated and measured FMR of some scores, as JSON values.
-
-    The similarities of the report are scores of fingers.
-    """
-    genuine = np.concatenate([row.pairs.genuine for row in report.sets])
-    score = np.concatenate([row.outcomes["similarity"] for row in report.sets])
+    """Return what was enrolled, and the stated and measured FMR of some scores, as JSON values."""
+    genuine, impostor = pooled(report.sets)
     return {
         "impressions": enrolment.count,
         "seed": enrolment.seed,
@@ -131,8 +105,8 @@ def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[s
             {
                 "score": threshold,
                 "stated_fmr": score_to_fmr(threshold),
-                "fmr": _share(score[~genuine] >= threshold),
-                "fnmr": _share(score[genuine] < threshold),
+                "fmr": _share(impostor >= threshold),
+                "fnmr": _share(genuine < threshold),
             }
             for threshold in SCORES_CHECKED
         ],

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress
+from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress, results_of_each
 from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
@@ -52,30 +52,26 @@ class ExtractedSet:
     @property
     def failures(self) -> list[tuple[Path, str]]:
         """The images that gave no template, and why."""
-        return [
-            (path, extraction.reason)
-            for path, extraction in self._each()
-            if extraction.template is None
-        ]
+        return [(path, one.reason) for path, one in self._each() if one.template is None]
 
     @property
     def assumed(self) -> list[Path]:
         """The images whose resolution had to be assumed."""
-        return [path for path, extraction in self._each() if extraction.dpi_assumed]
+        return [path for path, one in self._each() if one.dpi_assumed]
 
     @property
     def notes(self) -> list[tuple[Path, tuple[str, ...]]]:
         """The images with notes, and these."""
-        return [(path, extraction.notes) for path, extraction in self._each() if extraction.notes]
-
-    def _each(self) -> Iterator[tuple[Path, Extraction]]:
-        paths = (impression.path for impression in self.dataset.impressions)
-        return zip(paths, self.extractions, strict=True)
+        return [(path, one.notes) for path, one in self._each() if one.notes]
 
     @property
     def median_cpu_ms(self) -> float:
         """Median CPU time of an image, in milliseconds."""
-        return float(np.median([e.cpu_ms for e in self.extractions]))
+        return float(np.median([one.cpu_ms for one in self.extractions]))
+
+    def _each(self) -> Iterator[tuple[Path, Extraction]]:
+        paths = (impression.path for impression in self.dataset.impressions)
+        return zip(paths, self.extractions, strict=True)
 
 
 def extract_image(
@@ -98,14 +94,17 @@ def extractor_of(enhance: str, reader: Callable[[Path], GreyImage] = read_image)
 
 
 def dataset_reader(
-    datasets: Sequence[Dataset], reader: Callable[..., GreyImage] = read_image
+    datasets: Sequence[Dataset],
+    reader: Callable[..., GreyImage] = read_image,
+    engine: Engine | None = None,
 ) -> PolarityReader[GreyImage]:
     """Return a reader of the images of some databases, those of a folder with one polarity.
 
-    `reader` is as for `fpmatch.image.quality.folder_polarity.find_polarities`.
+    An `engine` looks at the images (default: this process).
     """
     paths = [impression.path for dataset in datasets for impression in dataset.impressions]
-    return PolarityReader(reader, find_polarities(paths, reader=reader))
+    each = map if engine is None else partial(results_of_each, engine)
+    return PolarityReader(reader, find_polarities(paths, reader=reader, each=each))
 
 
 def extract_datasets(
@@ -119,18 +118,25 @@ def extract_datasets(
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases; failures are kept as such.
 
-    The extractor, a function at the top of a module, makes a template from a path and a resolution
-    (None: the file's own), alone or in an `ExtractedPrint` with notes. By default it is
-    `extract_image`, the images of a folder read with one polarity. Other parameters are as for
-    `fpmatch.engine.workers.attempt_all`, in images.
+    Parameters
+    ----------
+    datasets : sequence of Dataset
+        The databases; see `fpmatch.evaluation.dataset.load_dataset`.
+    extractor : callable, optional
+        A function at the top of a module that makes a template from a path and a resolution (None:
+        the file's own), alone or in an `ExtractedPrint` with notes. By default it is
+        `extract_image`, the images of a folder read with one polarity.
+    workers, engine, progress, stage
+        As for `fpmatch.engine.workers.attempt_all`, in images.
+
+    Returns
+    -------
+    list of ExtractedSet
+        Each database with its templates, CPU times and reasons of failures.
     """
+    work = extractor or partial(extract_image, reader=dataset_reader(datasets))
     found = attempt_each_image(
-        datasets,
-        extractor or partial(extract_image, reader=dataset_reader(datasets)),
-        stage=stage,
-        workers=workers,
-        engine=engine,
-        progress=progress,
+        datasets, work, stage=stage, workers=workers, engine=engine, progress=progress
     )
     return [
         ExtractedSet(dataset, tuple(map(_extraction, dataset.impressions, attempts)))
@@ -152,14 +158,10 @@ def attempt_each_image(
     `work` is called with a path and a resolution (None: the file's own).
     """
     images = [(i.path, dataset.dpi) for dataset in datasets for i in dataset.impressions]
+    on_image = partial(_on_image, work)
     attempts = iter(
         attempt_all(
-            partial(_on_image, work),
-            images,
-            stage=stage,
-            workers=workers,
-            engine=engine,
-            progress=progress,
+            on_image, images, stage=stage, workers=workers, engine=engine, progress=progress
         )
     )
     return [list(islice(attempts, len(dataset.impressions))) for dataset in datasets]
@@ -172,15 +174,11 @@ def _on_image(
 
 
 def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPrint]) -> Extraction:
-    made = attempt.result
+    made, cpu_ms = attempt.result, attempt.cpu_ms
     if made is None:
-        return Extraction(None, attempt.reason, attempt.cpu_ms)
+        return Extraction(None, attempt.reason, cpu_ms)
     found = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
-    empty = not len(found.template.minutiae)
-    return Extraction(
-        template=None if empty else found.template,
-        reason=f"{impression.path}: no minutiae found" if empty else "",
-        cpu_ms=attempt.cpu_ms,
-        dpi_assumed=found.dpi_assumed,
-        notes=found.notes,
-    )
+    beside = cpu_ms, found.dpi_assumed, found.notes
+    if len(found.template.minutiae):
+        return Extraction(found.template, "", *beside)
+    return Extraction(None, f"{impression.path}: no minutiae found", *beside)

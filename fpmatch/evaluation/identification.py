@@ -55,29 +55,16 @@ def identify_all(
 ) -> Identification | None:
     """Search each impression of a database among all others, by the similarities of all pairs.
 
-    Returns None where not all pairs were compared (protocol "fvc"), or where there are not two
-    fingers, one of them with two impressions.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from fpmatch.evaluation.dataset import Impression
-    >>> from fpmatch.evaluation.protocol import choose_pairs
-    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
-    >>> pairs = choose_pairs(prints)
-    >>> found = identify_all(prints, pairs, np.array([9.0, 1.0, 2.0, 3.0, 0.0, 2.0]))
-    >>> found.rank.tolist(), found.rank_one
-    ([1, 1, 2, 2], 0.5)
+    The result is None where not all pairs were compared (protocol "fvc"), or where there are not
+    two fingers, one of them with two impressions.
     """
     count = len(impressions)
     if len(pairs) != count * (count - 1) // 2:
         return None
-    order = np.argsort([i.finger for i in impressions], kind="stable")
+    fingers = np.array([i.finger for i in impressions])
+    order = np.argsort(fingers, kind="stable")
     _, starts, finger, sizes = np.unique(
-        np.array([impressions[k].finger for k in order]),
-        return_index=True,
-        return_inverse=True,
-        return_counts=True,
+        fingers[order], return_index=True, return_inverse=True, return_counts=True
     )
     probes = np.flatnonzero(sizes[finger] > 1)
     if sizes.size < 2 or not probes.size:

@@ -6,12 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.bootstrap import Trials
-from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores import choose_matcher, read_scores, scores_of
@@ -21,7 +17,8 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
 
-    from fpmatch.evaluation.extraction import ExtractedSet, Extractor
+    from fpmatch.evaluation.bootstrap import Trials
+    from fpmatch.evaluation.extraction import Extractor
     from fpmatch.evaluation.report import EvaluationReport
     from fpmatch.matching.result import Matcher
 
@@ -44,9 +41,13 @@ def gather_impostors(
 ) -> list[ImpostorSet]:
     """Return the impostor comparisons of files of scores, then of folders of prints, by database.
 
-    The files are those of `fpmatch.evaluation.score_file`; scores of the matcher are read. The
-    prints of FVC-style folders are extracted and compared by the extended protocol. `workers`,
-    `progress` and `extractor` are as for `evaluate`.
+    Parameters
+    ----------
+    sources : sequence of path
+        Files of scores, see `fpmatch.evaluation.score_file`, of which those of the matcher are
+        read, and FVC-style folders, whose prints are compared by the extended protocol.
+    matcher, workers, progress, extractor
+        As for `evaluate`.
 
     Raises
     ------
@@ -68,8 +69,7 @@ def gather_impostors(
         if one.name in seen:
             raise DatasetError(f"{one.name}: scores of this database are given twice")
         seen.add(one.name)
-    folders = [path for path in paths if not path.is_file()]
-    if folders:
+    if folders := [path for path in paths if not path.is_file()]:
         report = evaluate(
             folders, matcher=chosen, workers=workers, progress=progress, extractor=extractor
         )
@@ -87,27 +87,3 @@ def impostors_of_report(report: EvaluationReport) -> list[ImpostorSet]:
     matcher look more certain than it is.
     """
     return [ImpostorSet(one.name, one.impostors) for one in scores_of(report)]
-
-
-def impostors_among(
-    sets: Sequence[ExtractedSet], name: str, workers: int | None = None
-) -> ImpostorSet:
-    """Return the impostor comparisons among all impressions of all databases.
-
-    Fingers of different databases count as different, so that a few databases make very many
-    comparisons. The default matcher compares, in `workers` threads (default: one a core).
-    """
-    templates, shown = [], []
-    for number, one in enumerate(sets):
-        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
-            if found.template is not None:
-                templates.append(found.template)
-                shown.append((number, impression.finger))
-    # without impressions the list has no rows
-    fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
-    finger = finger.ravel()
-    similarity = compare_all_pairs(templates, workers=workers)
-    probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
-    impostor = probe != reference
-    trials = Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers))
-    return ImpostorSet(name, trials)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -21,14 +21,12 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
-MIN_FINGERS: Final = 5
-"""With fewer fingers in a database no interval is given."""
+MIN_FINGERS: Final = 5  # of a database
 CONFIDENCE: Final = 0.95
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """Hold the limits between which a rate lies, as fractions."""
+class Interval(NamedTuple):
+    """The limits between which a rate lies, as fractions."""
 
     low: float
     high: float
@@ -53,10 +51,6 @@ class RateIntervals:
     fmr10000: Interval | None = None
     rank_one: Interval | None = None
 
-    def as_json(self) -> dict[str, list[float] | None]:
-        """Return pairs of limits by name, None where there is none."""
-        return {name: one and [one["low"], one["high"]] for name, one in asdict(self).items()}
-
 
 @dataclass(frozen=True, slots=True)
 class ReportIntervals:
@@ -69,15 +63,8 @@ class ReportIntervals:
     pooled: RateIntervals
 
     def as_json(self) -> dict[str, Any]:
-        """Return the intervals as JSON values."""
-        return {
-            "confidence": CONFIDENCE,
-            "bootstrap": self.bootstrap,
-            "seed": self.seed,
-            "sets": [one.as_json() for one in self.sets],
-            "mean": self.mean.as_json(),
-            "pooled": self.pooled.as_json(),
-        }
+        """Return the intervals as JSON values, pairs of limits by name."""
+        return {"confidence": CONFIDENCE, **asdict(self)}
 
 
 def rate_intervals(
@@ -86,10 +73,9 @@ def rate_intervals(
     """Estimate 95 % intervals of an evaluation's rates.
 
     The interval leaves out 2.5 % of the bootstrap replicates on either side. It describes how the
-    rates scatter with other fingers on the same sensor. With ten fingers it is rough, and where
-    no error was seen it is 0 to 0, which does not mean that there are none.
-
-    Databases of fewer than `MIN_FINGERS` fingers have none.
+    rates scatter with other fingers on the same sensor. With ten fingers it is rough, with fewer
+    than `MIN_FINGERS` in a database there is none, and where no error was seen it is 0 to 0, which
+    does not mean that there are none.
     """
     trials = [trials_of(row) for row in report.sets]
     replicates = bootstrap_rates(trials, bootstrap, seed)
@@ -101,8 +87,9 @@ def rate_intervals(
     )
     mean = pooled = RateIntervals()
     if all(enough):
-        hits = None if any(r is None for r in ranks) else sum(r for r in ranks if r is not None)
+        known = [rank for rank in ranks if rank is not None]
         mean = _rate_intervals(report.mean, replicates.mean, None)
+        hits = np.sum(known, axis=0) if len(known) == len(ranks) else None
         pooled = _rate_intervals(report.pooled, replicates.pooled, hits)
     return ReportIntervals(bootstrap, seed, sets, mean, pooled)
 
@@ -111,12 +98,6 @@ def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     """Return the limits that leave out 2.5 % of the draws on either side.
 
     Draws without a rate are NaN; where these are half of them or more, there is no interval.
-
-    Examples
-    --------
-    >>> found = interval_of(np.arange(41.0))
-    >>> round(found.low, 3), round(found.high, 3)
-    (1.0, 39.0)
     """
     known = draws[np.isfinite(draws)]
     if known.size <= draws.size / 2:
@@ -129,12 +110,8 @@ def trials_of(row: SetResult) -> Trials:
     """Return a database's comparisons with their fingers numbered from 0."""
     names = [i.finger for i in row.extracted.dataset.impressions]
     fingers, number = np.unique(names, return_inverse=True)
-    return Trials(
-        similarity=row.outcomes["similarity"],
-        probe=number[row.pairs.probe],
-        reference=number[row.pairs.reference],
-        fingers=int(fingers.size),
-    )
+    probe, reference = number[row.pairs.probe], number[row.pairs.reference]
+    return Trials(row.outcomes["similarity"], probe, reference, int(fingers.size))
 
 
 def _rank_one(
@@ -150,14 +127,14 @@ def _rank_one(
 
 
 def _rate_intervals(
-    rates: Rates, draws: NDArray[np.float64], ranks: NDArray[np.float64] | float | None
+    rates: Rates, draws: NDArray[np.float64], ranks: NDArray[np.float64] | None
 ) -> RateIntervals:
     found = {
         name: interval_of(draws[:, column])
         for column, name in enumerate(BOOTSTRAPPED)
         if getattr(rates, name) is not None
     }
-    if isinstance(ranks, np.ndarray):
+    if ranks is not None:
         with np.errstate(invalid="ignore"):  # a draw without probes has no rate
             found["rank_one"] = interval_of(ranks[0] / ranks[1])
     return RateIntervals(**found)

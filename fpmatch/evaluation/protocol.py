@@ -79,14 +79,8 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     probe, reference = np.triu_indices(len(impressions), k=1)
     genuine = finger[probe] == finger[reference]
     if protocol == "fvc":
-        first = _is_first_impression(impressions)
+        lowest = {i.finger: i.number for i in sorted(impressions, key=lambda i: -i.number)}
+        first = np.array([i.number == lowest[i.finger] for i in impressions], dtype=bool)
         chosen = genuine | (first[probe] & first[reference])
         probe, reference, genuine = probe[chosen], reference[chosen], genuine[chosen]
     return Pairs(probe, reference, genuine)
-
-
-def _is_first_impression(impressions: Sequence[Impression]) -> NDArray[np.bool_]:
-    lowest: dict[int, int] = {}
-    for i in impressions:
-        lowest[i.finger] = min(i.number, lowest.get(i.finger, i.number))
-    return np.array([i.number == lowest[i.finger] for i in impressions], dtype=bool)

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
 """The FMR at which each rate of that name gives the FNMR."""
-
 ROUNDING: Final = 1e-9
 """floor(share * n + ROUNDING) loses no comparison to the rounding of `share`."""
 
@@ -64,14 +63,9 @@ NO_RATES: Final = Rates(None, None, None, None, None, None)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorCurves:
-    """Hold FMR and FNMR at every threshold where one of them changes.
+    """Hold FMR and FNMR at every distinct score in increasing order, then at infinity; shape (N,).
 
-    Parameters
-    ----------
-    threshold : ndarray of float64, shape (N,)
-        Every distinct score in increasing order, then infinity.
-    fmr, fnmr : ndarray of float64, shape (N,)
-        The rates at these thresholds: FMR falls from 1 to 0, FNMR rises from 0 to 1.
+    FMR falls from 1 to 0, FNMR rises from 0 to 1.
     """
 
     threshold: NDArray[np.float64]
@@ -80,7 +74,7 @@ class ErrorCurves:
 
 
 def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
-    """Compute the rates of `Rates`.
+    """Compute the error rates of genuine and impostor scores.
 
     Parameters
     ----------
@@ -142,11 +136,6 @@ def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
     """Return the highest impostor score that must not match for an FMR of at most `fmr`, under 1.
 
     The lowest threshold is just above it. None where `fmr` is less than one of the scores.
-
-    Examples
-    --------
-    >>> threshold_at_fmr(range(1000), 0.01)
-    989.0
     """
     return _threshold_at_fmr(_sorted_scores("impostor", impostor), fmr)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, astuple, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -116,15 +117,35 @@ class EvaluationReport:
     pooled: Rates
 
     @property
+    def prints(self) -> int:
+        """Number of impressions in all databases."""
+        return sum(row.prints for row in self.sets)
+
+    @property
+    def genuine(self) -> int:
+        """Number of genuine pairs in all databases."""
+        return sum(row.genuine for row in self.sets)
+
+    @property
+    def impostor(self) -> int:
+        """Number of impostor pairs in all databases."""
+        return sum(row.impostor for row in self.sets)
+
+    @property
+    def failures(self) -> tuple[tuple[Path, str], ...]:
+        """Images of all databases that gave no template, and why."""
+        return tuple(failure for row in self.sets for failure in row.failures)
+
+    @property
     def rank_one(self) -> float | None:
         """Share of all probes whose own finger comes first, each in its own database.
 
         None where a database has no identification.
         """
-        found = [row.identification for row in self.sets]
-        if any(one is None for one in found):
+        ranks = [row.identification.rank for row in self.sets if row.identification]
+        if len(ranks) < len(self.sets):
             return None
-        return float(np.mean(np.concatenate([one.rank for one in found if one]) == 1))
+        return float(np.mean(np.concatenate(ranks) == 1))
 
     @property
     def dpi_assumed(self) -> tuple[Path, ...]:
@@ -142,56 +163,55 @@ class EvaluationReport:
             "sets": [row.as_json() for row in self.sets],
             "mean": {
                 **asdict(self.mean),
-                "extract_ms": _rounded(np.mean([row.extract_ms for row in self.sets])),
-                "match_us": _rounded(np.mean([row.match_us for row in self.sets])),
+                "extract_ms": _rounded(float(np.mean([row.extract_ms for row in self.sets]))),
+                "match_us": _rounded(float(np.mean([row.match_us for row in self.sets]))),
             },
             "pooled": {
-                "genuine": sum(row.genuine for row in self.sets),
-                "impostor": sum(row.impostor for row in self.sets),
+                "genuine": self.genuine,
+                "impostor": self.impostor,
                 **asdict(self.pooled),
                 "rank_one": self.rank_one,
-                "prints": sum(row.prints for row in self.sets),
-                "failures": sum(len(row.failures) for row in self.sets),
+                "prints": self.prints,
+                "failures": len(self.failures),
             },
         }
 
 
 def summarise_set(extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.void]) -> SetResult:
     """Summarise the comparisons of one database."""
+    similarity = outcomes["similarity"]
     cpu_us = outcomes["cpu_us"][np.isfinite(outcomes["cpu_us"])]
     return SetResult(
         name=extracted.dataset.name,
         genuine=int(pairs.genuine.sum()),
         impostor=int((~pairs.genuine).sum()),
-        rates=_rates([pairs], [outcomes]),
+        rates=error_rates(similarity[pairs.genuine], similarity[~pairs.genuine]),
         failures=tuple(extracted.failures),
         extract_ms=extracted.median_cpu_ms,
-        match_us=float(np.median(cpu_us)) if cpu_us.size else float("nan"),
+        match_us=float(np.median(cpu_us)) if cpu_us.size else math.nan,
         extracted=extracted,
         pairs=pairs,
         outcomes=outcomes,
-        identification=identify_all(extracted.dataset.impressions, pairs, outcomes["similarity"]),
+        identification=identify_all(extracted.dataset.impressions, pairs, similarity),
     )
 
 
 def summarise(matcher: str, protocol: str, sets: Sequence[SetResult]) -> EvaluationReport:
     """Summarise the rows of all databases."""
     columns = zip(*(astuple(row.rates) for row in sets), strict=True)
-    return EvaluationReport(
-        matcher=matcher,
-        protocol=protocol,
-        sets=tuple(sets),
-        mean=Rates(*(None if None in column else float(np.mean(column)) for column in columns)),
-        pooled=_rates([row.pairs for row in sets], [row.outcomes for row in sets]),
-    )
+    mean = Rates(*(None if None in column else float(np.mean(column)) for column in columns))
+    return EvaluationReport(matcher, protocol, tuple(sets), mean, error_rates(*pooled(sets)))
 
 
-def _rates(pairs: Sequence[Pairs], outcomes: Sequence[NDArray[np.void]]) -> Rates:
-    """Compute the rates on the raw similarity: calibration keeps its order, but ties its ends."""
-    genuine = np.concatenate([p.genuine for p in pairs])
-    similarity = np.concatenate([o["similarity"] for o in outcomes])
-    return error_rates(similarity[genuine], similarity[~genuine])
+def pooled(sets: Sequence[SetResult]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the similarities of genuine and of impostor pairs of all databases.
+
+    Rates are computed on them and not on scores: calibration keeps their order, but ties its ends.
+    """
+    genuine = np.concatenate([row.pairs.genuine for row in sets])
+    similarity = np.concatenate([row.outcomes["similarity"] for row in sets])
+    return similarity[genuine], similarity[~genuine]
 
 
-def _rounded(time: float | np.floating[Any]) -> float | None:
-    return round(float(time), 3) if np.isfinite(time) else None
+def _rounded(time: float) -> float | None:
+    return round(time, 3) if math.isfinite(time) else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 from fpmatch.engine.engine import processes
@@ -86,50 +85,64 @@ def evaluate_matchers(
     *,
     protocol: str = "extended",
     workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
     probe_extractor: Extractor | None = None,
     enrolment: Enrolment | None = None,
 ) -> list[EvaluationReport]:
-    """Evaluate some matchers on the same templates, extracted once; else as `evaluate`.
+    """Evaluate some matchers on the same templates, extracted once.
 
-    Where `probe_extractor` is given, it makes the templates of the probes, the first prints of the
-    pairs, and `extractor` those of the references; `progress` is called for the stage "extract
-    probes", too. `enrolment` is as for `evaluate_templates`.
+    Parameters
+    ----------
+    datasets, protocol, workers, progress, extractor
+        As for `evaluate`.
+    matchers : sequence of Matcher or str
+        The matchers, or their names.
+    engine : Engine, optional
+        An engine to work on instead of `workers` processes; it is released at the end.
+    probe_extractor : callable, optional
+        Makes the templates of the probes, the first prints of the pairs, in the stage "extract
+        probes"; `extractor` then makes those of the references.
+    enrolment : Enrolment, optional
+        Several impressions of a finger are enrolled, and all others and its further impostors are
+        compared with the fingers. Similarities are then scores, and the protocol has no effect.
+
+    Raises
+    ------
+    FpmatchError
+        As `evaluate`; also if fingers are enrolled and a matcher has no calibration.
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
     everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
-    with processes(workers) as engine:
-        found = extract_datasets(everything, extractor=extractor, engine=engine, progress=progress)
-        extracted, impostors = found[: len(loaded)], found[len(loaded) :]
-        probes = None
-        if probe_extractor is not None:
-            probes = extract_datasets(
-                loaded,
-                extractor=probe_extractor,
-                engine=engine,
-                progress=progress,
-                stage="extract probes",
-            )
+    with engine or processes(workers) as place:
+        found = extract_datasets(everything, extractor=extractor, engine=place, progress=progress)
+        probes = probe_extractor and extract_datasets(
+            loaded,
+            extractor=probe_extractor,
+            engine=place,
+            progress=progress,
+            stage="extract probes",
+        )
+
+        def part_of_progress(index: int) -> Progress:
+            parts = len(chosen)
+            return lambda stage, done, n: progress(stage, index * n + done, parts * n)
+
         return [
             evaluate_templates(
-                extracted,
+                found[: len(loaded)],
                 matcher=matcher,
                 protocol=protocol,
-                engine=engine,
-                progress=partial(_part, progress, k, len(chosen)),
+                engine=place,
+                progress=part_of_progress(k),
                 probes=probes,
                 enrolment=enrolment,
-                impostors=impostors,
+                impostors=found[len(loaded) :],
             )
             for k, matcher in enumerate(chosen)
         ]
-
-
-def _part(progress: Progress, index: int, parts: int, stage: str, done: int, total: int) -> None:
-    """Report progress in one of several equal parts of a stage."""
-    progress(stage, index * total + done, parts * total)
 
 
 def evaluate_templates(
@@ -147,9 +160,7 @@ def evaluate_templates(
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
     `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`. With an
-    `enrolment` several impressions of a finger are enrolled, and all others and those of the
-    databases `impostors` are compared with the fingers; similarities are then scores, and the
-    protocol has no effect.
+    `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are probes too.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     enrolled = None
@@ -180,13 +191,10 @@ def evaluate_templates(
 def load_datasets(
     datasets: Sequence[Dataset | str | os.PathLike[str]], protocol: str = "extended"
 ) -> list[Dataset]:
-    """Load the databases among `datasets` that are given as folders, and check that all can run.
+    """Load the databases among `datasets` that are given as folders.
 
-    Raises
-    ------
-    DatasetError
-        If there is none, a folder is not an FVC-style database or is given twice, or a database
-        has no pair to compare.
+    Raises a `DatasetError` if there is none, a folder is not an FVC-style database or is given
+    twice, or a database has no pair to compare.
     """
     loaded = [d if isinstance(d, Dataset) else load_dataset(d) for d in datasets]
     if not loaded:

@@ -22,7 +22,7 @@ import numpy as np
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTRAP, Trials, bootstrap_rates
 from fpmatch.evaluation.intervals import MIN_FINGERS, Interval, interval_of
-from fpmatch.evaluation.rates import FMR_LIMITS, Rates, error_rates, threshold_at_fmr
+from fpmatch.evaluation.rates import FMR_LIMITS, error_rates, threshold_at_fmr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.scores import ScoresSet
 
-DECISION_LIMITS: Final = ("fmr1000", "fmr100")
+DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions are compared at the first of these that the pairs allow."""
 
 
@@ -61,7 +61,7 @@ class RateDifference:
 
 @dataclass(frozen=True, slots=True)
 class ChangedPair:
-    """Name a genuine pair that one run accepts and the other does not: database and two images."""
+    """Name a genuine pair that only one run accepts: its database and its two images."""
 
     set: str
     probe: str
@@ -73,15 +73,15 @@ class DecisionChange:
     """Hold how decisions on genuine pairs changed, all databases under one threshold.
 
     Either run has its threshold at the false match rate `fmr`. `gained` and `lost` are the pairs
-    that only the later, and only the earlier run accepts. `p_value` is that of McNemar's exact
-    test: the probability of a split as uneven if neither run is better.
+    that only the later, and only the earlier run accepts. `mcnemar_p` is the p-value of McNemar's
+    exact test: the probability of a split as uneven if neither run is better.
     """
 
     fmr: float
     genuine: int
     gained: tuple[ChangedPair, ...]
     lost: tuple[ChangedPair, ...]
-    p_value: float
+    mcnemar_p: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class SetComparison:
             d.rate: {
                 "before": d.before,
                 "now": d.now,
-                "change_interval": d.interval and [d.interval.low, d.interval.high],
+                "change_interval": d.interval,
                 "verdict": d.verdict,
             }
             for d in self.differences
@@ -127,30 +127,15 @@ class RunComparison:
 
     def titles(self) -> tuple[str, str]:
         """Return the column titles of the two runs: their matchers, where these differ."""
-        if self.before in {"", self.now}:
-            return "before", "now"
-        return self.before, self.now
+        return ("before", "now") if self.before in {"", self.now} else (self.before, self.now)
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values; rates as fractions."""
-        d = self.decisions
         return {
-            "before": self.before,
-            "now": self.now,
-            "only_before": self.only_before,
-            "only_now": self.only_now,
-            "identical": self.identical,
+            **asdict(self),
             "sets": [one.as_json() for one in self.sets],
             "mean": self.mean.as_json(),
             "pooled": self.pooled.as_json(),
-            "decisions": d
-            and {
-                "fmr": d.fmr,
-                "genuine": d.genuine,
-                "gained": [asdict(pair) for pair in d.gained],
-                "lost": [asdict(pair) for pair in d.lost],
-                "mcnemar_p": d.p_value,
-            },
         }
 
 
@@ -159,9 +144,9 @@ class _Common:
     """Hold the pairs that both runs compared, in one order."""
 
     now: ScoresSet
-    rows: NDArray[np.intp]
-    trials_before: Trials
-    trials_now: Trials
+    rows: NDArray[np.intp]  # of `now`
+    before: Trials
+    after: Trials
 
 
 def compare_runs(
@@ -173,10 +158,7 @@ def compare_runs(
 ) -> RunComparison:
     """Compare two runs over the same prints, on the pairs that both have, identified by names.
 
-    Raises
-    ------
-    DatasetError
-        If they have no genuine or no impostor pair in common.
+    Raises a `DatasetError` if they have no genuine or no impostor pair in common.
     """
     earlier = {one.name: one for one in before}
     common = [_in_common(earlier[one.name], one) for one in now if one.name in earlier]
@@ -185,17 +167,23 @@ def compare_runs(
             "the two runs have no database in common: "
             f"{', '.join(sorted(earlier))}; {', '.join(one.name for one in now)}"
         )
-    common = [c for c in common if c.trials_now.genuine.any() and not c.trials_now.genuine.all()]
+    common = [c for c in common if c.after.genuine.any() and not c.after.genuine.all()]
     if not common:
         raise DatasetError("the two runs have no genuine and impostor pairs in common")
-    rates_before = bootstrap_rates([c.trials_before for c in common], bootstrap, seed)
-    rates_now = bootstrap_rates([c.trials_now for c in common], bootstrap, seed)
-    enough = [c.trials_now.fingers >= MIN_FINGERS for c in common]
+    rates_before, rates_now = (
+        bootstrap_rates(trials, bootstrap, seed)
+        for trials in ([c.before for c in common], [c.after for c in common])
+    )
+    enough = [c.after.fingers >= MIN_FINGERS for c in common]
     sets = tuple(
-        _set_comparison(c.now.name, [c], rates_now.sets[k] - rates_before.sets[k], enough[k])
+        _compare(c.now.name, [c], rates_now.sets[k] - rates_before.sets[k] if enough[k] else None)
         for k, c in enumerate(common)
     )
     shared = sum(one.pairs for one in sets)
+    of_mean = of_pooled = None
+    if all(enough):
+        of_mean = rates_now.mean - rates_before.mean
+        of_pooled = rates_now.pooled - rates_before.pooled
     similarity_before, similarity_now, _ = _pooled(common)
     return RunComparison(
         before=before[0].matcher,
@@ -204,10 +192,8 @@ def compare_runs(
         only_now=sum(one.probe.size for one in now) - shared,
         identical=int(np.count_nonzero(similarity_now == similarity_before)),
         sets=sets,
-        mean=_mean(sets, rates_now.mean - rates_before.mean, all(enough)),
-        pooled=_set_comparison(
-            "pooled", common, rates_now.pooled - rates_before.pooled, all(enough)
-        ),
+        mean=_mean(sets, of_mean),
+        pooled=_compare("pooled", common, of_pooled),
         decisions=_decisions(common),
     )
 
@@ -223,23 +209,16 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     _, at_before, at_now = np.intersect1d(
         keys, _keys(now.probe, now.reference, size), assume_unique=True, return_indices=True
     )
-    fingers, flat = np.unique(
-        np.concatenate([now.trials.probe[at_now], now.trials.reference[at_now]]),
-        return_inverse=True,
-    )
-    trials = Trials(
-        similarity=now.trials.similarity[at_now],
-        probe=flat[: at_now.size],
-        reference=flat[at_now.size :],
-        fingers=int(fingers.size),
-    )
-    trials_before = replace(trials, similarity=before.trials.similarity[earlier[at_before]])
-    return _Common(now, at_now, trials_before, trials)
+    t, count = now.trials, at_now.size
+    both = np.concatenate([t.probe[at_now], t.reference[at_now]])
+    fingers, flat = np.unique(both, return_inverse=True)
+    trials = Trials(t.similarity[at_now], flat[:count], flat[count:], int(fingers.size))
+    similarity_before = before.trials.similarity[earlier[at_before]]
+    return _Common(now, at_now, replace(trials, similarity=similarity_before), trials)
 
 
 def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> NDArray[np.intp]:
-    keys: NDArray[np.intp] = np.minimum(probe, reference) * size + np.maximum(probe, reference)
-    return keys
+    return np.asarray(np.minimum(probe, reference) * size + np.maximum(probe, reference))
 
 
 def _pooled(
@@ -247,69 +226,58 @@ def _pooled(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
     """Return similarities before and now, and which pairs are genuine, of all databases."""
     return (
-        np.concatenate([c.trials_before.similarity for c in common]),
-        np.concatenate([c.trials_now.similarity for c in common]),
-        np.concatenate([c.trials_now.genuine for c in common]),
+        np.concatenate([c.before.similarity for c in common]),
+        np.concatenate([c.after.similarity for c in common]),
+        np.concatenate([c.after.genuine for c in common]),
     )
 
 
-def _set_comparison(
-    name: str, common: Sequence[_Common], draws: NDArray[np.float64], enough: bool
+def _compare(
+    name: str, common: Sequence[_Common], draws: NDArray[np.float64] | None
 ) -> SetComparison:
+    """Compare the rates; `draws` are bootstrapped differences, None with too few fingers."""
     before, now, genuine = _pooled(common)
-    rates = [error_rates(similarity[genuine], similarity[~genuine]) for similarity in (before, now)]
-    return SetComparison(name, int(genuine.size), _differences(*rates, draws=draws, enough=enough))
-
-
-def _differences(
-    before: Rates, now: Rates, *, draws: NDArray[np.float64], enough: bool
-) -> tuple[RateDifference, ...]:
-    return tuple(
-        RateDifference(
-            rate=rate,
-            before=getattr(before, rate),
-            now=getattr(now, rate),
-            interval=interval_of(draws[:, column]) if enough else None,
-        )
+    was, found = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
+    differences = [
+        RateDifference(rate, getattr(was, rate), getattr(found, rate), _interval(draws, column))
         for column, rate in enumerate(BOOTSTRAPPED)
-        if getattr(now, rate) is not None
-    )
+        if getattr(found, rate) is not None
+    ]
+    return SetComparison(name, int(genuine.size), tuple(differences))
 
 
-def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64], enough: bool) -> SetComparison:
+def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64] | None) -> SetComparison:
+    """Return the mean of each rate that all databases have; `draws` as for `_compare`."""
     differences = []
     for column, rate in enumerate(BOOTSTRAPPED):
         found = [d for one in sets for d in one.differences if d.rate == rate]
         if len(found) == len(sets):
-            differences.append(
-                RateDifference(
-                    rate=rate,
-                    before=float(np.mean([d.before for d in found])),
-                    now=float(np.mean([d.now for d in found])),
-                    interval=interval_of(draws[:, column]) if enough else None,
-                )
-            )
+            before = float(np.mean([d.before for d in found]))
+            now = float(np.mean([d.now for d in found]))
+            differences.append(RateDifference(rate, before, now, _interval(draws, column)))
     return SetComparison("mean", sum(one.pairs for one in sets), tuple(differences))
+
+
+def _interval(draws: NDArray[np.float64] | None, column: int) -> Interval | None:
+    return None if draws is None else interval_of(draws[:, column])
 
 
 def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
     from scipy.stats import binomtest  # noqa: PLC0415
 
     before, now, genuine = _pooled(common)
-    for name in DECISION_LIMITS:
-        limit = FMR_LIMITS[name]
-        at_now = threshold_at_fmr(now[~genuine], limit)
-        at_before = threshold_at_fmr(before[~genuine], limit)
-        if at_now is not None and at_before is not None:
+    for fmr in DECISION_FMRS:
+        at_before, at_now = (threshold_at_fmr(s[~genuine], fmr) for s in (before, now))
+        if at_before is not None and at_now is not None:
             break
     else:
         return None
-    accepted, was = (now > at_now) & genuine, (before > at_before) & genuine
-    gained = tuple(_pair(common, int(k)) for k in np.flatnonzero(accepted & ~was))
-    lost = tuple(_pair(common, int(k)) for k in np.flatnonzero(was & ~accepted))
+    was, accepted = (before > at_before) & genuine, (now > at_now) & genuine
+    gained = tuple(_pair(common, k) for k in np.flatnonzero(accepted & ~was).tolist())
+    lost = tuple(_pair(common, k) for k in np.flatnonzero(was & ~accepted).tolist())
     changed = len(gained) + len(lost)
     p_value = float(binomtest(len(lost), changed).pvalue) if changed else 1.0
-    return DecisionChange(limit, int(genuine.sum()), gained, lost, p_value)
+    return DecisionChange(fmr, int(genuine.sum()), gained, lost, p_value)
 
 
 def _pair(common: Sequence[_Common], row: int) -> ChangedPair:

@@ -24,21 +24,18 @@ import numpy as np
 
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.evaluation.decision import decide
-from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.evaluation.decision import calibration_of, decide
 from fpmatch.output import atomic_write, check_writable, reason
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterable, Iterator, Sequence
 
-    from fpmatch.evaluation.extraction import Extraction
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
 
 COLUMNS: Final = (
-    *("matcher", "set", "probe", "reference", "genuine", "similarity", "score"),
-    "reason",
+    *("matcher", "set", "probe", "reference", "genuine", "similarity", "score", "reason"),
 )
 DETAILS: Final = (
     *("pairs", "scale", "rotation_deg", "tx", "ty", "rms_px", "agreement", "overlap"),
@@ -80,22 +77,20 @@ def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> No
 
 
 def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
-    names = [i.path.name for i in result.extracted.dataset.impressions]
+    impressions = result.extracted.dataset.impressions
     outcomes, pairs = result.outcomes, result.pairs
-    failed = outcomes["reason"] == NO_TEMPLATE
-    similarity = outcomes["similarity"]
-    score = np.full(len(pairs), np.nan)
-    if matcher in calibrated_matchers():
-        score = load_calibration(matcher).scores(similarity)
+    failed, similarity = outcomes["reason"] == NO_TEMPLATE, outcomes["similarity"]
+    calibration = calibration_of(matcher)
+    score = calibration.scores(similarity) if calibration else np.full(len(pairs), np.nan)
+    failures = [
+        "" if e.template else e.reason.removeprefix(f"{i.path}: ") or NO_TEMPLATE
+        for i, e in zip(impressions, result.extracted.extractions, strict=True)
+    ]
     why = np.where(decide(matcher, similarity), "", outcomes["reason"])
-    extractions = result.extracted.extractions
-    paths = [i.path for i in result.extracted.dataset.impressions]
-    failures = [_failure(path, e) for path, e in zip(paths, extractions, strict=True)]
     for k in np.flatnonzero(failed).tolist():
         why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])
     columns = (
-        [names[i] for i in pairs.probe],
-        [names[i] for i in pairs.reference],
+        *([impressions[i].path.name for i in side] for side in (pairs.probe, pairs.reference)),
         pairs.genuine.astype(int).tolist(),
         ["" if no else value for no, value in zip(failed, similarity.tolist(), strict=True)],
         ["" if no else _short(value) for no, value in zip(failed, score.tolist(), strict=True)],
@@ -105,13 +100,6 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
     )
     for values in zip(*columns, strict=True):
         yield (matcher, result.name, *values)
-
-
-def _failure(path: Path, extraction: Extraction) -> str:
-    """Return why an image gave no template, without its path; "" where it gave one."""
-    if extraction.template is not None:
-        return ""
-    return extraction.reason.removeprefix(f"{path}: ") or NO_TEMPLATE
 
 
 def _short(value: float) -> str:
@@ -125,12 +113,7 @@ def read_rows(
     """Yield line number and cells of each row of a file of scores, CSV or Parquet.
 
     The cells are those of `columns`, in this order, "" where they are empty or where a column that
-    is `optional`, too, is missing.
-
-    Raises
-    ------
-    DatasetError
-        If the file cannot be read or lacks a column.
+    is `optional`, too, is missing. Raises a `DatasetError` if the file cannot be read or lacks one.
     """
     source = Path(path)
     rows = _parquet_rows(source) if is_parquet(source) else _csv_rows(source)

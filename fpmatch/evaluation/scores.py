@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -48,13 +48,8 @@ class ScoresSet:
     @property
     def impostors(self) -> Trials:
         """The comparisons of different fingers, without those of prints that have no template."""
-        kept = ~self.trials.genuine & self.compared
-        return replace(
-            self.trials,
-            similarity=self.trials.similarity[kept],
-            probe=self.trials.probe[kept],
-            reference=self.trials.reference[kept],
-        )
+        t, kept = self.trials, ~self.trials.genuine & self.compared
+        return Trials(t.similarity[kept], t.probe[kept], t.reference[kept], t.fingers)
 
 
 def scores_of(report: EvaluationReport) -> list[ScoresSet]:
@@ -151,14 +146,13 @@ class _Rows:
             self.compared.append(not failed)
 
     def _number(self, name: str) -> int:
-        number = self.index.get(name)
-        if number is None:
+        if name not in self.index:
             named = _PRINT_NAME.fullmatch(name)
             if named is None:
                 raise ValueError(f"{name!r} is not named FFF_M (finger FFF, impression M)")
-            number = self.index[name] = len(self.finger)
+            self.index[name] = len(self.finger)
             self.finger.append(int(named[1]))
-        return number
+        return self.index[name]
 
 
 def _as_set(matcher: str, name: str, rows: _Rows) -> ScoresSet:
@@ -172,23 +166,10 @@ def _as_set(matcher: str, name: str, rows: _Rows) -> ScoresSet:
     differing = np.flatnonzero(similarity != similarity[first[again]])
     prints = tuple(rows.index)
     if differing.size:
-        k = differing[0]
-        raise ValueError(
-            f"{prints[probe[k]]} and {prints[reference[k]]} are compared twice, differently"
-        )
+        one, other = prints[probe[differing[0]]], prints[reference[differing[0]]]
+        raise ValueError(f"{one} and {other} are compared twice, differently")
     kept = np.sort(first)
     probe, reference = probe[kept], reference[kept]
-    return ScoresSet(
-        matcher=matcher,
-        name=name,
-        prints=prints,
-        probe=probe,
-        reference=reference,
-        trials=Trials(
-            similarity=similarity[kept],
-            probe=finger[probe],
-            reference=finger[reference],
-            fingers=len(fingers),
-        ),
-        compared=np.frombuffer(rows.compared, np.uint8).astype(bool)[kept],
-    )
+    trials = Trials(similarity[kept], finger[probe], finger[reference], len(fingers))
+    compared = np.frombuffer(rows.compared, np.uint8).astype(bool)[kept]
+    return ScoresSet(matcher, name, prints, probe, reference, trials, compared)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from fpmatch.evaluation.intervals import Interval, ReportIntervals
     from fpmatch.evaluation.rates import Rates
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         DecisionChange,
         RateDifference,
         RunComparison,
-        SetComparison,
     )
 
 RATE_TITLES: Final = {
@@ -48,27 +47,12 @@ def percent(rate: float | None) -> str:
 
 
 def limits(interval: Interval | None) -> str:
-    """Write an interval in percent, "-" where there is none.
-
-    Examples
-    --------
-    >>> from fpmatch.evaluation.intervals import Interval
-    >>> limits(Interval(0.012, 0.034)), limits(None)
-    ('1.20 - 3.40 %', '-')
-    """
-    if interval is None:
-        return "-"
-    return f"{100 * interval.low:.2f} - {100 * interval.high:.2f} %"
+    """Write an interval in percent, "-" where there is none."""
+    return f"{100 * interval.low:.2f} - {100 * interval.high:.2f} %" if interval else "-"
 
 
 def points(difference: float) -> str:
-    """Write a difference of rates in percentage points.
-
-    Examples
-    --------
-    >>> points(-0.00123), points(0.0)
-    ('-0.12', '+0.00')
-    """
+    """Write a difference of rates in percentage points."""
     return f"{100 * difference:+.2f}"
 
 
@@ -78,37 +62,33 @@ def change_limits(difference: RateDifference) -> str:
     return f"{points(interval.low)} to {points(interval.high)}" if interval else "-"
 
 
+def defined_rates(rates: Iterable[Rates]) -> list[str]:
+    """Return the names of the rates that are defined at least once."""
+    every = list(rates)
+    return [name for name in RATE_TITLES if any(getattr(r, name) is not None for r in every)]
+
+
 def format_report(report: EvaluationReport) -> str:
     """Return a line a database, their mean, and all scores pooled; rates in percent.
 
     FMR10000 is left out where no database has enough pairs for it.
     """
-    genuine = sum(row.genuine for row in report.sets)
-    impostor = sum(row.impostor for row in report.sets)
-    failed = sum(len(row.failures) for row in report.sets)
-    rates = [*(row.rates for row in report.sets), report.pooled]
-    names = [
-        n for n in RATE_TITLES if n != "fmr10000" or any(r.fmr10000 is not None for r in rates)
-    ]
+    defined = defined_rates([*(row.rates for row in report.sets), report.pooled])
+    names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
     titles = [RATE_TITLES[name] for name in names]
+
+    def cells(title: str, row: SetResult | EvaluationReport, rates: Rates) -> list[str]:
+        counts = title, str(row.genuine), str(row.impostor)
+        return [*counts, *_cells(rates, names), percent(row.rank_one), str(len(row.failures))]
+
+    times = [(f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs") for row in report.sets]
     return text_table(
         [
             ("database", "genuine", "impostor", *titles, "rank-1", "failed", "extract", "match"),
-            *(_set_cells(row, names) for row in report.sets),
+            *((*cells(r.name, r, r.rates), *t) for r, t in zip(report.sets, times, strict=True)),
             ("mean", "", "", *_cells(report.mean, names), "", "", "", ""),
-            (
-                *("pooled", str(genuine), str(impostor), *_cells(report.pooled, names)),
-                *(percent(report.rank_one), str(failed), "", ""),
-            ),
+            (*cells("pooled", report, report.pooled), "", ""),
         ]
-    )
-
-
-def _set_cells(row: SetResult, names: list[str]) -> tuple[str, ...]:
-    return (
-        *(row.name, str(row.genuine), str(row.impostor), *_cells(row.rates, names)),
-        *(percent(row.rank_one), str(len(row.failures))),
-        *(f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs"),
     )
 
 
@@ -118,24 +98,17 @@ def _cells(rates: Rates, names: Sequence[str]) -> list[str]:
 
 def format_matchers(reports: Sequence[EvaluationReport]) -> str:
     """Return a line a matcher: mean EER, and the rates of all scores pooled."""
-    names = [n for n in RATE_TITLES if any(getattr(r.pooled, n) is not None for r in reports)]
-    titles = [f"pooled {RATE_TITLES[name]}" for name in names]
-    return text_table(
-        [
-            ("side by side", "mean EER", *titles, "rank-1"),
-            *(
-                (r.matcher, percent(r.mean.eer), *_cells(r.pooled, names), percent(r.rank_one))
-                for r in reports
-            ),
-        ]
+    names = defined_rates(report.pooled for report in reports)
+    head = ("side by side", "mean EER", *(f"pooled {RATE_TITLES[n]}" for n in names), "rank-1")
+    rows = (
+        (r.matcher, percent(r.mean.eer), *_cells(r.pooled, names), percent(r.rank_one))
+        for r in reports
     )
+    return text_table([head, *rows])
 
 
 def format_intervals(report: EvaluationReport, intervals: ReportIntervals) -> str:
-    """Return a line a database, their mean, and all scores pooled; limits in percent.
-
-    Rates without any interval are left out.
-    """
+    """Return the lines of `format_report` with the intervals of the rates that have one."""
     rows = [
         *((row.name, one) for row, one in zip(report.sets, intervals.sets, strict=True)),
         ("mean", intervals.mean),
@@ -150,10 +123,9 @@ def format_intervals(report: EvaluationReport, intervals: ReportIntervals) -> st
 
 
 def format_comparison(comparison: RunComparison, name: str) -> str:
-    """Return the rates before and now, and the decisions on genuine pairs that changed.
+    """Return the rates before, in the run `name`, and now, and the decisions that changed.
 
-    The table has the EER of each database, then all rates of mean and pooled scores. `name` is that
-    of the earlier run.
+    The table has the EER of each database, then all rates of mean and pooled scores.
     """
     c = comparison
     by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""
@@ -161,12 +133,18 @@ def format_comparison(comparison: RunComparison, name: str) -> str:
         f"{c.now} compared with {name}{by}: {c.pooled.pairs:,} pairs in both, "
         f"{c.identical:,} with the same similarity"
     ]
-    cells: list[Sequence[str]] = [(" ", "pairs", *c.titles(), "points", "95 % interval", "")]
-    for one in c.sets:
-        cells += _comparison_cells(one, one.differences[:1])
-    for one in (c.mean, c.pooled):
-        cells += _comparison_cells(one, one.differences)
-    lines.append(text_table(cells))
+    parts = [(one, one.differences[:1]) for one in c.sets]
+    parts += [(one, one.differences) for one in (c.mean, c.pooled)]
+    cells = [
+        (
+            *(f"{one.name} {RATE_TITLES[d.rate]}", f"{one.pairs:,}"),
+            *(percent(d.before), percent(d.now), points(d.now - d.before)),
+            *(change_limits(d), d.verdict),
+        )
+        for one, differences in parts
+        for d in differences
+    ]
+    lines.append(text_table([(" ", "pairs", *c.titles(), "points", "95 % interval", ""), *cells]))
     if c.only_before or c.only_now:
         lines.append(
             f"left out: {c.only_before:,} pairs that only the earlier run compared, "
@@ -179,19 +157,6 @@ def format_comparison(comparison: RunComparison, name: str) -> str:
     return "\n".join(lines)
 
 
-def _comparison_cells(
-    one: SetComparison, differences: Sequence[RateDifference]
-) -> list[Sequence[str]]:
-    return [
-        (
-            *(f"{one.name} {RATE_TITLES[d.rate]}", f"{one.pairs:,}"),
-            *(percent(d.before), percent(d.now), points(d.now - d.before)),
-            *(change_limits(d), d.verdict),
-        )
-        for d in differences
-    ]
-
-
 def decisions_sentence(decisions: DecisionChange) -> str:
     """Return how many decisions changed, and the p-value of the change."""
     d = decisions
@@ -201,13 +166,11 @@ def decisions_sentence(decisions: DecisionChange) -> str:
     )
     if not d.gained and not d.lost:
         return counts
-    p = f"= {d.p_value:.2g}" if d.p_value >= _LEAST_P else f"< {_LEAST_P:g}"
+    p = f"= {d.mcnemar_p:.2g}" if d.mcnemar_p >= _LEAST_P else f"< {_LEAST_P:g}"
     return f"{counts} (McNemar's exact test: p {p})"
 
 
 def _named(label: str, pairs: Sequence[ChangedPair]) -> list[str]:
+    lines = [f"  {label}: {p.set} {p.probe} {p.reference}" for p in pairs[:_PAIRS_NAMED]]
     rest = len(pairs) - _PAIRS_NAMED
-    return [
-        *(f"  {label}: {p.set} {p.probe} {p.reference}" for p in pairs[:_PAIRS_NAMED]),
-        *([f"  {label}: {rest} more"] if rest > 0 else []),
-    ]
+    return [*lines, f"  {label}: {rest} more"] if rest > 0 else lines

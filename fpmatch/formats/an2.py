@@ -14,29 +14,17 @@ only, the first record. Ridge counts, cores and deltas are ignored.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.binary_records import RS, START, Record, contents, first_item, read_records, table
 from fpmatch.errors import TemplateError
-from fpmatch.formats.an2_records import (
-    RS,
-    START,
-    Record,
-    contents,
-    first_item,
-    records,
-    table,
-)
 from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span
 from fpmatch.formats.fmr_header import CM_PER_INCH, ROUND_DPI
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from fpmatch.minutiae import MinutiaKind, Template
 
 MINUTIAE_TYPE: Final = 9
 TEXT_IMAGES: Final = frozenset({13, 14, 15})
@@ -48,38 +36,44 @@ UNITS_PER_INCH: Final = 2540  # of 0.01 mm
 MM_PER_INCH: Final = 25.4
 WORST_QUALITY: Final = 63  # of the scale on which 2 is best, 1 unknown, and 0 set by hand
 BEST_QUALITY: Final = 2
+MINUTIAE_FIELDS: Final = (137, 331, 23, 12)  # of the blocks, in the order of the first lines
 KINDS: Final = {
-    b"A": MinutiaKind.ENDING,
-    b"B": MinutiaKind.BIFURCATION,
-    b"E": MinutiaKind.ENDING,
-    b"1": MinutiaKind.ENDING,
-    b"2": MinutiaKind.BIFURCATION,
+    **dict.fromkeys((b"A", b"E", b"1"), MinutiaKind.ENDING),
+    **dict.fromkeys((b"B", b"2"), MinutiaKind.BIFURCATION),
 }
 
 
-@dataclass(frozen=True, slots=True)
-class _Frame:
+class _Frame(NamedTuple):
     """Size in pixels and resolution in dpi of a print, None if unknown."""
 
     size: tuple[int, int] | None = None
     dpi: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Block:
-    """Minutiae as numbers: position in the block's unit, ISO angle in degrees, kind, quality."""
+class _Row(NamedTuple):
+    """A minutia: position in the unit of its block, ISO angle in degrees, kind, quality."""
+
+    x: float
+    y: float
+    degrees: float
+    kind: int
+    quality: float | None
+
+
+class _Block(NamedTuple):
+    """The minutiae of one block of fields, and the field of the finger."""
 
     name: str
-    rows: Sequence[tuple[float, float, float, int, float | None]]
-    finger: bytes
+    rows: list[_Row]
+    finger: int
     y_up: bool = False
     pixels: bool = False
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in the records of type 9, or raise TemplateError."""
-    first, *others = records(data)
-    frames = _frames(first, others)
+    first, *others = read_records(data, TemplateError)
+    frames = _frames(others)
     native = _native_dpi(first)
     views, notes = [], list[str]()
     for record in others:
@@ -90,11 +84,9 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         if block is None:
             notes.append(f"a record of type 9 (IDC {record.idc}) without minutiae passed over")
             continue
-        frame = (
-            _field_frame(fields, *M1_FRAME_FIELDS)
-            if block.pixels
-            else frames.get(record.idc, _Frame())
-        )
+        frame = frames.get(record.idc, _Frame())
+        if block.pixels:
+            frame = _field_frame(fields, *M1_FRAME_FIELDS)
         views.append(_view(block, frame, native, fields, options))
         options.limits.check_views(len(views))
     if not views:
@@ -111,72 +103,67 @@ def _view(
 ) -> View:
     """Return the view of a block of minutiae and a frame."""
     known_dpi = frame.dpi or native
-    dpi = known_dpi or options.dpi or STANDARD_DPI
+    dpi = known_dpi or options.assumed_dpi
     scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
     x, y, degrees, kind, quality = zip(*block.rows, strict=True) if block.rows else [()] * 5
     px, py = np.array(x) * scale, np.array(y) * scale
     size = frame.size or options.size
     if block.y_up:
         py = (size[1] if size else np.ceil(py.max(initial=1.0))) - py
-    known = any(value is not None for value in quality) or not quality
     grades = [100.0 if value is None else value for value in quality]
     minutiae = minutiae_from_columns(px, py, np.radians(np.array(degrees)), kind, grades)
     width, height = size or span(minutiae)
     options.limits.check_size(width, height)
     return View(
         Template(minutiae, width, height, dpi),
-        finger=_code(block.finger),
-        impression=_code(fields.get(3, b"0")),
+        finger=block.finger,
+        impression=_code(fields, 3),
         dpi_known=known_dpi is not None,
         size_known=frame.size is not None,
-        quality_known=known,
+        quality_known=any(value is not None for value in quality) or not quality,
         fields=(("minutiae of", block.name),),
     )
 
 
 def _block(fields: dict[int, bytes], options: ReadingOptions) -> _Block | None:
     """Return the minutiae of a record of type 9, None if it has none."""
-    for number, read in ((137, _m1), (331, _efs), (23, _iafis), (12, _standard)):
-        if number in fields:
-            options.limits.check_minutiae(fields[number].count(RS) + 1)
-            subfields = table(fields[number])
-            try:
-                return read(subfields, fields)
-            except (IndexError, ValueError) as error:
-                raise TemplateError(f"field 9.{number:03d} is malformed") from error
-    return None
+    number = next((number for number in MINUTIAE_FIELDS if number in fields), None)
+    if number is None:
+        return None
+    options.limits.check_minutiae(fields[number].count(RS) + 1)
+    rows = table(fields[number])
+    try:
+        match number:
+            case 137:
+                m1 = [_m1(row) for row in rows]
+                return _Block("ANSI/INCITS 378 block", m1, _code(fields, 134), pixels=True)
+            case 331:
+                region = [_number(item) for item in table(fields.get(300, b""))[0] if item]
+                left, top = region[2:4] if len(region) >= 4 else (0.0, 0.0)
+                efs = [_efs(row, left, top) for row in rows]
+                return _Block("extended feature set", efs, _code(fields, 302))
+            case 23:
+                iafis = [_packed(row, 0.0) for row in rows]
+                return _Block("FBI IAFIS block", iafis, _code(fields, 14))
+            case _:
+                standard = [_packed(row, 180.0) for row in rows]
+                return _Block("standard block", standard, _code(fields, 6), y_up=True)
+    except (IndexError, ValueError) as error:
+        raise TemplateError(f"field 9.{number:03d} is malformed") from error
 
 
-def _m1(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
-    rows = []
-    for items in subfields:
-        x, y, angle, quality = (_number(items[k]) for k in (1, 2, 3, 5))
-        known = min(100.0, quality) if quality > 0 else None
-        rows.append((x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known))
-    return _Block("ANSI/INCITS 378 block", rows, fields.get(134, b"0"), pixels=True)
+def _m1(items: list[bytes]) -> _Row:
+    x, y, angle, quality = (_number(items[k]) for k in (1, 2, 3, 5))
+    known = min(100.0, quality) if quality > 0 else None
+    return _Row(x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known)
 
 
-def _efs(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
-    region = [_number(item) for item in table(fields.get(300, b"").split(RS, 1)[0])[0] if item]
-    left, top = (region[2], region[3]) if len(region) >= 4 else (0.0, 0.0)
-    rows = []
-    for items in subfields:
-        x, y, degrees = (_number(item) for item in items[:3])
-        rows.append((x + left, y + top, degrees, KINDS.get(items[3], MinutiaKind.OTHER), None))
-    return _Block("extended feature set", rows, first_item(fields.get(302, b"0")))
+def _efs(items: list[bytes], left: float, top: float) -> _Row:
+    x, y, degrees = (_number(item) for item in items[:3])
+    return _Row(x + left, y + top, degrees, KINDS.get(items[3], MinutiaKind.OTHER), None)
 
 
-def _iafis(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
-    rows = [_packed(items, 0.0) for items in subfields]
-    return _Block("FBI IAFIS block", rows, fields.get(14, b"0"))
-
-
-def _standard(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
-    rows = [_packed(items, 180.0) for items in subfields]
-    return _Block("standard block", rows, fields.get(6, b"0"), y_up=True)
-
-
-def _packed(items: Sequence[bytes], turn: float) -> tuple[float, float, float, int, float | None]:
+def _packed(items: list[bytes], turn: float) -> _Row:
     """Return the minutia of items XXXXYYYYTTT, quality and kind, rotated by `turn` degrees."""
     word = items[1]
     x, y, degrees = _number(word[:4]), _number(word[4:8]), _number(word[8:11])
@@ -186,13 +173,13 @@ def _packed(items: Sequence[bytes], turn: float) -> tuple[float, float, float, i
         if grade >= BEST_QUALITY:
             quality = 100 * max(0.0, WORST_QUALITY - grade) / (WORST_QUALITY - BEST_QUALITY)
     kind = KINDS.get(items[3], MinutiaKind.OTHER) if len(items) > 3 else MinutiaKind.OTHER
-    return x, y, degrees + turn, kind, quality
+    return _Row(x, y, degrees + turn, kind, quality)
 
 
-def _frames(first: Record, others: list[Record]) -> dict[int, _Frame]:
+def _frames(records: list[Record]) -> dict[int, _Frame]:
     """Return the frames in the image records, by number."""
     frames: dict[int, _Frame] = {}
-    for record in others:
+    for record in records:
         if record.type in TEXT_IMAGES:
             frames.setdefault(record.idc, _field_frame(record.fields(), *IMAGE_FRAME_FIELDS))
         elif record.type in BINARY_IMAGES and len(record.data) >= BINARY_HEADER_BYTES:
@@ -203,22 +190,19 @@ def _frames(first: Record, others: list[Record]) -> dict[int, _Frame]:
 
 def _field_frame(fields: dict[int, bytes], *numbers: int) -> _Frame:
     """Return the frame in the fields of width, height, unit of resolution and resolution."""
-    width, height, unit, value = (_code(fields.get(number, b"0")) for number in numbers)
-    return _Frame((width, height) if width and height else None, _scaled(unit, value))
-
-
-def _scaled(unit: int, value: int) -> float | None:
-    """Return a resolution in dpi: `unit` 1 is pixels per inch, 2 per centimetre."""
-    if not value or unit not in (1, 2):
-        return None
-    return float(value) if unit == 1 else _rounded(value * CM_PER_INCH, CM_PER_INCH / 2)
+    width, height, unit, value = (_code(fields, number) for number in numbers)
+    dpi = None
+    if value and unit == 1:
+        dpi = float(value)
+    elif value and unit == 2:  # per centimetre
+        dpi = _rounded(value * CM_PER_INCH, CM_PER_INCH / 2)
+    return _Frame((width, height) if width and height else None, dpi)
 
 
 def _native_dpi(first: Record) -> float | None:
     """Return the scanning resolution in the first record, stored in pixels per millimetre."""
-    value = first.fields().get(11, b"")
     try:
-        dpi = _number(value) * MM_PER_INCH
+        dpi = _number(first.fields().get(11, b"")) * MM_PER_INCH
     except ValueError:
         return None
     return _rounded(dpi, 0.5) if dpi > 0 else None
@@ -238,9 +222,9 @@ def _number(value: bytes) -> float:
     return number
 
 
-def _code(value: bytes) -> int:
+def _code(fields: dict[int, bytes], number: int) -> int:
     """Return the whole number in the first item of a field, 0 if there is none."""
-    first = first_item(value).strip()
+    first = first_item(fields.get(number, b"")).strip()
     return int(first) if first.isdigit() and len(first) < 7 else 0
 
 
@@ -258,7 +242,7 @@ def _types(data: bytes) -> set[int]:
     if not START.match(data):
         return set()
     try:
-        return {kind for kind, _ in contents(data)}
+        return {kind for kind, _ in contents(data, TemplateError)}
     except TemplateError:
         return set()
 

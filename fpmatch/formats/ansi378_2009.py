@@ -12,13 +12,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError
-from fpmatch.formats import fmr, fmr_header
+from fpmatch.formats import fmr
 from fpmatch.formats.codec import Codec
+from fpmatch.formats.fmr_header import MAGIC, Frame, product_fields
 from fpmatch.formats.iso19794_2_2011 import is_iso_2011
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
-    from fpmatch.formats.fmr_header import ByteReader
     from fpmatch.formats.record import View
 
 VERSION: Final = b"030\x00"
@@ -62,18 +62,18 @@ def _read(
     data: bytes, options: ReadingOptions, layout: fmr.Layout, *, certification: int
 ) -> tuple[TemplateRecord, int]:
     """Return a record and its end; `certification` bytes precede the device."""
-    reader, notes = fmr_header.begin(data, VERSION, AMENDED), list[str]()
-    name = AMENDED_CODEC.name if data[4:8] == AMENDED else CODEC.name
+    reader = fmr.RecordReader(data, options, layout, VERSION, AMENDED)
     declared = reader.number(4)
-    fields = fmr_header.product_fields(reader, certification)
-    count = reader.number()
-    reader.number()  # reserved
-    options.limits.check_views(count)
-    views = [
-        replace(_read_view(reader, layout, options, notes), fields=fields) for _ in range(count)
-    ]
-    fmr_header.check_end(data, reader.at, declared, notes)
-    return TemplateRecord(name, tuple(views), tuple(notes)), reader.at
+    fields = product_fields(reader, certification)
+    (count,) = reader.numbers("Bx")
+
+    def view() -> View:
+        finger, number, impression, quality = reader.numbers("4B4x")
+        about = {"finger": finger, "number": number, "impression": impression}
+        return reader.view(Frame(*reader.numbers("4H")), quality=quality, fields=fields, **about)
+
+    name = AMENDED_CODEC.name if data[4:8] == AMENDED else CODEC.name
+    return reader.record(name, declared, count, view), reader.at
 
 
 def encode(record: TemplateRecord, *, version: bytes) -> Encoded:
@@ -81,41 +81,24 @@ def encode(record: TemplateRecord, *, version: bytes) -> Encoded:
     notes: list[str] = []
     views = fmr.numbered(record)
     body = b"".join(_write_view(view, notes) for view in views)
-    head = fmr_header.MAGIC + version + (HEADER_BYTES + len(body)).to_bytes(4, "big")
+    head = MAGIC + version + (HEADER_BYTES + len(body)).to_bytes(4, "big")
     head += bytes(7) + bytes([len(views), 0])  # owner, type, certification and device unknown
     return Encoded(head + body, tuple(notes))
-
-
-def _read_view(
-    reader: ByteReader, layout: fmr.Layout, options: ReadingOptions, notes: list[str]
-) -> View:
-    finger, number, impression = reader.number(), reader.number(), reader.number()
-    quality = reader.number()
-    reader.take(len(NO_QUALITY_ALGORITHM))
-    frame = fmr_header.Frame.read(reader)
-    view = fmr.read_view(reader, frame, layout, options, notes)
-    return replace(
-        view,
-        finger=finger,
-        number=number,
-        impression=impression,
-        quality=fmr.known_quality(quality),
-    )
 
 
 def _write_view(view: View, notes: list[str]) -> bytes:
     quality = UNKNOWN_QUALITY if view.quality is None else fmr.quality_of(view)
     head = bytes([view.finger & 0xFF, view.number, view.impression & 0xFF, quality])
-    frame = fmr_header.Frame.of(view.template).to_bytes()
+    frame = Frame.of(view.template).to_bytes()
     return head + NO_QUALITY_ALGORITHM + frame + fmr.write_view(view, LAYOUT, notes)
 
 
 def _recognises(data: bytes) -> bool:
-    return data.startswith(fmr_header.MAGIC + VERSION) and not is_iso_2011(data)
+    return data.startswith(MAGIC + VERSION) and not is_iso_2011(data)
 
 
 def _recognises_amended(data: bytes) -> bool:
-    return data.startswith(fmr_header.MAGIC + AMENDED)
+    return data.startswith(MAGIC + AMENDED)
 
 
 CODEC: Final = Codec(

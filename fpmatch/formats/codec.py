@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.minutiae import Minutiae
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
     from fpmatch.minutiae import Template
 
+HEAD_BYTES: Final = 4096  # enough to recognise a format
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
 
@@ -51,6 +54,18 @@ class Codec:
     encode: Callable[[TemplateRecord], Encoded] | None = None
 
 
+def read_head(path: str | os.PathLike[str]) -> bytes:
+    """Return the first bytes of a regular file; none where it cannot be read."""
+    file = Path(path)
+    try:
+        if file.is_file():
+            with file.open("rb") as stream:
+                return stream.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        pass
+    return b""
+
+
 def minutiae_from_columns(
     x: ArrayLike, y: ArrayLike, angle: ArrayLike, kind: ArrayLike, quality: ArrayLike
 ) -> Minutiae:
@@ -73,12 +88,8 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     quality, of equal ones the later. Each reason adds a line to `notes`.
     """
     minutiae = template.minutiae
-    inside = (
-        (minutiae.x >= -0.5)
-        & (minutiae.x <= template.width)
-        & (minutiae.y >= -0.5)
-        & (minutiae.y <= template.height)
-    )
+    sides = np.array([template.width, template.height])
+    inside = ((minutiae.xy >= -0.5) & (minutiae.xy <= sides)).all(axis=1)
     if not inside.all():
         notes.append(f"{np.count_nonzero(~inside)} minutiae outside the print dropped")
         minutiae = minutiae.take(inside)
@@ -87,6 +98,11 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
         best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
         minutiae = minutiae.take(np.sort(best))
     return minutiae
+
+
+def side(positions: NDArray[Any]) -> int:
+    """Return the smallest side of an image from 0 that contains positions along it, 1 at least."""
+    return int(np.clip(positions.max(initial=0), 0, 2**31)) + 1
 
 
 def whole_pixels(values: NDArray[np.float32], side: int) -> NDArray[np.int64]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import stat
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.an2 import holds_image
+from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     import os
 
     from fpmatch.minutiae import Template
-
-MAX_TEMPLATE_BYTES: Final = ReadingOptions().limits.max_bytes
-HEAD_BYTES: Final = 4096  # enough to recognise a format
 
 
 def load_template(path: str | os.PathLike[str]) -> Template:
@@ -61,11 +58,6 @@ def load_record(
     options : ReadingOptions, optional
         Values for what the file leaves out, and limits (default: `ReadingOptions()`).
 
-    Returns
-    -------
-    TemplateRecord
-        One print at least.
-
     Raises
     ------
     TemplateError
@@ -83,10 +75,7 @@ def decode_record(
     file_format: str | None = None,
     options: ReadingOptions | None = None,
 ) -> TemplateRecord:
-    """Return all prints in the bytes of a template file, as `load_record` does.
-
-    Error messages begin with `source`.
-    """
+    """Return all prints in the bytes of a template file; error messages begin with `source`."""
     options = ReadingOptions() if options is None else options
     if not data:
         raise TemplateError(f"{source}: the file is empty")
@@ -156,56 +145,44 @@ def save_record(
 
 def is_template_file(path: str | os.PathLike[str]) -> bool:
     """Return whether a file begins as a template; False if it is missing or unreadable."""
-    return begins_as_template(_read_head(path))
-
-
-def begins_as_template(data: bytes) -> bool:
-    """Return whether the bytes of a file begin as a template.
-
-    Examples
-    --------
-    >>> begins_as_template(b'{"format": "fpmatch-template"'), begins_as_template(b"P5 60 50 255 ")
-    (True, False)
-    """
-    try:
-        codec_of_content(data[:HEAD_BYTES])
-    except TemplateError:
-        return data.startswith(MAGIC)
-    return True
+    return _begins_as_template(read_head(path))
 
 
 def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
     """Return whether a file is a template without an image record (as ANSI/NIST-ITL may have)."""
-    return is_of_minutiae_only(_read_head(path))
+    return is_of_minutiae_only(read_head(path))
 
 
 def is_of_minutiae_only(data: bytes) -> bool:
-    """Return `holds_minutiae_only` for the bytes of a file."""
+    """Return `holds_minutiae_only` for the bytes of a file.
+
+    Examples
+    --------
+    >>> is_of_minutiae_only(b'{"format": "fpmatch-template"'), is_of_minutiae_only(b"P5 60 50 255 ")
+    (True, False)
+    """
     head = data[:HEAD_BYTES]
-    return begins_as_template(head) and not holds_image(head)
+    return _begins_as_template(head) and not holds_image(head)
 
 
-def _read_head(path: str | os.PathLike[str]) -> bytes:
-    """Return the first bytes of a regular file, none if it cannot be read."""
+def _begins_as_template(head: bytes) -> bool:
     try:
-        if not stat.S_ISREG(Path(path).stat().st_mode):
-            return b""
-        with Path(path).open("rb") as stream:
-            return stream.read(HEAD_BYTES)
-    except (OSError, ValueError):
-        return b""
+        codec_of_content(head)
+    except TemplateError:
+        return head.startswith(MAGIC)
+    return True
 
 
 def _read(path: str | os.PathLike[str], most: int) -> bytes:
     """Return up to `most` + 1 bytes of a regular file."""
+    file = Path(path)
     try:
-        if Path(path).is_dir():
+        if file.is_dir():
             raise TemplateError(f"{path}: is a folder, not a template file")
-        if not Path(path).exists():
-            raise TemplateError(f"{path}: no such file")
-        if not Path(path).is_file():
-            raise TemplateError(f"{path}: is not a regular file")
-        with Path(path).open("rb") as stream:
+        if not file.is_file():
+            is_there = file.exists()
+            raise TemplateError(f"{path}: {'is not a regular' if is_there else 'no such'} file")
+        with file.open("rb") as stream:
             return stream.read(most + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error

@@ -9,36 +9,39 @@ of ISO/IEC 19794-2, in 256 steps of a turn (ISO) or in 180 (ANSI).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.binary_records import ByteReader
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import (
     check_fits,
     fit_minutiae,
     minutiae_from_columns,
+    side,
     whole_pixels,
     whole_steps,
 )
-from fpmatch.formats.fmr_header import dpi_of
-from fpmatch.formats.record import ExtendedData, View
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
+from fpmatch.formats.fmr_header import MAGIC, dpi_of
+from fpmatch.formats.record import ExtendedData, TemplateRecord, View
+from fpmatch.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.fmr_header import ByteReader, Frame
-    from fpmatch.formats.record import ReadingOptions, TemplateRecord
+    from fpmatch.formats.fmr_header import Frame
+    from fpmatch.formats.record import ReadingOptions
+    from fpmatch.minutiae import Minutiae
 
 MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255
 COORDINATE_MASK: Final = 0x3FFF
 KIND_SHIFT: Final = 14
-SIX_BYTES: Final = np.dtype([("x", ">u2"), ("y", ">u2"), ("angle", "u1"), ("quality", "u1")])
-FIVE_BYTES: Final = np.dtype([("x", ">u2"), ("y", ">u2"), ("angle", "u1")])
+_COLUMNS: Final = [("x", ">u2"), ("y", ">u2"), ("angle", "u1"), ("quality", "u1")]
+MINUTIA: Final = {5: np.dtype(_COLUMNS[:3]), 6: np.dtype(_COLUMNS)}  # by its bytes
 EXTENDED_HEADER: Final = 4  # bytes of type and length before a block of extended data
 EXTENDED_KINDS: Final = {1: "ridge counts", 2: "cores and deltas", 3: "zonal quality"}
 ISO_STEPS: Final = 256
@@ -53,24 +56,103 @@ class AngleError(TemplateError):
 class Layout:
     """Differences between the formats of the family in the encoding of a minutia.
 
-    Parameters
-    ----------
-    name : str
-        The format to which extended data belong.
-    angle_steps : int
-        Steps of a turn.
-    zero_is_unknown : bool
-        Whether an unknown quality is stored as 0 (the older formats) or as 254 or 255.
+    `name` is the format to which extended data belong, `angle_steps` the steps of a turn. An
+    unknown quality is stored as 0 if `zero_is_unknown` (in the older formats), else as 254 or 255.
     """
 
     name: str
     angle_steps: int
     zero_is_unknown: bool
 
-    def known(self, quality: NDArray[np.uint8]) -> NDArray[np.bool_]:
-        """Return which quality bytes hold a quality."""
-        known: NDArray[np.bool_] = quality <= 100
-        return known & (quality > 0) if self.zero_is_unknown else known
+
+class RecordReader(ByteReader):
+    """Read the record in `data`; raises TemplateError unless it has one of the `versions`.
+
+    `notes` receives a line for each irregularity.
+    """
+
+    def __init__(
+        self, data: bytes, options: ReadingOptions, layout: Layout, *versions: bytes
+    ) -> None:
+        if data[:4] != MAGIC or data[4:8] not in versions:
+            raise TemplateError("does not begin as a record of the format does")
+        super().__init__(data, TemplateError, 8)
+        self.options = options
+        self.layout = layout
+        self.notes: list[str] = []
+
+    def record(
+        self, name: str, declared: int, count: int, view: Callable[[], View]
+    ) -> TemplateRecord:
+        """Return the record of `count` views, the rest of `declared` bytes, each from `view`."""
+        self.options.limits.check_views(count)
+        views = tuple(view() for _ in range(count))
+        if declared != self.at:
+            self.notes.append(f"the header declares {declared} bytes, the record has {self.at}")
+        if self.data[self.at :].strip(b"\x00"):  # many writers pad with zeros
+            self.notes.append(f"{self.left} bytes after the record passed over")
+        return TemplateRecord(name, views, tuple(self.notes))
+
+    def view(self, frame: Frame, *, size: int = 6, quality: int | None, **about: Any) -> View:
+        """Read count, minutiae of `size` bytes and extended data of a view.
+
+        `quality` is its quality byte, unknown over 100; `about` has its other fields. Raises
+        TemplateError, or ResolutionError for a resolution outside 100 to 4000 dpi.
+        """
+        if size not in MINUTIA:
+            raise TemplateError(f"a minutia has {size} bytes, where 5 or 6 are expected")
+        count = self.number()
+        self.options.limits.check_minutiae(count)
+        self.options.limits.check_size(frame.width, frame.height)
+        rows = np.frombuffer(self.take(count * size), MINUTIA[size])
+        minutiae, quality_known = self._minutiae(rows)
+        extended = self._extended()
+        dpi_known = frame.per_cm_x > 0 and frame.per_cm_y > 0
+        size_known = frame.width > 0 and frame.height > 0
+        dpi = dpi_of(frame.per_cm_x, frame.per_cm_y) if dpi_known else self.options.assumed_dpi
+        width, height = frame[:2] if size_known else self.options.size or span(minutiae)
+        return View(
+            Template(minutiae, width, height, dpi),
+            quality=quality if quality is not None and quality <= 100 else None,
+            dpi_known=dpi_known,
+            size_known=size_known,
+            quality_known=quality_known,
+            extended=extended,
+            **about,
+        )
+
+    def _minutiae(self, rows: NDArray[np.void]) -> tuple[Minutiae, bool]:
+        """Return the minutiae in the rows of a view, and whether their quality is known."""
+        kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
+        reserved = kind > max(MinutiaKind)
+        if reserved.any():
+            count = np.count_nonzero(reserved)
+            self.notes.append(f"{count} minutiae of a reserved kind read as other")
+            kind[reserved] = MinutiaKind.OTHER
+        steps = self.layout.angle_steps
+        if (rows["angle"] >= steps).any():
+            raise AngleError(f"an angle is beyond {steps - 1}, the last of the format")
+        quality, known = np.full(len(rows), 100, np.uint8), False
+        if "quality" in (rows.dtype.names or ()):
+            lowest = 1 if self.layout.zero_is_unknown else 0
+            each_known = (rows["quality"] >= lowest) & (rows["quality"] <= 100)
+            known = bool(each_known.any()) or not len(rows)
+            if known:
+                quality = np.where(each_known, rows["quality"], 0).astype(np.uint8)
+        x, y = ((rows[name] & COORDINATE_MASK).astype(np.float32) for name in ("x", "y"))
+        angle = rows["angle"] * (2 * np.pi / steps)
+        return minutiae_from_columns(x, y, angle, kind, quality), known
+
+    def _extended(self) -> ExtendedData | None:
+        """Return the extended data, None if the file ends within them."""
+        length = self.number(2)
+        if length > self.left:
+            self.notes.append(
+                f"extended data cut short ({self.left} of {length} bytes) and passed over"
+            )
+            self.take(self.left)
+            return None
+        return ExtendedData(self.layout.name, self.take(length)) if length else None
 
 
 def decode_ansi(read: Callable[[Layout], TemplateRecord], layout: Layout) -> TemplateRecord:
@@ -86,90 +168,24 @@ def decode_ansi(read: Callable[[Layout], TemplateRecord], layout: Layout) -> Tem
     return replace(record, notes=(note, *record.notes))
 
 
-def read_view(
-    reader: ByteReader,
-    frame: Frame,
-    layout: Layout,
-    options: ReadingOptions,
-    notes: list[str],
-    *,
-    size: int = SIX_BYTES.itemsize,
-) -> View:
-    """Read the count, the minutiae and the extended data of one view.
-
-    Parameters
-    ----------
-    reader : ByteReader
-        Positioned at the count.
-    frame : Frame
-        Size and resolution in the header; 0 is unknown.
-    layout : Layout
-        Of the format.
-    options : ReadingOptions
-        Values for an unknown size or resolution, and the limits.
-    notes : list of str
-        Receives a line for each irregularity.
-    size : int
-        Bytes of a minutia, five or six.
-
-    Returns
-    -------
-    View
-        With template and extended data.
-
-    Raises
-    ------
-    TemplateError
-        If the bytes end too early, a limit is exceeded, or the resolutions of the axes differ.
-    ResolutionError
-        If the resolution is outside 100 to 4000 dpi.
-    """
-    if size not in (FIVE_BYTES.itemsize, SIX_BYTES.itemsize):
-        raise TemplateError(f"a minutia has {size} bytes, where 5 or 6 are expected")
-    count = reader.number()
-    options.limits.check_minutiae(count)
-    options.limits.check_size(frame.width, frame.height)
-    dtype = SIX_BYTES if size == SIX_BYTES.itemsize else FIVE_BYTES
-    rows = np.frombuffer(reader.take(count * size), dtype=dtype)
-    minutiae, quality_known = _minutiae(rows, layout, notes)
-    extended = _read_extended(reader, layout, notes)
-    dpi_known = frame.per_cm_x > 0 and frame.per_cm_y > 0
-    size_known = frame.width > 0 and frame.height > 0
-    if dpi_known:
-        dpi = dpi_of(frame.per_cm_x, frame.per_cm_y)
-    else:
-        dpi = STANDARD_DPI if options.dpi is None else options.dpi
-    width, height = (frame.width, frame.height) if size_known else options.size or span(minutiae)
-    return View(
-        Template(minutiae, width, height, dpi),
-        dpi_known=dpi_known,
-        size_known=size_known,
-        quality_known=quality_known,
-        extended=extended,
-    )
-
-
 def span(minutiae: Minutiae) -> tuple[int, int]:
-    """Return width and height of the box from the origin that holds minutiae, 1 at least."""
-    if not len(minutiae):
-        return 1, 1
-    x, y = float(minutiae.x.max()), float(minutiae.y.max())
-    return max(1, int(np.floor(x)) + 1), max(1, int(np.floor(y)) + 1)
+    """Return width and height of the box from the origin that holds minutiae."""
+    return side(minutiae.x), side(minutiae.y)
 
 
 def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -> bytes:
-    """Return what `read_view` reads; raises TemplateError if the extended data are too long."""
+    """Return what `RecordReader.view` reads; raises TemplateError if extended data are too long."""
     template = view.template
     minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
-    rows = np.zeros(len(minutiae), SIX_BYTES if size == SIX_BYTES.itemsize else FIVE_BYTES)
+    rows = np.zeros(len(minutiae), MINUTIA[size])
     x = whole_pixels(minutiae.x, template.width)
     rows["x"] = x | (minutiae.kind.astype(np.int64) << KIND_SHIFT)
     rows["y"] = whole_pixels(minutiae.y, template.height)
     rows["angle"] = whole_steps(minutiae.angle, layout.angle_steps)
-    if size == SIX_BYTES.itemsize:
+    if size == 6 and view.quality_known:
+        rows["quality"] = np.maximum(minutiae.quality, 1 if layout.zero_is_unknown else 0)
+    elif size == 6:
         rows["quality"] = 0 if layout.zero_is_unknown else 254
-        if view.quality_known:
-            rows["quality"] = np.maximum(minutiae.quality, 1 if layout.zero_is_unknown else 0)
     extended = b""
     if view.extended is not None and view.extended.data:
         if view.extended.layout != layout.name:
@@ -182,17 +198,22 @@ def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -
     return bytes([len(rows)]) + rows.tobytes() + len(extended).to_bytes(2, "big") + extended
 
 
-def known_quality(quality: int) -> int | None:
-    """Return the quality of a view, None for a byte over 100."""
-    return quality if quality <= 100 else None
-
-
 def quality_of(view: View) -> int:
     """Return the quality of a view, 0 to 100; if unknown, the mean of its minutiae."""
     if view.quality is not None:
         return min(100, max(0, view.quality))
     quality = view.template.minutiae.quality
     return round(float(quality.mean())) if quality.size else 0
+
+
+def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
+    """Return the views, renumbered from 0 for each finger; raises TemplateError if over `most`."""
+    if len(record.views) > most:
+        raise TemplateError(f"the format holds {most} prints at most")
+    fingers = [view.finger for view in record.views]
+    return [
+        replace(view, number=fingers[:k].count(view.finger)) for k, view in enumerate(record.views)
+    ]
 
 
 def extended_kinds(extended: ExtendedData | None) -> list[str]:
@@ -208,53 +229,6 @@ def extended_kinds(extended: ExtendedData | None) -> list[str]:
         if codes is not None:
             return [EXTENDED_KINDS.get(code, f"maker's own 0x{code:04x}") for code in codes]
     return ["blocks that do not fill their area"]
-
-
-def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
-    """Return the views, renumbered from 0 for each finger; raises TemplateError if over `most`."""
-    if len(record.views) > most:
-        raise TemplateError(f"the format holds {most} prints at most")
-    seen: dict[int, int] = {}
-    counted = []
-    for view in record.views:
-        seen[view.finger] = seen.get(view.finger, -1) + 1
-        counted.append(replace(view, number=seen[view.finger]))
-    return counted
-
-
-def _minutiae(rows: NDArray[np.void], layout: Layout, notes: list[str]) -> tuple[Minutiae, bool]:
-    """Return the minutiae in the rows of a view, and whether their quality is known."""
-    kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
-    reserved = kind > max(MinutiaKind)
-    if reserved.any():
-        notes.append(f"{np.count_nonzero(reserved)} minutiae of a reserved kind read as other")
-        kind[reserved] = MinutiaKind.OTHER
-    if (rows["angle"] >= layout.angle_steps).any():
-        raise AngleError(f"an angle is beyond {layout.angle_steps - 1}, the last of the format")
-    quality, known = np.full(len(rows), 100, np.uint8), False
-    if "quality" in (rows.dtype.names or ()):
-        each_known = layout.known(rows["quality"])
-        known = bool(each_known.any()) or not len(rows)
-        if known:
-            quality = np.where(each_known, rows["quality"], 0).astype(np.uint8)
-    minutiae = minutiae_from_columns(
-        (rows["x"] & COORDINATE_MASK).astype(np.float32),
-        (rows["y"] & COORDINATE_MASK).astype(np.float32),
-        rows["angle"] * (2 * np.pi / layout.angle_steps),
-        kind,
-        quality,
-    )
-    return minutiae, known
-
-
-def _read_extended(reader: ByteReader, layout: Layout, notes: list[str]) -> ExtendedData | None:
-    """Return the extended data, None if the file ends within them."""
-    length = reader.number(2)
-    if length > reader.left:
-        notes.append(f"extended data cut short ({reader.left} of {length} bytes) and passed over")
-        reader.take(reader.left)
-        return None
-    return ExtendedData(layout.name, reader.take(length)) if length else None
 
 
 def _block_codes(data: bytes, uncounted: int) -> list[int] | None:

@@ -7,16 +7,15 @@ compact formats for cards, which have no header, are not read.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.formats import fmr, fmr_header
+from fpmatch.formats import fmr
 from fpmatch.formats.codec import Codec
+from fpmatch.formats.fmr_header import MAGIC, Frame, device_fields, product_fields
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
-    from fpmatch.formats.fmr_header import ByteReader
     from fpmatch.formats.record import View
 
 ISO_HEADER_BYTES: Final = 24
@@ -30,28 +29,41 @@ ANSI: Final = fmr.Layout("ansi2004", fmr.ANSI_STEPS, zero_is_unknown=True)
 
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in an ISO record, or raise TemplateError."""
-    reader = fmr_header.begin(data, VERSION)
-    declared = reader.number(4)
-    fields = fmr_header.device_fields(reader)
-    return _read_views(data, reader, declared, ISO, fields, options)
+    reader = fmr.RecordReader(data, options, ISO, VERSION)
+    declared, device = reader.numbers("IH")
+    return _decode(reader, declared, device_fields(device))
 
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in an ANSI record, or raise TemplateError."""
 
     def read(layout: fmr.Layout) -> TemplateRecord:
-        reader = fmr_header.begin(data, *ANSI_VERSIONS)
+        reader = fmr.RecordReader(data, options, layout, *ANSI_VERSIONS)
         declared = reader.number(2) or reader.number(4)
-        fields = fmr_header.product_fields(reader)
-        return _read_views(data, reader, declared, layout, fields, options)
+        return _decode(reader, declared, product_fields(reader))
 
     return fmr.decode_ansi(read, ANSI)
+
+
+def _decode(
+    reader: fmr.RecordReader, declared: int, fields: tuple[tuple[str, str], ...]
+) -> TemplateRecord:
+    """Read the rest of a record, from its frame on."""
+    frame = Frame(*reader.numbers("4H"))
+    (count,) = reader.numbers("Bx")
+
+    def view() -> View:
+        finger, both, quality = reader.numbers("3B")
+        about = {"finger": finger, "number": both >> 4, "impression": both & 0x0F}
+        return reader.view(frame, quality=quality, fields=fields, **about)
+
+    return reader.record(reader.layout.name, declared, count, view)
 
 
 def encode(record: TemplateRecord, *, layout: fmr.Layout) -> Encoded:
     """Return a record as bytes, and notes on what they cannot hold."""
     notes: list[str] = []
-    frame = fmr_header.Frame.shared(record)
+    frame = Frame.shared(record)
     views = fmr.numbered(record)
     body = b"".join(_write_view(view, layout, notes) for view in views)
     if layout is ISO:
@@ -61,39 +73,7 @@ def encode(record: TemplateRecord, *, layout: fmr.Layout) -> Encoded:
         head = total.to_bytes(2, "big") if total < LONG_LENGTH else (total + 4).to_bytes(6, "big")
         head += bytes(6)  # owner, type and device unknown
     head += frame.to_bytes() + bytes([len(views), 0])
-    return Encoded(fmr_header.MAGIC + VERSION + head + body, tuple(notes))
-
-
-def _read_views(
-    data: bytes,
-    reader: ByteReader,
-    declared: int,
-    layout: fmr.Layout,
-    fields: tuple[tuple[str, str], ...],
-    options: ReadingOptions,
-) -> TemplateRecord:
-    """Read the rest of a record, from its frame on."""
-    notes: list[str] = []
-    frame = fmr_header.Frame.read(reader)
-    count = reader.number()
-    reader.number()  # reserved
-    options.limits.check_views(count)
-    views = []
-    for _ in range(count):
-        finger, both, quality = reader.number(), reader.number(), reader.number()
-        view = fmr.read_view(reader, frame, layout, options, notes)
-        views.append(
-            replace(
-                view,
-                finger=finger,
-                number=both >> 4,
-                impression=both & 0x0F,
-                quality=fmr.known_quality(quality),
-                fields=fields,
-            )
-        )
-    fmr_header.check_end(data, reader.at, declared, notes)
-    return TemplateRecord(layout.name, tuple(views), tuple(notes))
+    return Encoded(MAGIC + VERSION + head + body, tuple(notes))
 
 
 def _write_view(view: View, layout: fmr.Layout, notes: list[str]) -> bytes:
@@ -119,11 +99,11 @@ def _is_ansi(data: bytes) -> bool:
 
 
 def _recognises_iso(data: bytes) -> bool:
-    return data.startswith(fmr_header.MAGIC + VERSION) and not _is_ansi(data)
+    return data.startswith(MAGIC + VERSION) and not _is_ansi(data)
 
 
 def _recognises_ansi(data: bytes) -> bool:
-    return data[:4] == fmr_header.MAGIC and data[4:8] in ANSI_VERSIONS and _is_ansi(data)
+    return data[:4] == MAGIC and data[4:8] in ANSI_VERSIONS and _is_ansi(data)
 
 
 ISO_CODEC: Final = Codec(

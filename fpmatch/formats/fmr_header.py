@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+import struct
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import check_fits
 
 if TYPE_CHECKING:
+    from fpmatch.binary_records import ByteReader
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.minutiae import Template
 
@@ -19,48 +20,8 @@ ROUND_DPI: Final = 100  # nominal resolutions of scanners are multiples of this
 MISMATCH: Final = 0.01  # of horizontal and vertical resolution, attributed to rounding
 
 
-class ByteReader:
-    """Read big-endian numbers from bytes that may end too early.
-
-    Examples
-    --------
-    >>> reader = ByteReader(bytes([1, 2, 3]))
-    >>> reader.number(2), reader.left
-    (258, 1)
-    """
-
-    def __init__(self, data: bytes, start: int = 0) -> None:
-        self._data = data
-        self.at = start
-
-    @property
-    def left(self) -> int:
-        """Number of bytes left."""
-        return max(0, len(self._data) - self.at)
-
-    def take(self, count: int) -> bytes:
-        """Return the next `count` bytes; raises TemplateError if there are fewer."""
-        if count > self.left:
-            raise TemplateError(
-                f"cut short: the file ends after {len(self._data)} bytes, "
-                f"and needs {self.at + count} at least"
-            )
-        start, self.at = self.at, self.at + count
-        return self._data[start : self.at]
-
-    def number(self, count: int = 1) -> int:
-        """Return the next `count` bytes as an unsigned number, as `take` does."""
-        return int.from_bytes(self.take(count), "big")
-
-
 def per_cm(dpi: float) -> int:
-    """Return a resolution in whole pixels per centimetre.
-
-    Examples
-    --------
-    >>> per_cm(500)
-    197
-    """
+    """Return a resolution in whole pixels per centimetre: 500 dpi are 197."""
     return round(dpi / CM_PER_INCH)
 
 
@@ -84,9 +45,8 @@ def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
     return float(multiple if multiple < high else round(per_cm_x * CM_PER_INCH))
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """Image size in pixels and resolution in pixels per centimetre, as stored in a header."""
+class Frame(NamedTuple):
+    """Image size in pixels and resolution in pixels per centimetre; 0 is unknown."""
 
     width: int
     height: int
@@ -94,22 +54,13 @@ class Frame:
     per_cm_y: int
 
     @classmethod
-    def read(cls, reader: ByteReader) -> Frame:
-        """Read the eight bytes that `to_bytes` writes."""
-        return cls(*(reader.number(2) for _ in range(4)))
-
-    @classmethod
     def of(cls, template: Template, bits: int = 16) -> Frame:
         """Return the frame of a template; raises TemplateError if `bits` bits cannot hold it."""
         step = check_fits(per_cm(template.dpi), 16, "a resolution")
-        for side in (template.width, template.height):
-            check_fits(side - 1, 14, "a position")  # in all formats of the family
-        return cls(
-            check_fits(template.width, bits, "a width"),
-            check_fits(template.height, bits, "a height"),
-            step,
-            step,
-        )
+        for length in (template.width, template.height):
+            check_fits(length - 1, 14, "a position")  # in all formats of the family
+        width = check_fits(template.width, bits, "a width")
+        return cls(width, check_fits(template.height, bits, "a height"), step, step)
 
     @classmethod
     def shared(cls, record: TemplateRecord) -> Frame:
@@ -123,34 +74,16 @@ class Frame:
 
     def to_bytes(self) -> bytes:
         """Return width, height, horizontal and vertical resolution in two bytes each."""
-        sides = (self.width, self.height, self.per_cm_x, self.per_cm_y)
-        return b"".join(side.to_bytes(2, "big") for side in sides)
-
-
-def begin(data: bytes, *versions: bytes) -> ByteReader:
-    """Return a reader after magic and version; raises TemplateError unless in `versions`."""
-    if data[:4] != MAGIC or data[4:8] not in versions:
-        raise TemplateError("does not begin as a record of the format does")
-    return ByteReader(data, 8)
-
-
-def check_end(data: bytes, end: int, declared: int, notes: list[str]) -> None:
-    """Add notes where the declared length, the end of the record and that of the file differ."""
-    if declared != end:
-        notes.append(f"the header declares {declared} bytes, the record has {end}")
-    if data[end:].strip(b"\x00"):  # many writers pad with zeros
-        notes.append(f"{len(data) - end} bytes after the record passed over")
+        return struct.pack(">4H", *self)
 
 
 def product_fields(reader: ByteReader, certification: int = 0) -> tuple[tuple[str, str], ...]:
     """Read product and capture device, with `certification` bytes between; zeros are unknown."""
-    owner, kind = reader.number(2), reader.number(2)
-    reader.take(certification)
+    owner, kind, device = reader.numbers(f"HH{certification}xH")
     product = (("product", f"0x{owner:04x} 0x{kind:04x}"),) if owner or kind else ()
-    return product + device_fields(reader)
+    return product + device_fields(device)
 
 
-def device_fields(reader: ByteReader) -> tuple[tuple[str, str], ...]:
-    """Read the two bytes of the capture device; zero is unknown."""
-    device = reader.number(2)
+def device_fields(device: int) -> tuple[tuple[str, str], ...]:
+    """Return the field of a capture device; 0 is unknown."""
     return (("capture device", f"0x{device:04x}"),) if device else ()

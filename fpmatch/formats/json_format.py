@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 FORMAT: Final = "fpmatch-template"
 VERSION: Final = 2
-READ_VERSIONS: Final = (1, 2)
 COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 ORIENTATION_STEPS: Final = 256  # of a half turn, in version 1
 
@@ -64,9 +63,8 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if document.get("format") != FORMAT:
         raise TemplateError(f'not a template: expected the member "format": "{FORMAT}"')
     version = document.get("version")
-    if version not in READ_VERSIONS:
-        known = ", ".join(map(str, READ_VERSIONS))
-        raise TemplateError(f"unknown version of the format (known: {known})")
+    if version not in (1, VERSION):
+        raise TemplateError(f"unknown version of the format (known: 1, {VERSION})")
     columns = _member(document, "minutiae", dict)
     minutiae = Minutiae(*(_column(columns, name, options) for name in COLUMNS))
     width, height = _member(document, "width", int), _member(document, "height", int)
@@ -121,27 +119,24 @@ def _column(columns: dict[str, Any], name: str, options: ReadingOptions) -> NDAr
     return np.array(values, dtype=np.float64)
 
 
-def _numbers(column: NDArray[Any]) -> list[float] | list[int]:
+def _numbers(column: NDArray[Any]) -> list[Any]:
     """Return a column as Python numbers, the shortest that restore the same float32."""
-    if column.dtype.kind == "f":
-        return [float(str(value)) for value in column]
-    return [int(value) for value in column]
+    return [float(str(value)) for value in column] if column.dtype.kind == "f" else column.tolist()
 
 
 def _encode_field(field: RidgeField) -> dict[str, Any]:
-    rows, columns = field.mask.shape
     orientation = field.orientation[field.mask]
     beyond = (orientation < 0.0) | (orientation >= np.float32(np.pi))
     orientation = np.where(beyond, np.mod(orientation, np.pi), orientation)
     stored = {
         "step": field.step,
-        "rows": rows,
-        "columns": columns,
-        "orientation": _to_base64(orientation.astype("<f4").view(np.uint8)),
+        "rows": field.mask.shape[0],
+        "columns": field.mask.shape[1],
+        "orientation": _to_base64(orientation.astype("<f4")),
         "mask": _to_base64(np.packbits(field.mask)),
     }
     if field.ridges is not None:
-        stored["ridges"] = _to_base64(field.ridges[field.mask].astype("<u8").view(np.uint8))
+        stored["ridges"] = _to_base64(field.ridges[field.mask].astype("<u8"))
     return stored
 
 
@@ -151,38 +146,37 @@ def _decode_field(stored: dict[str, Any], version: int) -> RidgeField:
         raise TemplateError("ridge_field: rows and columns must be positive")
     cells = rows * columns
     bits = np.unpackbits(_from_base64(stored, "mask", -(-cells // 8)), count=cells)
-    shape = (rows, columns)
-    mask = bits.astype(bool).reshape(shape)
-    orientation = np.zeros(shape, np.float32)
+    mask = bits.astype(bool).reshape(rows, columns)
+    inside = int(np.count_nonzero(mask))
+    orientation = np.zeros(mask.shape, np.float32)
     if version == 1:
         steps = _from_base64(stored, "orientation", cells)
-        orientation[:] = (steps * (np.pi / ORIENTATION_STEPS)).reshape(shape)
+        orientation[:] = (steps * (np.pi / ORIENTATION_STEPS)).reshape(mask.shape)
     else:
-        octets = _from_base64(stored, "orientation", 4 * int(np.count_nonzero(mask)))
-        orientation[mask] = octets.view("<f4")
+        orientation[mask] = _from_base64(stored, "orientation", inside, "<f4")
         if not ((orientation >= 0.0) & (orientation <= np.pi)).all():
             raise TemplateError("ridge_field: orientation must lie from 0 to π")
     ridges = None
     if "ridges" in stored:
-        ridges = np.zeros(shape, np.uint64)
-        octets = _from_base64(stored, "ridges", 8 * int(np.count_nonzero(mask)))
-        ridges[mask] = octets.view("<u8")
+        ridges = np.zeros(mask.shape, np.uint64)
+        ridges[mask] = _from_base64(stored, "ridges", inside, "<u8")
     return RidgeField(_number(stored, "step"), orientation, mask, ridges)
 
 
-def _to_base64(values: NDArray[np.uint8]) -> str:
+def _to_base64(values: NDArray[Any]) -> str:
     return base64.b64encode(values.tobytes()).decode("ascii")
 
 
-def _from_base64(stored: dict[str, Any], name: str, length: int) -> NDArray[np.uint8]:
-    """Return the `length` bytes under `name`."""
+def _from_base64(stored: dict[str, Any], name: str, count: int, dtype: str = "u1") -> NDArray[Any]:
+    """Return the `count` numbers under `name`."""
     try:
         data = base64.b64decode(_member(stored, name, str), validate=True)
     except (binascii.Error, ValueError) as error:
         raise TemplateError(f"ridge_field: {name} is not base64 ({error})") from error
+    length = count * np.dtype(dtype).itemsize
     if len(data) != length:
         raise TemplateError(f"ridge_field: {name} has {len(data)} bytes, expected {length}")
-    return np.frombuffer(data, dtype=np.uint8)
+    return np.frombuffer(data, dtype)
 
 
 CODEC: Final = Codec("json", "fpmatch JSON 2", (".json",), _recognises, decode, encode)

@@ -19,7 +19,7 @@ ridge endings. A file contains no resolution.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -32,16 +32,13 @@ from fpmatch.formats.codec import (
     whole_pixels,
 )
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from fpmatch.minutiae import MinutiaKind, Template
 
 MOST_MINUTIAE: Final = 9999  # largest number of four digits
 STEPS: Final = 32  # of a turn
 STRAIGHT_UP: Final = STEPS // 4  # in steps counter-clockwise from +x
-HEAD: Final = re.compile(rb"\s*Image \(w,h\) (\d{1,6}) (\d{1,6})\s")
-TITLE: Final = b"Image (w,h) "
+KINDS: Final = {"RIG": MinutiaKind.ENDING, "BIF": MinutiaKind.BIFURCATION}
+_HEAD: Final = re.compile(rb"\s*Image \(w,h\) (\d{1,6}) (\d{1,6})\s")
 _ROW: Final = re.compile(
     r"\s*\d+ *: *(-?\d{1,6}), *(-?\d{1,6}) *: *(\d{1,2}) *: *(\d{1,3}\.\d{1,9}) *: *(RIG|BIF) *:.*"
 )
@@ -50,29 +47,32 @@ _COUNT: Final = re.compile(r"\s*(\d{1,9}) Minutiae Detected\s*")
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the print in a file, or raise TemplateError."""
-    head = HEAD.match(data)
+    head = _HEAD.match(data)
     if head is None:
         raise TemplateError("line 1: expected Image (w,h) and two numbers")
     size = int(head[1]), int(head[2])
     options.limits.check_size(*size)
-    lines = (line for line in _lines(data) if line[1].strip())
+    try:
+        text = data.decode("ascii")
+    except UnicodeDecodeError as error:
+        raise TemplateError(f"not ASCII text (byte {error.start})") from error
+    lines = (line for line in enumerate(text.split("\n"), start=1) if line[1].strip())
     next(lines)  # the size
     declared = _COUNT.fullmatch(next(lines, (0, ""))[1])
     if declared is None:
         raise TemplateError("expected the number of minutiae after the size")
     options.limits.check_minutiae(int(declared[1]))
-    rows: list[tuple[float, ...]] = []
+    rows: list[list[float]] = []
     for line in lines:
         options.limits.check_minutiae(len(rows) + 1)
         rows.append(_minutia(*line))
     if len(rows) != int(declared[1]):
         raise TemplateError(f"declares {int(declared[1])} minutiae and has {len(rows)}")
-    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
-    x, y, step, reliability, kind = table.T
+    x, y, step, reliability, kind = np.array(rows, dtype=np.float64).reshape(-1, 5).T
     angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)
     minutiae = minutiae_from_columns(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
-    dpi = STANDARD_DPI if options.dpi is None else options.dpi
-    return TemplateRecord(CODEC.name, (View(Template(minutiae, *size, dpi), dpi_known=False),))
+    template = Template(minutiae, *size, options.assumed_dpi)
+    return TemplateRecord(CODEC.name, (View(template, dpi_known=False),))
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -81,42 +81,30 @@ def encode(record: TemplateRecord) -> Encoded:
     template, notes = view.template, ["resolution dropped, angles in steps of 11.25°"]
     minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
     notes += dropped_notes(view)
-    x = whole_pixels(minutiae.x, template.width)
-    y = whole_pixels(minutiae.y, template.height)
+    x, y = whole_pixels(minutiae.x, template.width), whole_pixels(minutiae.y, template.height)
     turn = np.rint(minutiae.angle.astype(np.float64) * (STEPS / (2 * np.pi)))
     step = np.mod(STRAIGHT_UP - turn, STEPS).astype(np.int64)
     lines = [f"Image (w,h) {template.width} {template.height}", ""]
     lines += [f"{len(minutiae)} Minutiae Detected", ""]
     for k in range(len(minutiae)):
         kind = "BIF" if minutiae.kind[k] == MinutiaKind.BIFURCATION else "RIG"
-        reliability = int(minutiae.quality[k]) / 100
-        lines.append(
-            f"{k:4d} : {x[k]:4d}, {y[k]:4d} : {step[k]:2d} : {reliability:6.3f} :{kind} : APP :  0 "
-        )
+        place = f"{x[k]:4d}, {y[k]:4d} : {step[k]:2d} : {int(minutiae.quality[k]) / 100:6.3f}"
+        lines.append(f"{k:4d} : {place} :{kind} : APP :  0 ")
     return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
 
 
-def _lines(data: bytes) -> Iterator[tuple[int, str]]:
-    try:
-        text = data.decode("ascii")
-    except UnicodeDecodeError as error:
-        raise TemplateError(f"not ASCII text (byte {error.start})") from error
-    yield from enumerate(text.split("\n"), start=1)
-
-
-def _minutia(number: int, line: str) -> tuple[float, float, float, float, float]:
+def _minutia(number: int, line: str) -> list[float]:
     """Return x, y, direction, reliability and kind of one line."""
     row = _ROW.fullmatch(line.rstrip("\r"))
     if row is None:
         raise TemplateError(f"line {number}: not a minutia as mindtct writes them")
-    kind = MinutiaKind.BIFURCATION if row[5] == "BIF" else MinutiaKind.ENDING
     if int(row[3]) >= STEPS:
         raise TemplateError(f"line {number}: a direction of {row[3]}, where 31 is the last")
-    return float(row[1]), float(row[2]), float(row[3]), float(row[4]), float(kind)
+    return [*map(float, row.groups()[:4]), KINDS[row[5]]]
 
 
 def _recognises(data: bytes) -> bool:
-    return data.lstrip().startswith(TITLE)
+    return data.lstrip().startswith(b"Image (w,h) ")
 
 
 CODEC: Final = Codec("min", "NIST MIN (mindtct)", (".min",), _recognises, decode, encode)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import TemplateError
+from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.minutiae import Template
@@ -23,13 +24,10 @@ IMPRESSIONS: Final = {
     8: "swipe",
     9: "vertical roll",
 }
+_FINGERS: Final = ("thumb", "index", "middle", "ring", "little")
 FINGERS: Final = (
     "unknown finger",
-    *(
-        f"{hand} {finger}"
-        for hand in ("right", "left")
-        for finger in ["thumb", "index", "middle", "ring", "little"]
-    ),
+    *(f"{hand} {finger}" for hand in ("right", "left") for finger in _FINGERS),
 )
 
 
@@ -89,6 +87,11 @@ class ReadingOptions:
     dpi: float | None = None
     size: tuple[int, int] | None = None
     limits: ReadLimits = ReadLimits()
+
+    @property
+    def assumed_dpi(self) -> float:
+        """`dpi`, or 500 for None."""
+        return STANDARD_DPI if self.dpi is None else self.dpi
 
 
 @dataclass(frozen=True, slots=True)

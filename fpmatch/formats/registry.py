@@ -14,7 +14,6 @@ from fpmatch.formats import (
     iso19794_2_2011,
     json_format,
     min_format,
-    minutiae_csv,
     xyt,
 )
 from fpmatch.formats.fmr_header import MAGIC
@@ -24,10 +23,10 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.codec import Codec
 
-# A new format is a module with a CODEC and its name here, the the stricter ones first.
+# A new format is a module with a CODEC and its name here, the stricter ones first.
 CODECS: Final = (
     csv_format.CODEC,
-    minutiae_csv.CODEC,
+    csv_format.PLAIN_CODEC,
     json_format.CODEC,
     fmr_2005.ISO_CODEC,
     iso19794_2_2011.CODEC,
@@ -61,11 +60,11 @@ def codec_of_content(data: bytes) -> Codec:
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
     """Return the codec that writes files with the suffix of `path`; raises TemplateError."""
     suffix = PurePath(path).suffix.lower()
-    for codec in CODECS:
-        if codec.encode is not None and suffix in codec.suffixes:
+    written = [codec for codec in CODECS if codec.encode is not None]
+    for codec in written:
+        if suffix in codec.suffixes:
             return codec
-    first = dict.fromkeys(codec.suffixes[0] for codec in CODECS if codec.encode is not None)
-    known = ", ".join(first)
+    known = ", ".join(dict.fromkeys(codec.suffixes[0] for codec in written))
     raise TemplateError(f"{path}: no template format has the suffix {suffix!r} (known: {known})")
 
 

@@ -28,15 +28,14 @@ from fpmatch.formats.codec import (
     dropped_notes,
     fit_minutiae,
     minutiae_from_columns,
+    side,
     whole_steps,
 )
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
+from fpmatch.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Iterator
 
 MOST_MINUTIAE: Final = 1000  # that bozorth3 reads
 FULL_TURN: Final = 360
@@ -50,25 +49,21 @@ def decode(data: bytes, options: ReadingOptions, *, m1: bool) -> TemplateRecord:
     widths = {len(row) for row in rows}
     if len(widths) > 1:
         raise TemplateError("some lines have a quality, others have none")
-    table = np.array(rows, dtype=np.int64).reshape(len(rows), *(widths or {3}))
-    x, y, angle = table[:, 0], table[:, 1], table[:, 2]
-    quality = table[:, 3] if table.shape[1] == 4 else np.full(len(rows), 100)
-    width, height = options.size or (max(1, int(x.max(initial=0)) + 1), _height(y, m1=m1))
+    x, y, angle, *qualities = np.array(rows, dtype=np.int64).reshape(-1, *(widths or {3})).T
+    width, height = options.size or (side(x), side(y if m1 else y - 1))
     options.limits.check_size(width, height)
-    y = y if m1 else height - y
-    degrees = angle * 2 if m1 else angle + FULL_TURN // 2
-    minutiae = minutiae_from_columns(
-        x,
-        y,
-        np.radians(degrees.astype(np.float64)),
-        np.full(len(rows), MinutiaKind.OTHER),
-        np.clip(quality, 0, 100),
-    )
+    degrees = (angle * 2 if m1 else angle + FULL_TURN // 2).astype(np.float64)
+    kind = np.full(len(rows), MinutiaKind.OTHER)
+    quality = np.clip(qualities[0] if qualities else np.full(len(rows), 100), 0, 100)
+    y_down = y if m1 else height - y
     view = View(
-        Template(minutiae, width, height, STANDARD_DPI if options.dpi is None else options.dpi),
+        Template(
+            minutiae_from_columns(x, y_down, np.radians(degrees), kind, quality),
+            *(width, height, options.assumed_dpi),
+        ),
         dpi_known=False,
         size_known=False,
-        quality_known=table.shape[1] == 4,
+        quality_known=bool(qualities),
     )
     convention = "ANSI/INCITS 378: y down, units of 2°" if m1 else "NIST: y up, degrees"
     return TemplateRecord("xyt-m1" if m1 else "xyt", (view,), (f"angles taken for {convention}",))
@@ -81,28 +76,16 @@ def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
     minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
     if not len(minutiae):
         raise TemplateError("a print without minutiae would be an empty file of this format")
-    x, y = _whole(minutiae.x), _whole(minutiae.y)
+    x, y = np.rint(minutiae.xy.astype(np.float64)).astype(np.int64).T
     if m1:
         angle = whole_steps(minutiae.angle, M1_STEPS)
     else:
         y = template.height - y
         angle = (whole_steps(minutiae.angle, FULL_TURN) + FULL_TURN // 2) % FULL_TURN
-    columns = [x, y, angle]
-    if view.quality_known:
-        columns.append(minutiae.quality.astype(np.int64))
-    table = np.column_stack(columns)
+    quality = [minutiae.quality.astype(np.int64)] if view.quality_known else []
     notes += ["kinds, size and resolution dropped", *dropped_notes(view)]
-    lines = "".join(" ".join(map(str, row)) + "\n" for row in table.tolist())
-    return Encoded(lines.encode(), tuple(notes))
-
-
-def _height(y: NDArray[np.int64], *, m1: bool) -> int:
-    """Return the smallest height that contains the positions."""
-    return max(1, int(y.max(initial=0)) + (1 if m1 else 0))
-
-
-def _whole(values: NDArray[np.float32]) -> NDArray[np.int64]:
-    return np.rint(values.astype(np.float64)).astype(np.int64)
+    rows = np.column_stack([x, y, angle, *quality]).tolist()
+    return Encoded("".join(" ".join(map(str, row)) + "\n" for row in rows).encode(), tuple(notes))
 
 
 def _rows(data: bytes, options: ReadingOptions) -> Iterator[list[int]]:
@@ -121,31 +104,21 @@ def _rows(data: bytes, options: ReadingOptions) -> Iterator[list[int]]:
         yield row
 
 
-def _looks_like_rows(data: bytes) -> bool:
+def _recognises(data: bytes) -> bool:
     return _ROW.match(data.lstrip(b"\r\n")) is not None
 
 
-def _is_m1(data: bytes) -> bool:
+def _recognises_m1(data: bytes) -> bool:
     """Return whether `data` are rows without an angle that only NIST's convention has."""
-    if not _looks_like_rows(data):
-        return False
     rows = (row.split() for row in data.split(b"\n") if _ROW.fullmatch(row))
-    return all(0 <= int(row[2]) < M1_STEPS for row in rows)
+    return _recognises(data) and all(0 <= int(row[2]) < M1_STEPS for row in rows)
 
 
-M1_CODEC: Final = Codec(
-    "xyt-m1",
-    "NIST XYT, angles of ANSI/INCITS 378",
-    (".xyt-m1",),
-    _is_m1,
-    partial(decode, m1=True),
-    partial(encode, m1=True),
-)
-CODEC: Final = Codec(
-    "xyt",
-    "NIST XYT",
-    (".xyt",),
-    _looks_like_rows,
-    partial(decode, m1=False),
-    partial(encode, m1=False),
-)
+def _codec(name: str, title: str, recognises: Callable[[bytes], bool], *, m1: bool) -> Codec:
+    return Codec(
+        name, title, (f".{name}",), recognises, partial(decode, m1=m1), partial(encode, m1=m1)
+    )
+
+
+M1_CODEC: Final = _codec("xyt-m1", "NIST XYT, angles of ANSI/INCITS 378", _recognises_m1, m1=True)
+CODEC: Final = _codec("xyt", "NIST XYT", _recognises, m1=False)

@@ -67,43 +67,11 @@ def check_claim(
     threshold: float = DEFAULT_THRESHOLD,
     calibration: Calibration | None = None,
 ) -> CheckedClaim:
-    """Decide whether a probe comes from the claimed subject.
+    """Decide whether a probe comes from the claimed subject of an open gallery.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    probe : Template
-        The probe.
-    subject : str
-        The claimed subject.
-    finger : str, optional
-        The claimed finger (default: any; the score is of the impressions of all fingers).
-    matcher, threshold, calibration
-        As for `fpmatch.matching.finger.verify_finger`.
-
-    Raises
-    ------
-    GalleryError
-        If the gallery cannot be read, or nothing of the subject or finger is enrolled.
-    MatcherError
-        If the matcher is unknown or not calibrated, or the threshold is out of range.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.gallery.entry import Label, NewEntry
-    >>> from fpmatch.gallery.gallery import open_gallery
-    >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
-    >>> template = Template(minutiae, 100, 100)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
-    ...         _ = gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
-    ...         checked = check_claim(gallery, template, "ada")
-    >>> checked.best.label, len(checked.entries)
-    (Label(subject='ada', finger='', impression=''), 1)
+    `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
+    Other parameters, and the errors, are as for `fpmatch.matching.finger.verify_finger`; raises
+    GalleryError if the gallery cannot be read, or nothing of the subject or finger is enrolled.
     """
     entries = tuple(
         entry

@@ -53,16 +53,9 @@ _TOO_LARGE: Final = "template too large to be kept in a gallery"
 def pack_template(template: Template) -> bytes:
     """Return a template in few bytes; an unpacked template gives the same bytes again.
 
-    Parameters
-    ----------
-    template : Template
-        Minutiae within 32,767 pixels of the origin at 500 dpi, at most 65,535 of them; a ridge
-        field of at most a million cells.
-
-    Raises
-    ------
-    TemplateError
-        If a number is too large for the format.
+    Raises TemplateError if a number is too large for the format: it keeps minutiae within 32,767
+    pixels of the origin at 500 dpi, at most 65,535 of them, and a ridge field of at most a million
+    cells.
 
     Examples
     --------
@@ -98,10 +91,7 @@ def pack_template(template: Template) -> bytes:
 def unpack_template(data: bytes) -> Template:
     """Return the template that `pack_template` packed, its numbers rounded once.
 
-    Raises
-    ------
-    TemplateError
-        If `data` is of another version, damaged, or no packed template at all.
+    Raises TemplateError if `data` is of another version, damaged, or no packed template at all.
     """
     if data[:2] != _MAGIC or len(data) < _HEAD.size + _CRC.size:
         raise TemplateError("not a packed template")
@@ -135,7 +125,6 @@ class _Reader:
         return form.unpack_from(self._data, start)
 
     def octets(self, count: int) -> NDArray[np.uint8]:
-        """Return `count` bytes."""
         start, self._at = self._at, self._at + count
         return np.frombuffer(self._data, np.uint8, count, start)
 
@@ -191,9 +180,8 @@ def _pack_field(field: RidgeField, zoom: float) -> bytes:
     steps = np.rint(field.orientation[field.mask] * (2**ORIENTATION_BITS / np.pi))
     orientation = steps.astype(np.int64) % 2**ORIENTATION_BITS
     box = field.mask[top : top + height, left : left + width]
-    packed = head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS)
     ridges = b"" if field.ridges is None else field.ridges[field.mask].astype(">u8").tobytes()
-    return packed + ridges
+    return head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS) + ridges
 
 
 def _unpack_field(reader: _Reader, zoom: float, *, ridged: bool) -> RidgeField:

@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.gallery.entry import Failure
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.consolidate import (
-    ConsolidationParameters,
-    link_impressions,
-    linked_groups,
-)
+from fpmatch.matching.consolidate import link_impressions, linked_groups
 from fpmatch.matching.finger import choose_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
@@ -94,25 +90,10 @@ def check_fingers(
     they form many pairs. Of more than 64 impressions, all are compared with 64 spread over them.
     Fingers with one impression are left out.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    subjects : collection of str, optional
-        Subjects whose fingers are checked (default: all).
-    matcher : str or Matcher
-        The matcher, or its name.
-    calibration : Calibration, optional
-        Turns its similarities into scores (default: that of the package).
-    progress : callable
-        Called with stage "check" and numbers of impressions.
-
-    Raises
-    ------
-    GalleryError
-        If the gallery cannot be read.
-    MatcherError
-        If the matcher is unknown or not calibrated.
+    Only fingers of `subjects` are checked (default: all). `calibration` turns the similarities of
+    the matcher into scores (default: that of the package); `progress` is called with stage "check"
+    and numbers of impressions. Raises GalleryError if the gallery cannot be read, MatcherError if
+    the matcher is unknown or not calibrated.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     curve = load_calibration(chosen.name) if calibration is None else calibration
@@ -160,8 +141,9 @@ def _check(
     prepared = [matcher.prepare(template) for template in templates]
     among = set(choose_impressions(templates))
     needed = _link_score(len(entries))
-    parameters = ConsolidationParameters(link_score=needed, link_pairs=1)
-    links = link_impressions(prepared, matcher, curve, parameters, among)
+    links = link_impressions(
+        prepared, matcher, curve, least_score=needed, least_pairs=1, among=among
+    )
     groups = linked_groups(len(entries), links)
     found = []
     for group in groups[1:]:

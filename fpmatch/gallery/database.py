@@ -40,12 +40,8 @@ class Database:
     """Open transactions on the database of one gallery.
 
     `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
-    (or ``sqlite:///file``).
-
-    Raises
-    ------
-    GalleryError
-        If there is no such file, it is no SQLite database, or the URL is of another kind.
+    (or ``sqlite:///file``). Raises GalleryError if there is no such file, it is no SQLite database,
+    or the URL is of another kind.
     """
 
     def __init__(self, where: str | os.PathLike[str], *, create: bool = False) -> None:
@@ -127,26 +123,24 @@ def _without_secrets(url: sa.URL) -> str:
 
 def _check_file(path: Path, *, create: bool) -> None:
     """Refuse a path that is no SQLite file, or is missing and may not be made."""
+    why = code = ""
     try:
         if path.is_dir():
-            raise GalleryError("is a folder, not a gallery", path=path, code="no gallery")
-        if not path.exists():
-            if not create:
-                raise GalleryError(
-                    "no such gallery; `fpmatch enrol` makes one", path=path, code="missing"
-                )
-            if not path.parent.is_dir():
-                raise GalleryError(
-                    "cannot be made: no such folder", path=path, code="missing folder"
-                )
-            return
-        with path.open("rb") as stream:
-            head = stream.read(len(_SQLITE_HEADER))
+            why, code = "is a folder, not a gallery", "no gallery"
+        elif path.exists():
+            with path.open("rb") as stream:
+                head = stream.read(len(_SQLITE_HEADER))
+            if head != _SQLITE_HEADER and not (create and not head):
+                why = "not a gallery" if head else "not a gallery: the file is empty"
+                code = "no gallery"
+        elif not create:
+            why, code = "no such gallery; `fpmatch enrol` makes one", "missing"
+        elif not path.parent.is_dir():
+            why, code = "cannot be made: no such folder", "missing folder"
     except (OSError, ValueError) as error:
         raise GalleryError(str(getattr(error, "strerror", None) or error), path=path) from error
-    if head != _SQLITE_HEADER and not (create and not head):
-        why = "not a gallery" if head else "not a gallery: the file is empty"
-        raise GalleryError(why, path=path, code="no gallery")
+    if why:
+        raise GalleryError(why, path=path, code=code)
 
 
 def _sqlite(path: Path, *, create: bool) -> sa.Engine:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+from collections import deque
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import processes
@@ -13,13 +15,7 @@ from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NewEntry
 from fpmatch.gallery.names import NamePattern, as_text
-from fpmatch.gallery.prints import (
-    ExtractedPrint,
-    PrintFile,
-    extract_print,
-    extract_request,
-    folder_reader,
-)
+from fpmatch.gallery.prints import ExtractedPrint, PrintFile, extract_print, folder_reader
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
 from fpmatch.reading import group_by_note
@@ -33,7 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prints import Extractor
 
-PRINTS_PER_COMMIT: Final = 4
+PRINTS_PER_COMMIT: Final = 8
 PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 
@@ -89,25 +85,21 @@ def enrol(
     EngineError
         If the engine broke down.
     """
-    make = extractor or partial(extract_print, reader=folder_reader(prints))
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
     progress("enrol", 0, len(prints))
-    with (
-        engine or processes() as place,
-        closing(attempt_each(place, partial(extract_request, make), run.new(prints))) as attempts,
-    ):
-        extracted: list[tuple[EnrolmentRequest, Attempt[ExtractedPrint]]] = []
-        for attempt in attempts:
-            extracted.append(attempt)
-            if len(extracted) == PRINTS_PER_COMMIT:
-                run.commit(extracted)
-                extracted = []
-    run.commit(extracted)
-    if strict:
-        refused = refuse_disagreeing(gallery, run.labels)
-        run.failures += refused
-        run.enrolled -= len(refused)
-    return Enrolment(run.enrolled, run.known, tuple(run.failures), group_by_note(run.noted))
+    with engine or processes() as place:
+        make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))
+        with closing(attempt_each(place, make, run.new(prints))) as attempts:
+            while batch := list(islice(attempts, PRINTS_PER_COMMIT)):
+                run.commit(batch)
+    run.commit([])
+    refused = refuse_disagreeing(gallery, run.labels) if strict else []
+    return Enrolment(
+        len(run.labels) - len(refused),
+        run.known,
+        (*run.failures, *refused),
+        group_by_note(run.noted),
+    )
 
 
 @dataclass(slots=True)
@@ -118,63 +110,63 @@ class _Run:
     pattern: NamePattern
     total: int
     progress: Progress
-    enrolled: int = 0
     known: int = 0
+    labels: list[Label] = field(default_factory=list)  # of the prints enrolled
     failures: list[Failure] = field(default_factory=list)
-    noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
-    labels: list[Label] = field(default_factory=list)
+    noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
+    extracting: deque[EnrolmentRequest] = field(default_factory=deque)
 
-    def new(self, prints: Sequence[PrintFile]) -> Iterator[EnrolmentRequest]:
-        """Yield the prints that are not enrolled and can be."""
+    def new(self, prints: Sequence[PrintFile]) -> Iterator[PrintFile]:
+        """Yield the prints that are not enrolled and can be; their requests are `extracting`."""
         for k in range(0, len(prints), PRINTS_PER_QUERY):
-            found = map(self._request, prints[k : k + PRINTS_PER_QUERY])
-            requests = [request for request in found if request is not None]
-            conflicts = self.gallery.find_conflicts(requests)
-            for request, conflict in zip(requests, conflicts, strict=True):
+            found = [(file, self._request(file)) for file in prints[k : k + PRINTS_PER_QUERY]]
+            requested = [(file, request) for file, request in found if request is not None]
+            conflicts = self.gallery.find_conflicts([request for _, request in requested])
+            for (file, request), conflict in zip(requested, conflicts, strict=True):
                 if conflict is None:
-                    yield request
+                    self.extracting.append(request)
+                    yield file
                 elif conflict == ENROLLED:
                     self.known += 1
                 else:
-                    self._fail(request.path, conflict)
+                    self._fail(file, conflict)
             self._report_progress()
 
     def _request(self, file: PrintFile) -> EnrolmentRequest | None:
         """Return what is known of a file; None, with a failure, where it cannot be enrolled."""
         label = self.pattern.label(file.path)
         if label is None:
-            self._fail(file.path, f"its name does not fit the pattern {self.pattern.text}")
+            self._fail(file, f"its name does not fit the pattern {self.pattern.text}")
             return None
         try:
             content = hashlib.sha256(file.path.read_bytes()).digest()
         except OSError as error:
-            self._fail(file.path, reason(error))
+            self._fail(file, reason(error))
             return None
-        return EnrolmentRequest(label, content, file.dpi, file.path)
+        return EnrolmentRequest(label, content, file.dpi)
 
-    def _fail(self, path: Path | None, why: str) -> None:
-        assert path is not None
-        self.unsaved.append(Failure(as_text(path.absolute()), why.removeprefix(f"{path}: ")))
+    def _fail(self, file: PrintFile, why: str) -> None:
+        source = as_text(file.path.absolute())
+        self.unsaved.append(Failure(source, why.removeprefix(f"{file.path}: ")))
 
-    def commit(self, attempts: Sequence[tuple[EnrolmentRequest, Attempt[ExtractedPrint]]]) -> None:
+    def commit(self, attempts: Sequence[tuple[PrintFile, Attempt[ExtractedPrint]]]) -> None:
         """Add extracted prints, and what has failed since, to the gallery."""
         new = []
-        for request, attempt in attempts:
-            extracted, path = attempt.result, request.path
-            if extracted is None or path is None:
-                self._fail(path, attempt.reason)
+        for file, attempt in attempts:
+            request, made = self.extracting.popleft(), attempt.result
+            if made is None:
+                self._fail(file, attempt.reason)
                 continue
-            source = as_text(path.absolute())
-            new.append(NewEntry(request.label, source, request.content, extracted.template))
-            self.noted.append((path, extracted.all_notes))
+            source = as_text(file.path.absolute())
+            new.append(NewEntry(request.label, source, request.content, made.template))
+            self.noted.append((file.path, made.all_notes))
         if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
             conflicts = self.gallery.add(new, failures)
             self.failures += failures
             for entry, conflict in zip(new, conflicts, strict=True):
                 if conflict is None:
-                    self.enrolled += 1
                     self.labels.append(entry.label)
                 elif conflict == ENROLLED:
                     self.known += 1
@@ -183,5 +175,5 @@ class _Run:
         self._report_progress()
 
     def _report_progress(self) -> None:
-        done = self.enrolled + self.known + len(self.failures) + len(self.unsaved)
+        done = len(self.labels) + self.known + len(self.failures) + len(self.unsaved)
         self.progress("enrol", done, self.total)

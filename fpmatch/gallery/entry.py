@@ -15,12 +15,8 @@ if TYPE_CHECKING:
 class Label:
     """Identify one impression in a gallery, by three names together.
 
-    Parameters
-    ----------
-    subject : str
-        The subject; in FVC's names, where each finger counts as a subject, the finger.
-    finger, impression : str
-        Which finger and which impression; "" where that is not known.
+    `subject` is, in FVC's names, where each finger counts as a subject, the finger; `finger` and
+    `impression` are "" where that is not known.
 
     Examples
     --------
@@ -98,3 +94,21 @@ class Failure:
 
     source: str
     reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class GallerySummary:
+    """Hold counts and sizes of a gallery; `dpi` counts impressions by resolution."""
+
+    version: int
+    impressions: int
+    subjects: int
+    minutiae: int
+    template_bytes: int
+    dpi: dict[float, int]
+    failures: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the JSON values that ``fpmatch gallery info --json`` prints."""
+        by_dpi = [{"dpi": dpi, "impressions": count} for dpi, count in self.dpi.items()]
+        return asdict(self) | {"dpi": by_dpi}

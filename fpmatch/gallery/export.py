@@ -13,7 +13,7 @@ from fpmatch.output import make_folder
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
@@ -32,20 +32,9 @@ def export_templates(
 ) -> int:
     """Write the templates of a gallery into a folder, under their labels; return their number.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    folder : path-like
-        The folder; made if missing.
-    suffixes : sequence of str
-        Suffixes of the formats to write, as of `save_template`.
-    subject : str, optional
-        Subject whose templates are written (default: all).
-    progress : callable
-        Called with stage "export" and numbers of templates.
-    noted : callable
-        Called with a file and what its format cannot hold, for each such note.
+    They are written in the formats of some `suffixes`, as of `save_template`; `subject` selects
+    those of one. `progress` is called with stage "export" and numbers of templates, `noted` with a
+    file and each note on what its format cannot hold.
 
     Raises
     ------
@@ -54,7 +43,7 @@ def export_templates(
     GalleryError
         If the gallery cannot be read.
     """
-    names = _names(list(gallery.entries(subject=subject)))
+    names = _names(gallery.entries(subject=subject))
     make_folder(folder)
     progress("export", 0, len(names))
     written = 0
@@ -70,7 +59,7 @@ def export_templates(
     return written
 
 
-def _names(entries: Sequence[Entry]) -> dict[int, str]:
+def _names(entries: Iterable[Entry]) -> dict[int, str]:
     """Return the file name, without suffix, of each entry by its number."""
     taken: dict[str, Entry] = {}
     names = {}

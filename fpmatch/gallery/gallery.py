@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from fpmatch.errors import GalleryError, TemplateError
 from fpmatch.gallery.compact import pack_template, unpack_entry
 from fpmatch.gallery.database import Database
-from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure
+from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, GallerySummary
 from fpmatch.gallery.tables import (
     ABOUT,
     ENTRY,
@@ -29,7 +29,6 @@ from fpmatch.gallery.tables import (
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Collection, Iterator, Sequence
-    from types import TracebackType
     from typing import Self
 
     from fpmatch.gallery.entry import NewEntry
@@ -38,6 +37,8 @@ if TYPE_CHECKING:
 Converted = TypeVar("Converted")
 
 ROWS_PER_READ: Final = 1000
+_COUNT: Final = sa.select(sa.func.count())
+_PACKED: Final = sa.select(ENTRY.c.id, ENTRY.c.template)
 
 
 def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gallery:
@@ -88,12 +89,7 @@ class Gallery:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -108,7 +104,24 @@ class Gallery:
     def __len__(self) -> int:
         """Return the number of impressions."""
         with self.database.reading() as connection:
-            return int(connection.scalar(sa.select(sa.func.count()).select_from(ENTRY)) or 0)
+            return int(connection.scalar(_COUNT.select_from(ENTRY)) or 0)
+
+    def summary(self) -> GallerySummary:
+        """Count what is in the gallery."""
+        by_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
+        totals = sa.select(
+            sa.func.count(),
+            sa.func.count(ENTRY.c.subject.distinct()),
+            sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0),
+            sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
+        ).select_from(ENTRY)
+        with self.database.reading() as connection:
+            return GallerySummary(
+                int(connection.scalar(sa.select(GALLERY.c.version)) or 0),
+                *map(int, connection.execute(totals).one()),
+                {float(dpi): int(count) for dpi, count in connection.execute(by_dpi)},
+                int(connection.scalar(_COUNT.select_from(FAILURE)) or 0),
+            )
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
@@ -127,13 +140,13 @@ class Gallery:
         with self._changing() as connection:
             conflicts = _conflicts_in_order(connection, new, packed)
             judged = list(zip(new, packed, conflicts, strict=True))
-            rows = [{**_row(e), "template": template} for e, template, no in judged if no is None]
-            refused = [Failure(e.source, reason) for e, _, reason in judged if reason]
-            sources = [*(e.source for e in new), *(f.source for f in failures)]
+            rows = [_row(entry, template) for entry, template, no in judged if no is None]
+            sources = [one.source for one in (*new, *failures)]
             for k in range(0, len(sources), ROWS_PER_READ):
                 part = sources[k : k + ROWS_PER_READ]
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
-            reasons = {f.source: f.reason for f in (*failures, *refused)}
+            reasons = {failure.source: failure.reason for failure in failures}
+            reasons |= {entry.source: conflict for entry, _, conflict in judged if conflict}
             if reasons:
                 connection.execute(
                     FAILURE.insert(), [{"source": s, "reason": r} for s, r in reasons.items()]
@@ -163,14 +176,12 @@ class Gallery:
 
     def template(self, number: int) -> Template:
         """Return the template of an entry; GalleryError if there is none or it is damaged."""
-        query = sa.select(ENTRY.c.id, ENTRY.c.template)
-        _, data = self._one(query, number, as_packed)
+        _, data = self._one(_PACKED, number, as_packed)
         return unpack_entry(data, number, self.name)
 
     def packed_templates(self, *, after: int = 0) -> Iterator[tuple[int, bytes]]:
         """Yield number and packed template of the entries whose number is greater than `after`."""
-        query = sa.select(ENTRY.c.id, ENTRY.c.template)
-        yield from self._rows(query, as_packed, after=after)
+        yield from self._rows(_PACKED, as_packed, after=after)
 
     def templates(self, *, after: int = 0) -> Iterator[tuple[int, Template]]:
         """Yield number and template of the entries whose number is greater than `after`."""
@@ -212,9 +223,8 @@ class Gallery:
         """Return a hash that differs whenever the entries have changed."""
         with self.database.reading() as connection:
             state = connection.scalar(sa.select(GALLERY.c.state))
-            count, last = connection.execute(
-                sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
-            ).one()
+            query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
+            count, last = connection.execute(query).one()
         return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
 
     def _unknown(self, number: int) -> GalleryError:
@@ -301,12 +311,13 @@ def _pack(entry: NewEntry) -> bytes | str:
         return str(error)
 
 
-def _row(entry: NewEntry) -> dict[str, Any]:
-    """Return the columns of a new entry, without its template."""
+def _row(entry: NewEntry, packed: bytes | str) -> dict[str, Any]:
+    """Return the columns of a new entry."""
     return {
         **asdict(entry.label),
         "source": entry.source,
         "content": entry.content,
         "dpi": entry.template.dpi,
         "minutiae": len(entry.template.minutiae),
+        "template": packed,
     }

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.candidate import Candidate
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 
@@ -17,23 +16,40 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.consolidated import ConsolidatedFingers
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.search import ConsolidatedFingers, Search
     from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Comparison
     from fpmatch.minutiae import Template
 
 CandidateListSize = int | Literal["auto", "off"]
 """Number of prints that are compared with a probe; see `candidate_list_size`."""
 
-EXHAUSTIVE_UP_TO: Final = 20_000
-"""Largest number of prints that are all compared by default."""
+EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
+PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
+MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
 
-PENETRATION_RATE: Final = 0.01
-"""Share of a larger number of prints that is compared."""
 
-MIN_CANDIDATE_LIST: Final = 1_000
-"""Smallest number of prints that is compared of a larger number."""
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Hold one enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
+
+    `number` is that of the entry; of a finger, that of its most similar impression, to which
+    `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
+    which comparisons with another finger, of as many `impressions`, score as high, and `score` is
+    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.matching.finger`. `expected_false` is `fmr` times the
+    number of searched fingers (or impressions): how many score as high if none is the probe's.
+    """
+
+    rank: int
+    number: int
+    similarity: float
+    score: float
+    fmr: float
+    expected_false: float
+    comparison: Comparison | None = None
+    impressions: int = 1
+    impression_score: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,34 +80,29 @@ class Identification:
         where no transform was found.
         """
         return [
-            self._candidate_dict(candidate, entry)
+            {
+                "rank": candidate.rank,
+                "id": entry.id,
+                **asdict(entry.label),
+                "source": entry.source,
+                "score": candidate.score,
+                "fmr": candidate.fmr,
+                "extrapolated": candidate.fmr < self.smallest_measured_fmr,
+                "expected_false_matches": candidate.expected_false,
+                "impressions": candidate.impressions,
+                "impression_score": candidate.impression_score,
+                **({} if candidate.comparison is None else _as_dict(candidate.comparison)),
+            }
             for candidate, entry in zip(self.candidates, entries, strict=True)
         ]
 
-    def _candidate_dict(self, candidate: Candidate, entry: Entry) -> dict[str, Any]:
-        document: dict[str, Any] = {
-            "rank": candidate.rank,
-            "id": entry.id,
-            **asdict(entry.label),
-            "source": entry.source,
-            "score": candidate.score,
-            "fmr": candidate.fmr,
-            "extrapolated": candidate.fmr < self.smallest_measured_fmr,
-            "expected_false_matches": candidate.expected_false,
-            "impressions": candidate.impressions,
-            "impression_score": candidate.impression_score,
-        }
-        comparison = candidate.comparison
-        if comparison is not None:
-            t = comparison.transform
-            document["transform"] = (
-                None
-                if t is None
-                else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
-            )
-            document["pairs"] = len(comparison.pairs)
-            document["rms_px"] = comparison.rms_px if t is not None else None
-        return document
+
+def _as_dict(comparison: Comparison) -> dict[str, Any]:
+    t, pairs = comparison.transform, len(comparison.pairs)
+    if t is None:
+        return {"transform": None, "pairs": pairs, "rms_px": None}
+    transform = {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
+    return {"transform": transform, "pairs": pairs, "rms_px": comparison.rms_px}
 
 
 def identify(
@@ -177,9 +188,9 @@ def identify(
         finger, sizes = np.arange(len(search)), np.ones(len(search), np.intp)
     found_of, local = np.unique(finger[places], return_inverse=True)
     scores = fused_scores(singles, local.ravel(), sizes[found_of])[local.ravel()]
-    best = _best(scores, similarities, search.numbers[places], finger[places], count).tolist()
     candidates = []
-    for rank, k in enumerate(best, start=1):
+    best = _best(scores, similarities, search.numbers[places], finger[places], count)
+    for rank, k in enumerate(best.tolist(), start=1):
         score = float(scores[k])
         fmr = score_to_fmr(score)
         wanted = transforms and (score >= threshold or consolidated is not None)
@@ -199,11 +210,10 @@ def identify(
         )
     if consolidated is not None:
         candidates = consolidated.rerank(prepared, candidates)
-    candidates = [one for one in candidates if one.score >= threshold]
     return Identification(
         enrolled=len(search),
         compared=len(similarities),
-        candidates=tuple(candidates),
+        candidates=tuple(one for one in candidates if one.score >= threshold),
         matcher=search.matcher.name,
         smallest_measured_fmr=score_to_fmr(chosen.largest_measured_score),
         fingers=len(search.finger_sizes),
@@ -214,12 +224,8 @@ def candidate_list_size(search: Search, requested: CandidateListSize = "auto") -
     """Return the number of prints to compare with a probe; None for all.
 
     "auto": all of up to `EXHAUSTIVE_UP_TO` prints, and of more the share `PENETRATION_RATE`, but at
-    least `MIN_CANDIDATE_LIST`; "off": all.
-
-    Raises
-    ------
-    MatcherError
-        If it is out of range, or the matcher has no bit descriptors.
+    least `MIN_CANDIDATE_LIST`; "off": all. Raises MatcherError if it is out of range, or the
+    matcher has no bit descriptors.
     """
     total = len(search)
     if requested == "off":

@@ -136,7 +136,7 @@ def _image(image: GreyImage) -> InspectedImage:
 
 def _print(view: View) -> InspectedPrint:
     template, minutiae = view.template, view.template.minutiae
-    mean = float(np.mean(minutiae.quality)) if view.quality_known and len(minutiae) else None
+    graded = view.quality_known and len(minutiae) > 0
     return InspectedPrint(
         template.width,
         template.height,
@@ -148,7 +148,7 @@ def _print(view: View) -> InspectedPrint:
         FINGERS[view.finger] if view.finger < len(FINGERS) else f"position {view.finger}",
         IMPRESSIONS.get(view.impression, f"impression type {view.impression}"),
         view.quality,
-        None if mean is None else round(mean, 1),
+        round(float(np.mean(minutiae.quality)), 1) if graded else None,
         template.field is not None,
         tuple(extended_kinds(view.extended)),
         dict(view.fields),
@@ -157,7 +157,7 @@ def _print(view: View) -> InspectedPrint:
 
 def _prints_as_text(prints: tuple[InspectedPrint, ...]) -> list[str]:
     """Return what all prints have in common, then what differs, separated by bars."""
-    rows = list(zip(*(_print_parts(print_) for print_ in prints), strict=True))
+    rows = list(zip(*map(_print_parts, prints), strict=True))
     shared = [row[0] for row in rows if len(set(row)) == 1 and row[0]]
     if len(prints) < 2:
         return shared
@@ -172,7 +172,7 @@ def _print_parts(print_: InspectedPrint) -> Iterator[str]:
     yield _dpi(print_.dpi)
     yield "" if print_.finger == FINGERS[0] else print_.finger
     yield "" if print_.impression == IMPRESSIONS[0] else print_.impression
-    yield _minutiae(print_)
+    yield _minutiae_as_text(print_)
     yield "" if print_.quality is None else f"quality {print_.quality}"
     yield "" if print_.minutia_quality is not None else "no quality of minutiae"
     yield "ridge field" if print_.ridge_field else ""
@@ -180,20 +180,20 @@ def _print_parts(print_: InspectedPrint) -> Iterator[str]:
     yield ", ".join(f"{name} {value}" for name, value in print_.fields.items())
 
 
-def _minutiae(print_: InspectedPrint) -> str:
+def _minutiae_as_text(print_: InspectedPrint) -> str:
     """Return the number of minutiae, and of each kind where any is known."""
-    other = print_.minutiae - print_.endings - print_.bifurcations
+    count, endings, bifurcations = print_.minutiae, print_.endings, print_.bifurcations
+    if not count:
+        return "no minutiae"
+    total = f"{count} minutia{'e' if count > 1 else ''}"
+    if not endings + bifurcations:
+        return total
     kinds = [
-        _count(print_.endings, "ending", "endings"),
-        _count(print_.bifurcations, "bifurcation", "bifurcations"),
-        _count(other, "other", "other"),
+        f"{endings} ending{'s' if endings > 1 else ''}" if endings else "",
+        f"{bifurcations} bifurcation{'s' if bifurcations > 1 else ''}" if bifurcations else "",
+        f"{other} other" if (other := count - endings - bifurcations) else "",
     ]
-    by_kind = f" ({', '.join(filter(None, kinds))})" if other < print_.minutiae else ""
-    return (_count(print_.minutiae, "minutia", "minutiae") or "no minutiae") + by_kind
-
-
-def _count(number: int, one: str, many: str) -> str:
-    return f"{number} {one if number == 1 else many}" if number else ""
+    return f"{total} ({', '.join(filter(None, kinds))})"
 
 
 def _size(thing: InspectedImage | InspectedPrint) -> str:

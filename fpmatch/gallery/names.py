@@ -14,26 +14,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FVC_PATTERN: Final = r"(?P<subject>\d+)_(?P<impression>\d+)"
-_GROUPS: Final = ("subject", "finger", "impression")
 
 
 @dataclass(frozen=True, slots=True)
 class NamePattern:
-    """Find labels in paths by a regular expression.
+    """Find labels in paths by a regular expression, by default that of FVC's names, ``101_3.tif``.
 
-    It must match the end of the path, without the extension, from the beginning of a name in it
-    on: one with a ``/`` matches folders, too.
-
-    Parameters
-    ----------
-    text : str
-        The expression, with a group named ``subject`` and, where names contain them, ``finger``
-        and ``impression``. Default: FVC's names, ``101_3.tif``.
-
-    Raises
-    ------
-    GalleryError
-        If it is no regular expression, or has no group ``subject``, or others.
+    It has a group named ``subject`` and, where names contain them, ``finger`` and ``impression``;
+    raises GalleryError for another. It must match the end of the path, without the extension, from
+    the beginning of a name in it on: one with a ``/`` matches folders, too.
 
     Examples
     --------
@@ -53,10 +42,9 @@ class NamePattern:
         try:
             groups = re.compile(self.text).groupindex
         except (re.error, OverflowError, RecursionError) as error:
-            raise GalleryError(
-                f"pattern {self.text!r}: not a regular expression: {error}"
-            ) from error
-        if "subject" not in groups or not set(groups) <= set(_GROUPS):
+            why = f"not a regular expression: {error}"
+            raise GalleryError(f"pattern {self.text!r}: {why}") from error
+        if not {"subject"} <= set(groups) <= {"subject", "finger", "impression"}:
             raise GalleryError(
                 f"pattern {self.text!r}: it must have a group (?P<subject>...), may have "
                 "(?P<finger>...) and (?P<impression>...), and no other named one"
@@ -71,8 +59,7 @@ class NamePattern:
             start = text.rfind("/", 0, start)
             match = expression.fullmatch(text, start + 1)
             if match is not None and match["subject"]:
-                found = match.groupdict("")
-                return Label(*(found.get(group, "") for group in _GROUPS))
+                return Label(**match.groupdict(""))
         return None
 
 

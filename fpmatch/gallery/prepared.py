@@ -107,15 +107,11 @@ def _save(stem: Path, prepared: Prepared) -> None:
 def _newest(folders: Sequence[Path], form: str) -> Prepared | None:
     """Return the prints that were saved last, of whatever content."""
     found: list[tuple[float, Path]] = []
-    for folder in folders:
-        for path in folder.glob(f"{form}-*.prints"):
-            with suppress(OSError):
-                found.append((path.stat().st_mtime, path.with_name(path.stem)))
-    for _, stem in sorted(found, reverse=True):
-        kept = _load(stem)
-        if kept is not None:
-            return kept
-    return None
+    for path in (path for folder in folders for path in folder.glob(f"{form}-*.prints")):
+        with suppress(OSError):
+            found.append((path.stat().st_mtime, path.with_name(path.stem)))
+    loaded = (_load(stem) for _, stem in sorted(found, reverse=True))
+    return next((kept for kept in loaded if kept is not None), None)
 
 
 def _remove_others(folder: Path, matcher: Matcher, name: str) -> None:
@@ -162,17 +158,14 @@ def _prepare_all(
     engine: Engine,
     progress: Progress,
 ) -> PackedTemplates:
-    chunks = [
-        templates[k : k + PRINTS_PER_CHUNK] for k in range(0, len(templates), PRINTS_PER_CHUNK)
-    ]
+    total = len(templates)
+    chunks = [templates[k : k + PRINTS_PER_CHUNK] for k in range(0, total, PRINTS_PER_CHUNK)]
     parts: list[PackedTemplates] = []
-    done = 0
-    progress("prepare", 0, len(templates))
+    progress("prepare", 0, total)
     with engine, closing(engine.map(_prepare, (name, matcher), chunks)) as results:
         for part in results:
             parts.append(part)
-            done += len(part)
-            progress("prepare", done, len(templates))
+            progress("prepare", sum(map(len, parts)), total)
     return PackedTemplates.concatenate(parts)
 
 

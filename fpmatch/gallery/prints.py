@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.engine.workers import results_of_each
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
+from fpmatch.formats.codec import read_head
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
 from fpmatch.minutiae import check_dpi
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterable
 
-    from fpmatch.gallery.entry import EnrolmentRequest
+    from fpmatch.engine.engine import Engine
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.folder_polarity import PolarityReader
     from fpmatch.image.quality.polarity import Polarity
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
     Reader = Callable[[Path], GreyImage | TemplateRecord]
 
 _COMMON_SUFFIXES: Final = (".json", ".csv")
-_HEAD_BYTES: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,19 +96,25 @@ def folder_reader(
     polarity: Polarity = "auto",
     dpi: float | None = None,
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
+    engine: Engine | None = None,
 ) -> PolarityReader[GreyImage | TemplateRecord]:
     """Return a reader of prints that reads the images of a folder with one polarity.
 
     `polarity`, `dpi` and `reader` are as for
-    `fpmatch.image.quality.folder_polarity.find_polarities` (default reader: `PrintReader`).
+    `fpmatch.image.quality.folder_polarity.find_polarities` (default reader: `PrintReader`); an
+    `engine` looks at the images (default: this process).
     """
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
     read = reader or PrintReader()
-    paths = [file.path for file in prints]
-    return PolarityReader(
-        read, find_polarities(paths, polarity=polarity, dpi=dpi, reader=read), dpi
+    found = find_polarities(
+        [file.path for file in prints],
+        polarity=polarity,
+        dpi=dpi,
+        reader=read,
+        each=map if engine is None else partial(results_of_each, engine),
     )
+    return PolarityReader(read, found, dpi)
 
 
 def extract_print(
@@ -115,14 +122,7 @@ def extract_print(
 ) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or read from a template file.
 
-    Parameters
-    ----------
-    file : PrintFile
-        The print.
-    reader : callable
-        Reads it (default: `PrintReader`).
-    min_quality : int
-        Lowest quality of an image, 0 to 100; templates are not graded.
+    `reader` reads the file (default: `PrintReader`).
 
     Raises
     ------
@@ -130,7 +130,7 @@ def extract_print(
         If it cannot be read, cannot contain a fingerprint, has no minutiae, or contains several
         prints.
     QualityError
-        If the quality of the image is below `min_quality`.
+        If the quality of an image, 0 to 100, is below `min_quality`; templates are not graded.
     """
     found = (reader or PrintReader())(file.path)
     if isinstance(found, TemplateRecord) and len(found.views) > 1:
@@ -146,13 +146,7 @@ def extract_print(
         raise QualityError(why, path=file.path)
     if not len(given.template.minutiae):
         raise ImageError("no minutiae found", path=file.path, code="no minutiae")
-    return ExtractedPrint(given.template, given.dpi_assumed, found.notes)
-
-
-def extract_request(extractor: Extractor, request: EnrolmentRequest) -> ExtractedPrint:
-    """Return what an extractor makes of the file of a request; worker processes call this."""
-    assert request.path is not None
-    return extractor(PrintFile(request.path, request.dpi))
+    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes)
 
 
 def _files(place: Path) -> list[Path]:
@@ -197,12 +191,7 @@ def _templates_in(folder: Path) -> list[Path]:
 
 def _is_other_content(path: Path) -> bool:
     """Return whether a file named JSON or CSV is neither, or cannot be read."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD_BYTES)
-    except OSError:
-        return True
-    text = head.decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
+    text = read_head(path).decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
     if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last character may be cut through
         return True
     first_line = text.splitlines()[0]

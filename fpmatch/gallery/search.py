@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.candidate_list import candidate_list
+from fpmatch.matching.finger import Finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.identify import Candidate
+    from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
+
+FINGERS_KEPT: Final = 200  # that stay prepared in memory: those compared most recently
 
 
 class References(Protocol):
@@ -71,10 +79,7 @@ class Search:
     def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
         """Return the ascending indices of the `count` prints with the most similar descriptors.
 
-        Raises
-        ------
-        MatcherError
-            If the matcher's prints have no bit descriptors.
+        Raises MatcherError if the matcher's prints have none.
         """
         if not isinstance(self.references, PackedTemplates):
             raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
@@ -129,3 +134,42 @@ def open_search(
         progress("prepare", min(len(numbers), total), total)
     fingers = [finger_of.get(number, number) for number in numbers]
     return Search(chosen, np.array(numbers, np.int64), np.array(fingers, np.int64), references)
+
+
+class ConsolidatedFingers:
+    """Hold the fingers of an open gallery, each prepared when it is first a candidate."""
+
+    def __init__(
+        self, gallery: Gallery, search: Search, calibration: Calibration | None = None
+    ) -> None:
+        self._gallery = gallery
+        self._search = search
+        name = search.matcher.name
+        self._calibration = load_calibration(name) if calibration is None else calibration
+        self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
+
+    def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """Score fingers by `fpmatch.matching.finger.Finger`, and rank them again.
+
+        The score of a finger with one impression is unchanged.
+        """
+        scored = [self._scored(probe, candidate) for candidate in candidates]
+        scored.sort(key=lambda one: (-one.score, -one.similarity, one.number))
+        return [replace(one, rank=rank) for rank, one in enumerate(scored, start=1)]
+
+    def _scored(self, probe: Any, candidate: Candidate) -> Candidate:
+        if candidate.impressions == 1:
+            return candidate
+        search = self._search
+        of = search.finger_of[np.flatnonzero(search.numbers == candidate.number)[0]]
+        score = self._finger(int(of)).compare(probe).score
+        fmr = score_to_fmr(score)
+        expected = fmr * len(search.finger_sizes)
+        return replace(candidate, score=score, fmr=fmr, expected_false=expected)
+
+    def _prepared(self, finger: int) -> Finger:
+        """Return a finger, numbered as `Search.finger_of` does, with its consolidated templates."""
+        search = self._search
+        numbers = search.numbers[search.finger_of == finger].tolist()
+        templates = [self._gallery.template(number) for number in numbers]
+        return Finger.of(templates, search.matcher, self._calibration)

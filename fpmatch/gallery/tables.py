@@ -44,7 +44,7 @@ ENTRY: Final = sa.Table(
 )
 
 ABOUT: Final = [column for column in ENTRY.columns if column is not ENTRY.c.template]
-"""The columns of an `Entry`."""
+"""The columns of an `Entry`, in the order of its fields."""
 
 FAILURE: Final = sa.Table(
     "fpmatch_failure",
@@ -68,15 +68,11 @@ def create_tables(connection: sa.Connection, state: str) -> None:
 
 def as_entry(row: Any) -> Entry:
     """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
-    names, numbers = (row.subject, row.finger, row.impression, row.source), (row.id, row.minutiae)
-    if (
-        not all(isinstance(name, str) for name in names)
-        or not all(isinstance(number, int) for number in numbers)
-        or not isinstance(row.content, bytes)
-        or not isinstance(row.dpi, float)
-    ):
-        raise DamagedRowError(f"entry {row.id} has a column of another type")
-    return Entry(row.id, Label(*names[:3]), row.source, row.content, row.dpi, row.minutiae)
+    number, subject, finger, impression, *rest = row
+    for value, kind in zip(row, (int, str, str, str, str, bytes, float, int), strict=True):
+        if not isinstance(value, kind):
+            raise DamagedRowError(f"entry {number} has a column of another type")
+    return Entry(number, Label(subject, finger, impression), *rest)
 
 
 def as_packed(row: Any) -> tuple[int, bytes]:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.image.parameters import ExtractionParameters
     from fpmatch.minutiae import Template
 
 
@@ -63,24 +62,10 @@ def assess(
     dpi: float | None = None,
     *,
     enhance: str = DEFAULT_ENHANCEMENT,
-    parameters: ExtractionParameters | None = None,
 ) -> AssessedPrint:
     """Extract the minutiae of a fingerprint image, and grade the image.
 
-    Parameters
-    ----------
-    image, dpi, enhance, parameters
-        As for `extract`.
-
-    Returns
-    -------
-    AssessedPrint
-        What `extract` returns, and the quality of the image.
-
-    Raises
-    ------
-    ImageReadError, ImageError, ResolutionError
-        As `extract` does.
+    Parameters and errors are those of `extract`.
 
     Examples
     --------
@@ -90,5 +75,5 @@ def assess(
     (0, 'no ridges: no fingerprint is found in the image')
     """
     stages = QualityRecorder()
-    template = extract(image, dpi, enhance=enhance, parameters=parameters, recorder=stages)
+    template = extract(image, dpi, enhance=enhance, recorder=stages)
     return AssessedPrint(template, stages.quality(template.dpi))

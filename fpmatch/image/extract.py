@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -12,23 +13,27 @@ from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.io.grey import GreyImage, as_grey
 from fpmatch.image.io.limits import ImageLimits
 from fpmatch.image.io.read import name_errors, read_image
-from fpmatch.image.parameters import ExtractionParameters
+from fpmatch.image.preprocess.blocks import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.recorder import UncropRecorder
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
 from fpmatch.image.skeleton.minutia_quality import minutia_quality
-from fpmatch.image.skeleton.spurious import directions, filter_spurious, remove_spurs_and_islands
+from fpmatch.image.skeleton.spurious import (
+    BRANCH_PX,
+    directions,
+    filter_spurious,
+    remove_spurs_and_islands,
+)
 from fpmatch.image.skeleton.thin import thin
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template, check_dpi
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
-    from fpmatch.image.enhancement.enhancers import EnhancedPrint, Enhancer
+    from fpmatch.image.arrays import Grey, Mask
+    from fpmatch.image.enhancement.enhancers import EnhancedPrint
     from fpmatch.image.preprocess.foreground import Box
     from fpmatch.image.recorder import Recorder
 
@@ -42,7 +47,6 @@ def extract(
     dpi: float | None = None,
     *,
     enhance: str = DEFAULT_ENHANCEMENT,
-    parameters: ExtractionParameters | None = None,
     recorder: Recorder | None = None,
 ) -> Template:
     """Extract the minutiae of a fingerprint image.
@@ -55,8 +59,6 @@ def extract(
         Resolution; by default the file's own, and 500 where that is unknown.
     enhance : str
         "learned": by a small network; "filters": by oriented filters.
-    parameters : ExtractionParameters, optional
-        Parameters of the stages.
     recorder : Recorder, optional
         Receives the array of each stage, by name.
 
@@ -83,59 +85,47 @@ def extract(
     >>> len(extract(blank, dpi=500).minutiae)
     0
     """
-    p = parameters or ExtractionParameters()
-    find_ridges = _enhancer(enhance)
-    source = _as_image(image)
+    if enhance not in ENHANCERS:
+        raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
+    source = read_image(image) if isinstance(image, str | Path) else image
+    if isinstance(source, np.ndarray):
+        source = GreyImage(as_grey(source))
     resolution = check_dpi(next(d for d in (dpi, source.dpi, STANDARD_DPI) if d is not None))
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
 
-    box = foreground_box(grey, p.foreground)
+    box = foreground_box(grey)
     stages = UncropRecorder(recorder, box, (grey.shape[0], grey.shape[1]))
     stages.record("input", grey)
-    normalized = normalize(grey[box.slices], p.normalization)
+    normalized = normalize(grey[box.slices])
     stages.record("normalised", normalized.pixels)
-    ridges = find_ridges(normalized, p, stages)
-    binary = binarize(ridges.enhanced, ridges.mask, p.binarization)
+    ridges = ENHANCERS[enhance](normalized, stages)
+    binary = binarize(ridges.enhanced, ridges.mask)
     stages.record("binary", binary)
-    skeleton = remove_spurs_and_islands(thin(binary), p.spurious)
+    skeleton = remove_spurs_and_islands(thin(binary))
     stages.record("skeleton", skeleton)
 
-    nodes = find_nodes(skeleton, p.spurious.branch_px)
-    angle = directions(nodes, p.spurious.direction_px)
-    genuine = filter_spurious(nodes, angle, ridges.mask, p.spurious)
+    nodes = find_nodes(skeleton, BRANCH_PX)
+    angle = directions(nodes)
+    genuine = filter_spurious(nodes, angle, ridges.mask)
     x, y = nodes.x[genuine], nodes.y[genuine]
-    quality = minutia_quality(normalized.pixels, ridges.enhanced, x, y, p.quality)
     ending = nodes.crossing_number[genuine] == 1
     minutiae = Minutiae(
         x=(x + box.left + 0.5) / zoom - 0.5,
         y=(y + box.top + 0.5) / zoom - 0.5,
         angle=angle[genuine],
         kind=np.where(ending, MinutiaKind.ENDING, MinutiaKind.BIFURCATION),
-        quality=quality,
+        quality=minutia_quality(normalized.pixels, ridges.enhanced, x, y),
     )
-    stages.record("minutiae", _as_columns(minutiae, zoom))
+    at_500_dpi = ((place + 0.5) * zoom - 0.5 for place in (minutiae.x, minutiae.y))
+    columns = (*at_500_dpi, minutiae.angle, minutiae.kind, minutiae.quality)
+    stages.record("minutiae", np.column_stack(columns).astype(np.float32))
     height, width = source.pixels.shape
     field = _ridge_field(ridges, binary, box, stages.shape, zoom)
     return Template(minutiae, width=width, height=height, dpi=resolution, field=field)
 
 
-def _enhancer(name: str) -> Enhancer:
-    try:
-        return ENHANCERS[name]
-    except KeyError:
-        raise ImageError(f"no enhancement {name!r}: there are {', '.join(ENHANCERS)}") from None
-
-
-def _as_image(image: str | Path | GreyImage | NDArray[np.generic]) -> GreyImage:
-    if isinstance(image, GreyImage):
-        return image
-    if isinstance(image, np.ndarray):
-        return GreyImage(as_grey(image), None, "array")
-    return read_image(image)
-
-
-def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], float]:
+def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
     """Resample an image (H, W) to 500 dpi; return it with the zoom, 500 / dpi.
 
     An image of 500 dpi is returned unchanged. Raises ImageError if the resampled image is too small
@@ -146,7 +136,7 @@ def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], fl
         return grey, 1.0
     interpolation = cv2.INTER_AREA if zoom < 0.75 else cv2.INTER_CUBIC
     height, width = grey.shape
-    size = (max(1, round(width * zoom)), max(1, round(height * zoom)))
+    size = max(1, round(width * zoom)), max(1, round(height * zoom))
     try:
         LIMITS_AT_500_DPI.check(*size)
     except ImageError as error:
@@ -154,15 +144,8 @@ def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], fl
     return np.asarray(cv2.resize(grey, size, interpolation=interpolation), np.uint8), zoom
 
 
-def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
-    """Return minutiae as an array (N, 5): x, y (pixels at 500 dpi), angle, kind, quality."""
-    x, y = (minutiae.x + 0.5) * zoom - 0.5, (minutiae.y + 0.5) * zoom - 0.5
-    columns = [x, y, minutiae.angle, minutiae.kind, minutiae.quality]
-    return np.column_stack(columns).astype(np.float32)
-
-
 def _ridge_field(
-    print_: EnhancedPrint, binary: NDArray[np.bool_], box: Box, shape: tuple[int, int], zoom: float
+    print_: EnhancedPrint, binary: Mask, box: Box, shape: tuple[int, int], zoom: float
 ) -> RidgeField | None:
     """Return the ridge field of a template, on cells of two by two blocks; None without ridges.
 
@@ -178,7 +161,7 @@ def _ridge_field(
     two_by_two = (rows, 2, columns, 2)
     orientation = np.mod(np.angle(doubled.reshape(two_by_two).sum(axis=(1, 3))) / 2, np.pi)
     mask = inside.reshape(two_by_two).sum(axis=(1, 3)) >= 2
-    step = 2 * print_.step_px
+    step = 2 * BLOCK_PX
     whole = np.zeros((rows * step, columns * step), np.uint8)
     whole[: binary.shape[0], : binary.shape[1]] = binary
     bits = cv2.resize(255 * whole, (8 * columns, 8 * rows), interpolation=cv2.INTER_AREA) > 127

@@ -32,9 +32,7 @@ class UncropRecorder:
     """
 
     def __init__(self, recorder: Recorder | None, box: Box, shape: tuple[int, int]) -> None:
-        self.recorder = recorder
-        self.box = box
-        self.shape = shape
+        self.recorder, self.box, self.shape = recorder, box, shape
 
     def wants(self, stage: str) -> bool:
         """Return whether the recorder receives `stage`."""

@@ -56,13 +56,10 @@ class Aligner:
         self.reach = np.empty(size_a)
         self.pairs = self.best_pairs = 0
         self.paired = np.empty(size_a, np.int32)
-        self.partner = np.full(size_a, -1, np.int32)
-        self.former = np.full(size_a, -1, np.int32)
-        self.weight = np.zeros(size_a)
+        self.partner, self.former, self.best_partner = np.full((3, size_a), -1, np.int32)
+        self.weight, self.best_weight = np.zeros((2, size_a))
         self.rival = np.empty(size_b, np.int32)
         self.rival_weight = np.empty(size_b)
-        self.best_partner = np.full(size_a, -1, np.int32)
-        self.best_weight = np.zeros(size_a)
         self.best_predicted = np.empty((4, size_a))
         self.coarse_partner = np.empty((p.hypotheses, size_a), np.int32)
         self.coarse_weight = np.empty((p.hypotheses, size_a))
@@ -75,10 +72,8 @@ class Aligner:
         self.reach_per_px = p.reach_per_px
         self.reach_limit_px = p.reach_limit_px
         self.grid = MinutiaGrid(p.reach_limit_px, size_b)
-        self.c = 1.0
-        self.s = self.x = self.y = 0.0
-        self.best_c = 1.0
-        self.best_s = self.best_x = self.best_y = 0.0
+        self.c = self.best_c = 1.0
+        self.s = self.x = self.y = self.best_s = self.best_x = self.best_y = 0.0
         self.at_hand = -1
 
     def load_a(self, points, size):
@@ -103,10 +98,9 @@ class Aligner:
         return self.relaxation.load(self.a, self.size_a, self.b, self.size_b, similarity)
 
     def start_hypothesis(self, k):
-        """Align by hypothesis k, coarsely; return the number of pairs.
+        """Align by hypothesis k, the next one, coarsely; return the number of pairs.
 
-        The hypotheses are taken in their order, each once. It is 0 where there are no more, and
-        where nothing is paired.
+        It is 0 where there are no more hypotheses, and where nothing is paired.
         """
         self.pairs = 0
         self.at_hand = -1
@@ -128,10 +122,8 @@ class Aligner:
         for i in range(self.size_a):
             self.partner[i] = self.coarse_partner[k, i]
             self.weight[i] = self.coarse_weight[k, i]
-        self.c = self.coarse_transform[k, 0]
-        self.s = self.coarse_transform[k, 1]
-        self.x = self.coarse_transform[k, 2]
-        self.y = self.coarse_transform[k, 3]
+        self.c, self.s = self.coarse_transform[k, 0], self.coarse_transform[k, 1]
+        self.x, self.y = self.coarse_transform[k, 2], self.coarse_transform[k, 3]
         if self._list_pairs() > 0:
             if not measured:
                 self.measure()
@@ -155,10 +147,8 @@ class Aligner:
         for i in range(self.size_a):
             self.coarse_partner[k, i] = self.partner[i]
             self.coarse_weight[k, i] = self.weight[i]
-        self.coarse_transform[k, 0] = self.c
-        self.coarse_transform[k, 1] = self.s
-        self.coarse_transform[k, 2] = self.x
-        self.coarse_transform[k, 3] = self.y
+        self.coarse_transform[k, 0], self.coarse_transform[k, 1] = self.c, self.s
+        self.coarse_transform[k, 2], self.coarse_transform[k, 3] = self.x, self.y
         return 0
 
     def _list_pairs(self):
@@ -174,8 +164,7 @@ class Aligner:
         """Fit the transform to the pairs at hand, of which there is one at least."""
         i = self.paired[0]
         j = self.partner[i]
-        a = self.a
-        b = self.b
+        a, b = self.a, self.b
         # of a single pair: its own directions and positions
         self.c = a[2, i] * b[2, j] + a[3, i] * b[3, j]
         self.s = a[2, i] * b[3, j] - a[3, i] * b[2, j]
@@ -211,10 +200,7 @@ class Aligner:
         return self.pairs if measured else self.measure()
 
     def measure(self):
-        """Predict all minutiae by the mesh of the pairs at hand, and measure the pairs.
-
-        Return the number of pairs.
-        """
+        """Predict all minutiae by the mesh of the pairs at hand, measure and count the pairs."""
         self._predict(True)
         return self.pairs
 
@@ -222,15 +208,7 @@ class Aligner:
         """Build the mesh of the pairs at hand, and predict by it."""
         self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
         return self.mesh.predict(
-            self.a,
-            self.size_a,
-            self.b,
-            self.partner,
-            self.c,
-            self.s,
-            self.x,
-            self.y,
-            measured,
+            self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y, measured
         )
 
     def impose(self, partner, c, s, x, y):
@@ -238,10 +216,7 @@ class Aligner:
         for i in range(self.size_a):
             self.partner[i] = partner[i]
             self.weight[i] = 1.0 if partner[i] >= 0 else 0.0
-        self.c = c
-        self.s = s
-        self.x = x
-        self.y = y
+        self.c, self.s, self.x, self.y = c, s, x, y
         self.at_hand = -1
         self._list_pairs()
         return self.measure()
@@ -314,16 +289,8 @@ class Aligner:
         two pairs the transform stays as it is. The scale is held within 6 % of one.
         """
         n = self.pairs
-        total = 0.0
-        amx = 0.0
-        amy = 0.0
-        bmx = 0.0
-        bmy = 0.0
-        cosine = 0.0
-        sine = 0.0
-        spread = 0.0
-        turn_c = 0.0
-        turn_s = 0.0
+        total = amx = amy = bmx = bmy = 0.0
+        cosine = sine = spread = turn_c = turn_s = 0.0
         for p in range(n):
             i = self.paired[p]
             j = self.partner[i]
@@ -373,10 +340,7 @@ class Aligner:
     def save_best(self):
         """Keep the alignment at hand as the best; return the number of its pairs."""
         self.best_pairs = self.pairs
-        self.best_c = self.c
-        self.best_s = self.s
-        self.best_x = self.x
-        self.best_y = self.y
+        self.best_c, self.best_s, self.best_x, self.best_y = self.c, self.s, self.x, self.y
         for i in range(self.size_a):
             self.best_partner[i] = self.partner[i]
             self.best_weight[i] = self.weight[i]
@@ -387,10 +351,8 @@ class Aligner:
 
     def copy_best(self, transform, partner, weight, predicted):
         """Copy the best alignment into arrays for the minutiae of A; return the number of pairs."""
-        transform[0] = self.best_c
-        transform[1] = self.best_s
-        transform[2] = self.best_x
-        transform[3] = self.best_y
+        transform[0], transform[1] = self.best_c, self.best_s
+        transform[2], transform[3] = self.best_x, self.best_y
         for i in range(self.size_a):
             partner[i] = self.best_partner[i]
             weight[i] = self.best_weight[i]

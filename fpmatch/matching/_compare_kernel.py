@@ -47,13 +47,8 @@ class Comparer:
     def load(self, probe):
         """Take a probe in place of the last one."""
         self.probe = probe
-        self.prefilter.load(
-            probe.xy,
-            probe.direction_bin,
-            probe.neighbour_bits,
-            probe.orientation_bins,
-            probe.has_flow,
-        )
+        p = probe
+        self.prefilter.load(p.xy, p.direction_bin, p.neighbour_bits, p.orientation_bins, p.has_flow)
         self.before_loaded = self.after_loaded = False
         return 0
 
@@ -162,16 +157,9 @@ def fit_pairs(
     distance; from B to A where `swapped`, and `pairs` are sorted accordingly.
     """
     n = 0
-    mass = 0.0
-    pmx = 0.0
-    pmy = 0.0
-    qmx = 0.0
-    qmy = 0.0
-    cosine = 0.0
-    sine = 0.0
-    spread = 0.0
+    mass = pmx = pmy = qmx = qmy = 0.0
+    cosine = sine = spread = total = 0.0
     scale = to_500dpi_a / to_500dpi_b
-    total = 0.0
     for i in range(a.shape[1]):
         j = partner[i]
         if j < 0:
@@ -185,14 +173,11 @@ def fit_pairs(
         if swapped:
             k = n
             while k > 0 and pairs[k - 1, 0] > index_b[j]:
-                pairs[k, 0] = pairs[k - 1, 0]
-                pairs[k, 1] = pairs[k - 1, 1]
+                pairs[k, 0], pairs[k, 1] = pairs[k - 1, 0], pairs[k - 1, 1]
                 k -= 1
-            pairs[k, 0] = index_b[j]
-            pairs[k, 1] = index_a[i]
+            pairs[k, 0], pairs[k, 1] = index_b[j], index_a[i]
         else:
-            pairs[n, 0] = index_a[i]
-            pairs[n, 1] = index_b[j]
+            pairs[n, 0], pairs[n, 1] = index_a[i], index_b[j]
         n += 1
     pmx /= mass
     pmy /= mass
@@ -220,26 +205,15 @@ def fit_pairs(
     sine = scale * sin(turn)
     px = qmx - cosine * pmx + sine * pmy
     py = qmy - sine * pmx - cosine * pmy
-    fitted[0] = scale
-    fitted[1] = turn
-    fitted[2] = px
-    fitted[3] = py
+    fitted[0], fitted[1], fitted[2], fitted[3] = scale, turn, px, py
     for i in range(a.shape[1]):
         j = partner[i]
         if j < 0:
             continue
-        qx = (
-            cosine * a[0, i] / to_500dpi_a
-            + sine * a[1, i] / to_500dpi_a
-            + px
-            - b[0, j] / to_500dpi_b
-        )
-        qy = (
-            sine * a[0, i] / to_500dpi_a
-            - cosine * a[1, i] / to_500dpi_a
-            + py
-            + b[1, j] / to_500dpi_b
-        )
+        qx = cosine * a[0, i] / to_500dpi_a + sine * a[1, i] / to_500dpi_a
+        qy = sine * a[0, i] / to_500dpi_a - cosine * a[1, i] / to_500dpi_a
+        qx = qx + px - b[0, j] / to_500dpi_b
+        qy = qy + py + b[1, j] / to_500dpi_b
         total += qx * qx + qy * qy
     fitted[4] = sqrt(total / n)
     if swapped:

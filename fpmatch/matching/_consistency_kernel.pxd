@@ -13,15 +13,16 @@ cdef class PairSet:
     cdef unsigned long long[::1] of_turn, consistent
 
     cdef int add(self, int own, int other, int weight) noexcept nogil
-    @cython.locals(k=cython.int, place=cython.int, behind=cython.int)
+    @cython.locals(k=cython.int, entry=cython.int, place=cython.int)
     cdef int order_by_own(self, int own) noexcept nogil
     @cython.locals(
-        least=cython.int, above=cython.int, k=cython.int, kept=cython.int, equal=cython.int,
+        least=cython.int, above=cython.int, k=cython.int, entry=cython.int, kept=cython.int,
+        equal=cython.int,
     )
     cdef int keep_best(self) noexcept nogil
     @cython.locals(
         g=cython.Py_ssize_t, h=cython.Py_ssize_t, own=cython.Py_ssize_t, other=cython.Py_ssize_t,
-        of_own=cython.Py_ssize_t, apart=cython.int,
+        of_own=cython.Py_ssize_t, k=cython.Py_ssize_t, apart=cython.int,
     )
     cdef int locate(
         self, int[::1] own_row, int[::1] own_turn, double[:, ::1] own_xy, Py_ssize_t first,

@@ -20,8 +20,7 @@ TURNS_APART = cython.declare(cython.int, 16)  # groups in a turn
 def bit_numbers():
     """Return which bit is set, by the highest six bits of its product with `WHICH`."""
     which = np.zeros(64, np.uint8)
-    for k in range(64):
-        which[((int(WHICH) << k) & 0xFFFFFFFFFFFFFFFF) >> 58] = k
+    which[[((int(WHICH) << k) & 0xFFFFFFFFFFFFFFFF) >> 58 for k in range(64)]] = range(64)
     return which
 
 
@@ -46,18 +45,14 @@ class PairSet:
         self.cosine_of = np.cos(angle)
         self.sine_of = np.sin(angle)
         self.which = bit_numbers()
-        self.pair = np.zeros((3, size * size), np.int32)
-        self.turned = np.zeros((3, size * size), np.int32)
-        self.start = np.zeros(size + 1, np.int32)
+        self.pair, self.turned = np.zeros((2, 3, size * size), np.int32)
+        self.start = np.zeros(size + 2, np.int32)
         self.row = np.zeros((2, most), np.int32)
-        self.angle = np.zeros(most, np.int32)
-        self.a = np.zeros((2, most))
-        self.b = np.zeros((2, most))
-        self.first_of_row = np.zeros(most, np.int32)
+        self.a, self.b = np.zeros((2, 2, most))
+        self.angle, self.first_of_row, self.counted_for = np.zeros((3, most), np.int32)
         self.of_weight = np.zeros(MOST_WEIGHT + 1, np.int32)
         self.of_turn = np.zeros(TURNS_APART, np.uint64)
         self.consistent = np.zeros(most, np.uint64)
-        self.counted_for = np.zeros(most, np.int32)
 
     def add(self, own, other, weight):
         """Add a pair."""
@@ -69,32 +64,27 @@ class PairSet:
 
     def order_by_own(self, own):
         """Put the pairs in the order of the own minutiae, so many of them, then of the others."""
-        behind = 0
-        for k in range(own + 1):
+        # the starts run one ahead while the pairs are sorted, two while they are counted
+        for k in range(own + 2):
             self.start[k] = 0
         for k in range(self.count):
-            self.start[self.pair[0, k]] += 1
+            self.start[self.pair[0, k] + 2] += 1
         for k in range(own):
-            place = self.start[k]
-            self.start[k] = behind
-            behind += place
+            self.start[k + 2] += self.start[k + 1]
         for k in range(self.count):
-            place = self.start[self.pair[0, k]]
-            self.start[self.pair[0, k]] += 1
-            self.turned[0, place] = self.pair[0, k]
-            self.turned[1, place] = self.pair[1, k]
-            self.turned[2, place] = self.pair[2, k]
-        for k in range(self.count):
-            self.pair[0, k] = self.turned[0, k]
-            self.pair[1, k] = self.turned[1, k]
-            self.pair[2, k] = self.turned[2, k]
+            place = self.start[self.pair[0, k] + 1]
+            self.start[self.pair[0, k] + 1] += 1
+            for entry in range(3):
+                self.turned[entry, place] = self.pair[entry, k]
+        for entry in range(3):
+            for k in range(self.count):
+                self.pair[entry, k] = self.turned[entry, k]
         return 0
 
     def keep_best(self):
         """Keep the pairs of the greatest weights, the first of equals; return their number."""
         least = MOST_WEIGHT
-        above = 0
-        kept = 0
+        above = kept = 0
         if self.count <= self.most:
             return self.count
         for k in range(MOST_WEIGHT + 1):
@@ -109,9 +99,8 @@ class PairSet:
             if self.pair[2, k] < least or (self.pair[2, k] == least and equal == 0):
                 continue
             equal -= self.pair[2, k] == least
-            self.pair[0, kept] = self.pair[0, k]
-            self.pair[1, kept] = self.pair[1, k]
-            self.pair[2, kept] = self.pair[2, k]
+            for entry in range(3):
+                self.pair[entry, kept] = self.pair[entry, k]
             kept += 1
         self.count = kept
         return kept
@@ -129,18 +118,10 @@ class PairSet:
                 g += 1
             self.first_of_row[h] = cython.cast(cython.int, g)
             apart = own_turn[own] - cython.cast(cython.int, direction_bin[other])
-            if other_first:
-                self.angle[h] = -apart & 255
-                self.a[0, h] = xy[other, 0]
-                self.a[1, h] = xy[other, 1]
-                self.b[0, h] = own_xy[own, 0]
-                self.b[1, h] = own_xy[own, 1]
-            else:
-                self.angle[h] = apart & 255
-                self.a[0, h] = own_xy[own, 0]
-                self.a[1, h] = own_xy[own, 1]
-                self.b[0, h] = xy[other, 0]
-                self.b[1, h] = xy[other, 1]
+            self.angle[h] = (-apart if other_first else apart) & 255
+            for k in range(2):
+                self.a[k, h] = xy[other, k] if other_first else own_xy[own, k]
+                self.b[k, h] = own_xy[own, k] if other_first else xy[other, k]
         return 0
 
     def consistent_weight(self):

@@ -94,9 +94,8 @@ def encode_orientations(points, direction_bin, cell, first_row, first_column, st
             code = cell[cython.cast(cython.Py_ssize_t, y), cython.cast(cython.Py_ssize_t, x)]
             if code > 0:
                 # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
-                relative = (code - 1.0) * BINS / ORIENTATIONS - direction_bin[i] * (
-                    2.0 * BINS / 256.0
-                )
+                relative = (code - 1.0) * BINS / ORIENTATIONS
+                relative -= direction_bin[i] * (2.0 * BINS / 256.0)
                 while relative < 0.0:
                     relative += BINS
                 code = cython.cast(cython.int, relative)

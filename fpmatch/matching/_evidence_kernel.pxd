@@ -5,6 +5,12 @@ from fpmatch.matching._template_view_kernel cimport TemplateView
 from fpmatch.matching._ridge_kernel cimport RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel cimport RidgeSearch
 
+cdef Py_ssize_t PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS
+cdef Py_ssize_t FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES
+cdef Py_ssize_t MIDDLE, SPREAD, WEIGHT, IMPOSTOR
+cdef Py_ssize_t PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS
+cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES
+
 
 cdef class EvidenceScorer:
     cdef readonly double[::1] evidence, feature, term
@@ -42,14 +48,18 @@ cdef class EvidenceScorer:
     cdef bint _save_better(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges
     ) noexcept nogil
+    @cython.locals(c=cython.double, s=cython.double, x=cython.double, y=cython.double)
     cdef double _compare_ridges(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
-    @cython.locals(pairs=cython.double, per_pair=cython.double)
+    @cython.locals(pairs=cython.double, per_pair=cython.double, k=cython.Py_ssize_t)
     cpdef int describe(self) noexcept nogil
     @cython.locals(
-        k=cython.Py_ssize_t, low=cython.double, high=cython.double, limit=cython.double
+        k=cython.Py_ssize_t, low=cython.double, high=cython.double, limit=cython.double,
+        amount=cython.double, ridges=cython.double, cells=cython.double,
     )
     cpdef double condition(self, double total) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, m=cython.Py_ssize_t, total=cython.double)
+    @cython.locals(
+        k=cython.Py_ssize_t, m=cython.Py_ssize_t, apart=cython.double, total=cython.double,
+    )
     cdef double _total(self) noexcept nogil
     @cython.locals(
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, pairs=cython.double, common=cython.double,

@@ -33,24 +33,12 @@ else:
 
 COMPILED = cython.compiled
 
-# Entries of the evidence:
-PAIRS = cython.declare(cython.Py_ssize_t, 0)
-LOCAL = cython.declare(cython.Py_ssize_t, 1)
-UNPAIRED = cython.declare(cython.Py_ssize_t, 2)
-COMMON = cython.declare(cython.Py_ssize_t, 3)
-OVERLAP = cython.declare(cython.Py_ssize_t, 4)
-RELAXED = cython.declare(cython.Py_ssize_t, 5)
-PLACES = cython.declare(cython.Py_ssize_t, 6)
-WEIGHTS = cython.declare(cython.Py_ssize_t, 7)
-FULLNESS = cython.declare(cython.Py_ssize_t, 8)
-TURNED = cython.declare(cython.Py_ssize_t, 9)
-STRAIN = cython.declare(cython.Py_ssize_t, 10)
-FEWEST = cython.declare(cython.Py_ssize_t, 11)
-RIDGES = cython.declare(cython.Py_ssize_t, 12)
-CELLS = cython.declare(cython.Py_ssize_t, 13)
-AREA = cython.declare(cython.Py_ssize_t, 14)
-CHANCE = cython.declare(cython.Py_ssize_t, 15)
-ENTRIES = cython.declare(cython.Py_ssize_t, 16)
+# Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
+PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
+FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES = range(8, 17)
+MIDDLE, SPREAD, WEIGHT, IMPOSTOR = range(4)
+PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS = range(7)
+WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = range(4)
 
 # The result for prints that the prefilter rejects, below those of nearly all that are aligned, and
 # what a unit of their shortfall takes off.
@@ -61,34 +49,10 @@ TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors 
 PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
-
 FEATURES = cython.declare(cython.Py_ssize_t, 13)
-# Added to the relaxed similarity before its logarithm is taken
-LEAST_RELAXED = cython.declare(cython.double, 0.01)
-
-# Rows of `standard`:
-MIDDLE = cython.declare(cython.Py_ssize_t, 0)
-SPREAD = cython.declare(cython.Py_ssize_t, 1)
-WEIGHT = cython.declare(cython.Py_ssize_t, 2)
-IMPOSTOR = cython.declare(cython.Py_ssize_t, 3)
-
-# Entries of `limits`:
-PREFILTER_BASE = cython.declare(cython.Py_ssize_t, 0)
-PREFILTER_GROWTH = cython.declare(cython.Py_ssize_t, 1)
-PREFILTER_LIMIT = cython.declare(cython.Py_ssize_t, 2)
-RELAXATION = cython.declare(cython.Py_ssize_t, 3)
-REFINE = cython.declare(cython.Py_ssize_t, 4)
-CONFIDENT = cython.declare(cython.Py_ssize_t, 5)
-BIAS = cython.declare(cython.Py_ssize_t, 6)
-
+LEAST_RELAXED = cython.declare(cython.double, 0.01)  # added before the logarithm is taken
 MOST_HYPOTHESES = cython.declare(cython.Py_ssize_t, 16)
 UNPAIRED_SUM = cython.declare(cython.double, -1e9)  # of a hypothesis under which nothing is paired
-
-# The models of the score:
-WITH_RIDGES = cython.declare(cython.Py_ssize_t, 0)
-MINUTIAE_ALONE = cython.declare(cython.Py_ssize_t, 1)
-ONE_WITH_RIDGES = cython.declare(cython.Py_ssize_t, 2)
-SMALL_WITH_RIDGES = cython.declare(cython.Py_ssize_t, 3)
 
 
 @cython.final
@@ -102,20 +66,16 @@ class EvidenceScorer:
     """
 
     def __init__(self, score, weights, room, search) -> None:
-        self.evidence = np.zeros(ENTRIES)
-        self.best = np.zeros(ENTRIES)
+        self.evidence, self.best = np.zeros((2, ENTRIES))
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
         self.limits = weights.limits
         self.quantiles = weights.quantiles
         self.term = np.zeros(TERMS)
-        self.model = 0
-        self.total = 0.0
+        self.model = self.found = 0
+        self.total = self.most = self.last = 0.0
         self.decade = 1.0
-        self.most = 0.0
-        self.last = 0.0
         self.coarse = np.zeros(MOST_HYPOTHESES)
-        self.found = 0
         self.paired_b = np.empty(room, np.int32)
         self.correlator = RidgeCorrelator(room)
         self.search = RidgeSearch(search)
@@ -129,9 +89,8 @@ class EvidenceScorer:
 
     def last_evidence(self) -> tuple:
         """Return the evidence and the features of the alignment scored last, as lists."""
-        return [self.evidence[k] for k in range(ENTRIES)], [
-            self.feature[k] for k in range(FEATURES)
-        ]
+        evidence = [self.evidence[k] for k in range(ENTRIES)]
+        return evidence, [self.feature[k] for k in range(FEATURES)]
 
     def choose_model(self, ridges_a, ridges_b, area):
         """Choose the model by which prints have ridge images, and by the area; return its number.
@@ -145,10 +104,9 @@ class EvidenceScorer:
         return cython.cast(cython.int, self.model)
 
     def prefilter_shortfall(self, weight, smaller):
-        """Return by how much the prefilter's score of two prints falls short of its threshold.
+        """Return by how much the prefilter's score `weight` falls short; positive if rejected.
 
-        `weight` is that score, `smaller` the number of minutiae of the smaller print. Where two
-        prints pass, the result is not positive. The model is chosen before.
+        `smaller` is the number of minutiae of the smaller print. The model is chosen before.
         """
         enough = self.limits[self.model, PREFILTER_BASE]
         limit = self.limits[self.model, PREFILTER_LIMIT]
@@ -250,10 +208,8 @@ class EvidenceScorer:
 
     def _compare_ridges(self, a, b, aligner):
         """Correlate the ridges, warped by the mesh of pairs; return the weighted sum."""
-        if (
-            self.correlator.compare(a, b, aligner.mesh, aligner.c, aligner.s, aligner.x, aligner.y)
-            > 0
-        ):
+        c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
+        if self.correlator.compare(a, b, aligner.mesh, c, s, x, y) > 0:
             self.evidence[RIDGES] = self.correlator.correlation
             self.evidence[CELLS] = self.correlator.cells
         return self._total()
@@ -278,9 +234,8 @@ class EvidenceScorer:
             self.feature[12] = self.evidence[RIDGES] - self.usual_correlation
             self.feature[12] *= sqrt(self.evidence[CELLS])
         else:
-            self.feature[10] = self.standard[self.model, IMPOSTOR, 10]
-            self.feature[11] = self.standard[self.model, IMPOSTOR, 11]
-            self.feature[12] = self.standard[self.model, IMPOSTOR, 12]
+            for k in range(10, 13):
+                self.feature[k] = self.standard[self.model, IMPOSTOR, k]
         return 0
 
     def condition(self, total):
@@ -294,11 +249,8 @@ class EvidenceScorer:
         low = high = 0.0
         self.total = total
         # the geometric mean of a print's minutiae in the common region and of the smaller's in all
-        describe_amount(
-            sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0),
-            self.evidence[AREA],
-            self.term,
-        )
+        amount = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
+        describe_amount(amount, self.evidence[AREA], self.term)
         for k in range(TERMS):
             low += self.quantiles[self.model, 0, k] * self.term[k]
             high += self.quantiles[self.model, 1, k] * self.term[k]
@@ -306,12 +258,9 @@ class EvidenceScorer:
         if high < LEAST_SPREAD:
             high = LEAST_SPREAD
         self.decade = high
-        limit = most_decades(
-            self.evidence[PAIRS],
-            self.evidence[CHANCE],
-            self.evidence[RIDGES] - self.usual_correlation,
-            self.evidence[CELLS],
-        )
+        ridges = self.evidence[RIDGES] - self.usual_correlation
+        cells = self.evidence[CELLS]
+        limit = most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
         return LOG_10 * min(2.0 + (total - low) / high, limit)
 
     def _total(self):
@@ -319,24 +268,17 @@ class EvidenceScorer:
         m = self.model
         total = self.limits[m, BIAS]
         self.describe()
-        for k in range(self.feature.shape[0]):
-            total += (
-                self.standard[m, WEIGHT, k]
-                * (self.feature[k] - self.standard[m, MIDDLE, k])
-                / self.standard[m, SPREAD, k]
-            )
+        for k in range(FEATURES):
+            apart = self.standard[m, WEIGHT, k] * (self.feature[k] - self.standard[m, MIDDLE, k])
+            total += apart / self.standard[m, SPREAD, k]
         return total
 
     def _gather(self, a, b, aligner, similarity):
         """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
         pairs = local = common = common_b = 0.0
         unpaired = unpaired_b = squares = squares_b = 0.0
-        partner = aligner.partner
-        predicted = aligner.predicted
-        c = aligner.c
-        s = aligner.s
-        x = aligner.x
-        y = aligner.y
+        partner, predicted = aligner.partner, aligner.predicted
+        c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
         scale = c * c + s * s
         margin_a = self.margin if a.has_flow else self.hull_margin
         margin_b = self.margin if b.has_flow else self.hull_margin
@@ -379,11 +321,8 @@ class EvidenceScorer:
         self.evidence[TURNED] = aligner.mesh.turned
         self.evidence[STRAIN] = aligner.mesh.mean_strain()
         self.evidence[FEWEST] = a.size if a.size < b.size else b.size
-        self.evidence[RIDGES] = 0.0
-        self.evidence[CELLS] = 0.0
-        self.evidence[OVERLAP] = 0.0
-        self.evidence[AREA] = 0.0
-        self.evidence[CHANCE] = 0.0
+        self.evidence[RIDGES] = self.evidence[CELLS] = self.evidence[OVERLAP] = 0.0
+        self.evidence[AREA] = self.evidence[CHANCE] = 0.0
         smaller = smaller_area(a, b)
         if smaller > 0.0:
             area = common_cells(a, b, c, s, x, y) * (a.step * a.step)

@@ -90,108 +90,63 @@ class NeighbourIndex:
     distance. Other prints have at most `other_size` neighbours for each minutia.
     """
 
-    @cython.locals(
-        count=cython.int[::1],
-        frame=cython.float[:, :, ::1],
-        side=cython.double,
-        half=cython.Py_ssize_t,
-        max_turn=cython.double,
-        slack=cython.double,
-        i=cython.Py_ssize_t,
-        k=cython.Py_ssize_t,
-        e=cython.Py_ssize_t,
-        row=cython.Py_ssize_t,
-        column=cython.Py_ssize_t,
-        low_row=cython.Py_ssize_t,
-        high_row=cython.Py_ssize_t,
-        low_column=cython.Py_ssize_t,
-        high_column=cython.Py_ssize_t,
-        turn=cython.Py_ssize_t,
-        turns=cython.Py_ssize_t,
-        cell=cython.Py_ssize_t,
-        cells=cython.Py_ssize_t,
-        filling=cython.int,
-        u=cython.double,
-        v=cython.double,
-        c=cython.double,
-        s=cython.double,
-        reach=cython.double,
-        least=cython.double,
-        middle=cython.double[:, ::1],
-        in_reach=cython.Py_ssize_t[::1],
-        entry=cython.float[:, ::1],
-        owner=cython.int[::1],
-        start=cython.int[::1],
-        item=cython.int[::1],
-    )
-    def __init__(self, count, frame, side, half, max_turn, slack, other_size):
+    def __init__(self, count, frame, side, half, max_turn, slack, other_size) -> None:
         self.minutiae = count.shape[0]
         self.size = frame.shape[2]
         self.half = half
         self.per_px = 1.0 / side
+        self.slack = slack
+        self.least = np.cos(min(max_turn + np.pi / 8 + 1e-3, np.pi))
+        self.middle = np.array([_middle_of(turn) for turn in range(EIGHTHS)])
         self.best = np.zeros(self.minutiae * max(self.size, other_size))
+        self.total = np.zeros(self.minutiae)
         self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
         # single precision like the frames: half the memory
-        entry = np.empty((self.minutiae * self.size, 6), np.float32)
-        owner = np.empty(self.minutiae * self.size, np.int32)
-        cells = 4 * half * half * EIGHTHS
-        start = np.zeros(cells + 1, np.int32)
-        item = np.empty(0, np.int32)
-        middle = np.array([_middle_of(turn) for turn in range(EIGHTHS)])
-        in_reach = np.empty(EIGHTHS, np.intp)
-        least = np.cos(min(max_turn + np.pi / 8 + 1e-3, np.pi))
-        for filling in range(2):
-            for i in range(self.minutiae):
-                for k in range(count[i]):
-                    e = k * self.minutiae + i
-                    for row in range(6):
-                        entry[e, row] = frame[i, row, k]
-                    owner[e] = cython.cast(cython.int, i)
-                    turns = 0
-                    for turn in range(EIGHTHS):
-                        c = cython.cast(cython.double, entry[e, 2])
-                        s = cython.cast(cython.double, entry[e, 3])
-                        if c * middle[turn, 0] + s * middle[turn, 1] >= least:
-                            in_reach[turns] = turn
-                            turns += 1
-                    u = cython.cast(cython.double, entry[e, 0])
-                    v = cython.cast(cython.double, entry[e, 1])
-                    reach = cython.cast(cython.double, entry[e, 4])
-                    reach = reach if reach > LEAST_PRECISION else LEAST_PRECISION
-                    reach = slack / sqrt(reach) * 1.001 + 0.01
-                    low_column = self._line(u - reach)
-                    high_column = self._line(u + reach)
-                    low_row = self._line(v - reach)
-                    high_row = self._line(v + reach)
-                    for row in range(low_row, high_row + 1):
-                        for column in range(low_column, high_column + 1):
-                            for turn in range(turns):
-                                cell = (row * 2 * half + column) * EIGHTHS + in_reach[turn]
-                                if filling:
-                                    item[start[cell]] = cython.cast(cython.int, e)
-                                start[cell] += 1
-            if not filling:
-                # counts become starts, which advance while the cells are filled
-                k = 0
-                for cell in range(cells):
-                    i = start[cell]
-                    start[cell] = cython.cast(cython.int, k)
-                    k += i
-                start[cells] = cython.cast(cython.int, k)
-                item = np.empty(k, np.int32)
-        for cell in range(cells - 1, 0, -1):
-            start[cell] = start[cell - 1]
-        start[0] = 0
-        self.entry = entry
-        self.owner = owner
-        self.start = start
-        self.item = item
+        self.entry = np.empty((self.minutiae * self.size, 6), np.float32)
+        self.owner = np.empty(self.minutiae * self.size, np.int32)
+        self.start = np.zeros(4 * half * half * EIGHTHS + 2, np.int32)
+        self.item = np.empty(self._list(count, frame, False), np.int32)
+        self._list(count, frame, True)
 
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _line(self, place: cython.double) -> cython.Py_ssize_t:
+    def _list(self, count, frame, filling):
+        """Count the entries of all cells, or else, if `filling`, list them; return their number.
+
+        The starts run one ahead while the cells are filled, two while their entries are counted.
+        """
+        in_reach = cython.declare(cython.Py_ssize_t[8])
+        n = self.minutiae
+        for i in range(n):
+            for k in range(count[i]):
+                e = k * n + i
+                for row in range(6):
+                    self.entry[e, row] = frame[i, row, k]
+                self.owner[e] = cython.cast(cython.int, i)
+                c = cython.cast(cython.double, self.entry[e, 2])
+                s = cython.cast(cython.double, self.entry[e, 3])
+                turns = 0
+                for turn in range(EIGHTHS):
+                    if c * self.middle[turn, 0] + s * self.middle[turn, 1] >= self.least:
+                        in_reach[turns] = turn
+                        turns += 1
+                u = cython.cast(cython.double, self.entry[e, 0])
+                v = cython.cast(cython.double, self.entry[e, 1])
+                reach = cython.cast(cython.double, self.entry[e, 4])
+                reach = reach if reach > LEAST_PRECISION else LEAST_PRECISION
+                reach = self.slack / sqrt(reach) * 1.001 + 0.01
+                for row in range(self._line(v - reach), self._line(v + reach) + 1):
+                    for column in range(self._line(u - reach), self._line(u + reach) + 1):
+                        for turn in range(turns):
+                            cell = (row * 2 * self.half + column) * EIGHTHS + in_reach[turn]
+                            if filling:
+                                self.item[self.start[cell + 1]] = cython.cast(cython.int, e)
+                            self.start[cell + 2 - filling] += 1
+        cells = 4 * self.half * self.half * EIGHTHS
+        if not filling:
+            for cell in range(cells):
+                self.start[cell + 2] += self.start[cell + 1]
+        return self.start[cells + 1 - filling]
+
+    def _line(self, place):
         """Return the row or column of cells of a coordinate."""
         place = place * self.per_px + self.half
         if not place > 0.0:
@@ -207,10 +162,8 @@ class NeighbourIndex:
         """
         scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
         n = self.minutiae
-        entry = self.entry
-        owner = self.owner
-        item = self.item
-        best = self.best
+        entry, owner, item = self.entry, self.owner, self.item
+        best, total = self.best, self.total
         for i in range(minutiae):
             for k in range(count[i]):
                 u = cython.cast(cython.double, frame[i, 0, k])
@@ -226,32 +179,14 @@ class NeighbourIndex:
                     near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     j = k * n + owner[e]
                     best[j] = near if near > best[j] else best[j]
-            j = 0
-            while j + 4 <= n:  # four at a time, whose sums stay in registers
-                t0 = t1 = t2 = t3 = 0.0
-                for k in range(count[i]):
-                    weight = cython.cast(cython.double, frame[i, 5, k])
-                    e = k * n + j
-                    t0 += best[e] * weight
-                    t1 += best[e + 1] * weight
-                    t2 += best[e + 2] * weight
-                    t3 += best[e + 3] * weight
-                    best[e] = 0.0
-                    best[e + 1] = 0.0
-                    best[e + 2] = 0.0
-                    best[e + 3] = 0.0
-                similarity[i, j] = cython.cast(cython.float, t0)
-                similarity[i, j + 1] = cython.cast(cython.float, t1)
-                similarity[i, j + 2] = cython.cast(cython.float, t2)
-                similarity[i, j + 3] = cython.cast(cython.float, t3)
-                j += 4
-            while j < n:
-                t0 = 0.0
-                for k in range(count[i]):
-                    t0 += best[k * n + j] * cython.cast(cython.double, frame[i, 5, k])
+            for k in range(count[i]):
+                weight = cython.cast(cython.double, frame[i, 5, k])
+                for j in range(n):
+                    total[j] += best[k * n + j] * weight
                     best[k * n + j] = 0.0
-                similarity[i, j] = cython.cast(cython.float, t0)
-                j += 1
+            for j in range(n):
+                similarity[i, j] = cython.cast(cython.float, total[j])
+                total[j] = 0.0
         return 0
 
     def to_prints_after(self, count, frame, minutiae, min_cosine, similarity):
@@ -261,10 +196,8 @@ class NeighbourIndex:
         """
         scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
         n = self.minutiae
-        entry = self.entry
-        item = self.item
-        root_weight = self.root_weight
-        best = self.best
+        entry, item, root_weight = self.entry, self.item, self.root_weight
+        best, total = self.best, self.total
         for j in range(minutiae):
             for m in range(count[j]):
                 u = cython.cast(cython.double, frame[j, 0, m])
@@ -279,31 +212,13 @@ class NeighbourIndex:
                     precision = cython.cast(cython.double, entry[e, 4])
                     near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     best[e] = near if near > best[e] else best[e]
-            i = 0
-            while i + 4 <= n:  # four at a time, whose sums stay in registers
-                t0 = t1 = t2 = t3 = 0.0
-                for k in range(self.size):
-                    e = k * n + i
-                    t0 += best[e] * root_weight[e]
-                    t1 += best[e + 1] * root_weight[e + 1]
-                    t2 += best[e + 2] * root_weight[e + 2]
-                    t3 += best[e + 3] * root_weight[e + 3]
-                    best[e] = 0.0
-                    best[e + 1] = 0.0
-                    best[e + 2] = 0.0
-                    best[e + 3] = 0.0
-                similarity[i, j] = cython.cast(cython.float, t0)
-                similarity[i + 1, j] = cython.cast(cython.float, t1)
-                similarity[i + 2, j] = cython.cast(cython.float, t2)
-                similarity[i + 3, j] = cython.cast(cython.float, t3)
-                i += 4
-            while i < n:
-                t0 = 0.0
-                for k in range(self.size):
-                    t0 += best[k * n + i] * root_weight[k * n + i]
+            for k in range(self.size):
+                for i in range(n):
+                    total[i] += best[k * n + i] * root_weight[k * n + i]
                     best[k * n + i] = 0.0
-                similarity[i, j] = cython.cast(cython.float, t0)
-                i += 1
+            for i in range(n):
+                similarity[i, j] = cython.cast(cython.float, total[i])
+                total[i] = 0.0
         return 0
 
 

@@ -26,19 +26,15 @@ class MinutiaGrid:
 
     def __init__(self, reach_px, size) -> None:
         self.reach = reach_px + MARGIN
-        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 1, np.int32)
+        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32)
         self.item = np.empty(MOST_REACHED * MOST_REACHED * size, np.int32)
-        self.columns = 0
-        self.rows = 0
-        self.x0 = 0.0
-        self.y0 = 0.0
-        self.per_px = 0.0
+        self.columns = self.rows = 0
+        self.x0 = self.y0 = self.per_px = 0.0
 
     def load(self, points, size):
         """List the first `size` columns of `points` (4, N); return 0."""
         reach = self.reach
-        self.columns = 0
-        self.rows = 0
+        self.columns = self.rows = 0
         if size == 0:
             return 0
         self.x0 = x1 = points[0, 0]
@@ -58,8 +54,9 @@ class MinutiaGrid:
         self.columns = self._line(x1 + reach - self.x0) + 1
         self.rows = self._line(y1 + reach - self.y0) + 1
         cells = self.columns * self.rows
-        for cell in range(cells + 1):
+        for cell in range(cells + 2):
             self.start[cell] = 0
+        # the starts run one ahead while the cells are filled, two while their items are counted
         for filling in range(2):
             for j in range(size):
                 first_column = self._line(points[0, j] - reach - self.x0)
@@ -70,19 +67,11 @@ class MinutiaGrid:
                     for column in range(first_column, last_column + 1):
                         cell = row * self.columns + column
                         if filling:
-                            self.item[self.start[cell]] = cython.cast(cython.int, j)
-                        self.start[cell] += 1
+                            self.item[self.start[cell + 1]] = cython.cast(cython.int, j)
+                        self.start[cell + 2 - filling] += 1
             if not filling:
-                # counts become starts, which advance while the cells are filled
-                behind = 0
                 for cell in range(cells):
-                    count = self.start[cell]
-                    self.start[cell] = behind
-                    behind += count
-                self.start[cells] = behind
-        for cell in range(cells - 1, 0, -1):
-            self.start[cell] = self.start[cell - 1]
-        self.start[0] = 0
+                    self.start[cell + 2] += self.start[cell + 1]
         return 0
 
     @cython.cfunc

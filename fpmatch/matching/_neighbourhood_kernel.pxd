@@ -20,8 +20,8 @@ cpdef void map_to_circle(
     weight=cython.double[::1], distance=cython.double[::1],
 )
 cpdef void nearest_in_own_frames(
-    const double[:, ::1] points, const int[:, ::1] edge, const int[::1] ring_start,
-    const int[::1] ring, const double[::1] ring_weight, double second_ring_weight,
-    double tolerance_px, double tolerance_per_px, int[::1] count, int[:, ::1] neighbour,
+    const double[:, ::1] points, const int[:, ::1] edge, const int[::1] start,
+    const int[::1] ring, const double[::1] ring_weight, double second_weight,
+    double tolerance_px, double growth, int[::1] count, int[:, ::1] near,
     float[:, :, ::1] frame,
 ) except *

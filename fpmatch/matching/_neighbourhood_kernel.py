@@ -29,12 +29,9 @@ def map_to_circle(points, centre, start, vertex, circle):
     ``vertex[start[i]:start[i + 1]]``, counter-clockwise and closed.
     """
     for i in range(centre.shape[0]):
-        begin = start[i]
-        end = start[i + 1]
-        x = points[0, centre[i]]
-        y = points[1, centre[i]]
-        c = points[2, centre[i]]
-        s = points[3, centre[i]]
+        begin, end = start[i], start[i + 1]
+        x, y = points[0, centre[i]], points[1, centre[i]]
+        c, s = points[2, centre[i]], points[3, centre[i]]
         # the sides' lengths add up along the ring, and the last vertex before the direction is
         # the one that is seen farthest round from it
         around = 0.0
@@ -62,10 +59,7 @@ def map_to_circle(points, centre, start, vertex, circle):
         dy = points[1, vertex[following]] - y
         rise = c * dy - s * dx + share
         share = share / rise if rise > 0.0 else 0.0
-        if not share > 0.0:
-            share = 0.0
-        elif share > 1.0:
-            share = 1.0
+        share = min(share, 1.0) if share > 0.0 else 0.0
         anchor = circle[0, last]
         angle = circle[0, following] if following > last else around
         anchor += share * (angle - anchor)
@@ -76,31 +70,21 @@ def map_to_circle(points, centre, start, vertex, circle):
 
 
 def nearest_in_own_frames(
-    points,
-    edge,
-    ring_start,
-    ring,
-    ring_weight,
-    second_ring_weight,
-    tolerance_px,
-    tolerance_per_px,
-    count,
-    neighbour,
-    frame,
+    points, edge, start, ring, ring_weight, second_weight, tolerance_px, growth, count, near, frame
 ):
-    """Write `count`, `neighbour` and `frame`, as `Neighbourhoods` describes them.
+    """Write `count`, `near` and `frame`, as `Neighbourhoods` describes them.
 
-    `edge` (E, 2) are the joined minutiae. ``ring[ring_start[i]:ring_start[i + 1]]`` is the one-ring
+    `edge` (E, 2) are the joined minutiae. ``ring[start[i]:start[i + 1]]`` is the one-ring
     of minutia i, if it is closed, and `ring_weight` the shape-preserving weights of its vertices.
-    Of two neighbours equally near the one of the smaller index comes first. `neighbour` and
+    Of two neighbours equally near the one of the smaller index comes first. `near` and
     `frame` hold zeros.
     """
     n = count.shape[0]
-    size = neighbour.shape[1]
+    size = near.shape[1]
     joined_start = np.zeros(n + 2, np.int32)
     joined = np.empty(2 * edge.shape[0], np.int32)
     met = np.full(n, -1, np.int32)
-    weight = np.full(n, second_ring_weight)
+    weight = np.full(n, second_weight)
     distance = np.empty(size)
     # the minutiae joined with each: `joined_start` runs one ahead while they are filled in
     for e in range(edge.shape[0]):
@@ -131,39 +115,38 @@ def nearest_in_own_frames(
                     listed += 1
                 elif not (
                     squared < distance[size - 1]
-                    or (squared == distance[size - 1] and j < neighbour[i, size - 1])
+                    or (squared == distance[size - 1] and j < near[i, size - 1])
                 ):
                     continue
                 k = listed - 1
                 while k > 0 and (
-                    squared < distance[k - 1]
-                    or (squared == distance[k - 1] and j < neighbour[i, k - 1])
+                    squared < distance[k - 1] or (squared == distance[k - 1] and j < near[i, k - 1])
                 ):
                     distance[k] = distance[k - 1]
-                    neighbour[i, k] = neighbour[i, k - 1]
+                    near[i, k] = near[i, k - 1]
                     k -= 1
                 distance[k] = squared
-                neighbour[i, k] = j
+                near[i, k] = j
         count[i] = listed
-        degree = ring_start[i + 1] - ring_start[i]
-        for e in range(ring_start[i], ring_start[i + 1]):
-            weight[ring[e]] += (1.0 - second_ring_weight) * ring_weight[e] * degree
+        degree = start[i + 1] - start[i]
+        for e in range(start[i], start[i + 1]):
+            weight[ring[e]] += (1.0 - second_weight) * ring_weight[e] * degree
         total = 0.0
         for k in range(listed):
-            total += weight[neighbour[i, k]]
+            total += weight[near[i, k]]
         total = listed / (total if total > LEAST_WEIGHT else LEAST_WEIGHT)
         c = points[2, i]
         s = points[3, i]
         for k in range(listed):
-            j = neighbour[i, k]
+            j = near[i, k]
             dx = points[0, j] - points[0, i]
             dy = points[1, j] - points[1, i]
-            tolerance = tolerance_px + tolerance_per_px * sqrt(distance[k])
+            tolerance = tolerance_px + growth * sqrt(distance[k])
             frame[i, 0, k] = cython.cast(cython.float, c * dx + s * dy)
             frame[i, 1, k] = cython.cast(cython.float, c * dy - s * dx)
             frame[i, 2, k] = cython.cast(cython.float, c * points[2, j] + s * points[3, j])
             frame[i, 3, k] = cython.cast(cython.float, c * points[3, j] - s * points[2, j])
             frame[i, 4, k] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
             frame[i, 5, k] = cython.cast(cython.float, sqrt(weight[j] * total))
-        for e in range(ring_start[i], ring_start[i + 1]):
-            weight[ring[e]] = second_ring_weight
+        for e in range(start[i], start[i + 1]):
+            weight[ring[e]] = second_weight

@@ -47,7 +47,6 @@ cdef class PairMesh:
     cdef int _cavity(self, double x, double y) noexcept nogil
     @cython.locals(
         t=cython.Py_ssize_t, e=cython.Py_ssize_t, v=cython.Py_ssize_t, at=cython.Py_ssize_t,
-        behind=cython.int, count=cython.int,
     )
     cdef int _sort_fans(self) noexcept nogil
     @cython.locals(k=cython.Py_ssize_t, v=cython.int)

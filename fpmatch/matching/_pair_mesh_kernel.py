@@ -45,7 +45,7 @@ STRAIN_PX = cython.declare(cython.double, 8.0)  # added to lengths: short edges 
 class PairMesh:
     """The mesh of the pairs of two prints; there is room for `size_a` minutiae of print A.
 
-    `parameters` are an `fpmatch.matching.pair_mesh.PairMeshParameters`. After `predict`,
+    `parameters` are an `fpmatch.matching.align.PairMeshParameters`. After `predict`,
     ``predicted[:, i]`` is the predicted minutia i of A in B, and ``nearest[i]`` its distance from
     the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]`` and
     ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the
@@ -64,17 +64,12 @@ class PairMesh:
         self.vertex_of = np.full(max(size_a, 1), -1, np.int32)
         self.corner = np.zeros((2 * room, 3), np.int32)
         self.circle = np.zeros((2 * room, 3))
-        self.fan_start = np.zeros(room + 1, np.int32)
-        self.fan_from = np.zeros(6 * room, np.int32)
-        self.fan_to = np.zeros(6 * room, np.int32)
-        self.following = np.zeros(room, np.int32)
-        self.ring = np.zeros(room, np.int32)
-        self.weight = np.zeros(room)
-        self.place, self.other_place = np.zeros((2, room))
+        self.fan_start = np.zeros(room + 2, np.int32)
+        self.fan_from, self.fan_to, self.side_from, self.side_to = np.zeros((4, 6 * room), np.int32)
+        self.following, self.ring = np.zeros((2, room), np.int32)
+        self.weight, self.place, self.other_place = np.zeros((3, room))
         self.inside = np.zeros(2 * room, np.int32)
         self.side = np.zeros(6 * room, np.int64)
-        self.side_from = np.zeros(6 * room, np.int32)
-        self.side_to = np.zeros(6 * room, np.int32)
         self.ring_size = 0
         self.predicted = np.zeros((4, size_a))
         self.nearest = np.zeros(size_a)
@@ -118,10 +113,8 @@ class PairMesh:
             self.vertex_of[i] = -1
             if partner[i] >= 0:
                 v = self.vertices
-                self.ax[v] = a[0, i]
-                self.ay[v] = a[1, i]
-                self.bx[v] = b[0, partner[i]]
-                self.by[v] = b[1, partner[i]]
+                self.ax[v], self.ay[v] = a[0, i], a[1, i]
+                self.bx[v], self.by[v] = b[0, partner[i]], b[1, partner[i]]
                 if self._insert(v):
                     self.owner[v] = cython.cast(cython.int, i)
                     self.vertex_of[i] = cython.cast(cython.int, v)
@@ -131,8 +124,7 @@ class PairMesh:
 
     def _insert(self, v):
         """Insert a vertex into the triangulation; return whether it was inserted."""
-        x = self.ax[v]
-        y = self.ay[v]
+        x, y = self.ax[v], self.ay[v]
         removed = self._cavity(x, y)
         # more triangles than a ring needs enclose a vertex, which would be lost
         if self.ring_size < 3 or removed != self.ring_size - 2:
@@ -231,28 +223,22 @@ class PairMesh:
 
     def _sort_fans(self):
         """Sort the sides opposite to each vertex, from `fan_from` to `fan_to`, by the vertex."""
-        behind = 0
-        for v in range(self.vertices + 1):
+        # the starts run one ahead while the sides are sorted, two while they are counted
+        for v in range(self.vertices + 2):
             self.fan_start[v] = 0
         for t in range(self.triangles):
             for e in range(3):
-                self.fan_start[self.corner[t, e]] += 1
+                self.fan_start[self.corner[t, e] + 2] += 1
         for v in range(self.vertices):
-            count = self.fan_start[v]
-            self.fan_start[v] = behind
-            behind += count
-        self.fan_start[self.vertices] = behind
+            self.fan_start[v + 2] += self.fan_start[v + 1]
         for t in range(self.triangles):
             for e in range(3):
                 v = self.corner[t, e]
-                at = self.fan_start[v]
+                at = self.fan_start[v + 1]
                 self.fan_from[at] = self.corner[t, e + 1 if e < 2 else 0]
                 self.fan_to[at] = self.corner[t, e + 2 if e < 1 else e - 1]
-                self.fan_start[v] += 1
-        for v in range(self.vertices, 0, -1):
-            self.fan_start[v] = self.fan_start[v - 1]
-        self.fan_start[0] = 0
-        return behind
+                self.fan_start[v + 1] += 1
+        return self.fan_start[self.vertices]
 
     def predict(self, a, size_a, b, partner, c, s, x, y, measured):
         """Predict the places of all minutiae of A in B; return how many the mesh predicts.
@@ -267,9 +253,7 @@ class PairMesh:
             self.places = self.weights = self.full = self.strain = 0.0
             self.turned = self.edges = 0
             for i in range(size_a):
-                self.place_agreement[i] = 0.0
-                self.weight_agreement[i] = 0.0
-                self.fullness[i] = 0.0
+                self.place_agreement[i] = self.weight_agreement[i] = self.fullness[i] = 0.0
         for i in range(size_a):
             self._find_ring(a, i)
             if self._predict_one(a, i):
@@ -298,8 +282,7 @@ class PairMesh:
 
         Its direction is rotated by the weighted least-squares rotation of the ring's spokes.
         """
-        px = a[0, i]
-        py = a[1, i]
+        px, py = a[0, i], a[1, i]
         x = y = c = s = 0.0
         nearest2 = FAR_AWAY * FAR_AWAY
         if self.ring_size < 3 or not shape_preserving_weights(

@@ -35,7 +35,6 @@ UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
 FIRST = cython.declare(cython.int, 0x0FFF)  # cell and first bit: no cell beyond 2048 is used
 NO_STEP = cython.declare(cython.int, 2304)  # from the second grid to where there is nothing
 CELLS = cython.declare(cython.int, 8448)  # of the tables
-PLACE = cython.declare(cython.int, 32)  # words that one place may have
 ROOM = cython.declare(cython.int, 64)  # minutiae in the tables: bits of a word
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
@@ -60,13 +59,11 @@ class Prefilter:
         # what is added to the cell of the first grid, by the highest four bits of a word
         steps = [second(k << STEPS) for k in range(8)]
         self.step = np.array(steps + [SECOND + NO_STEP] * 8, np.int32)
-        self.orientation_table = np.zeros(ORIENTATION_WORDS * PLACE, np.uint64)
+        self.orientation_table = np.zeros((ORIENTATION_WORDS, UNKNOWN + 1), np.uint64)
         self.used = np.zeros(2 * ROOM * NEIGHBOUR_WORDS, np.int32)
-        self.used_words = 0
-        self.coded = 0
+        self.used_words = self.coded = 0
         self.has_flow = False
-        self.own_row = np.zeros(ROOM, np.int32)
-        self.own_turn = np.zeros(ROOM, np.int32)
+        self.own_row, self.own_turn = np.zeros((2, ROOM), np.int32)
         self.own_xy = np.zeros((ROOM, 2))
         self.ones = self.twos = self.fours = self.eights = 0
         self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
@@ -80,10 +77,10 @@ class Prefilter:
         bit = ONE
         for k in range(self.used_words):
             self.neighbour_table[self.used[k]] = 0
-        for k in range(ORIENTATION_WORDS * PLACE):
-            self.orientation_table[k] = 0
-        self.used_words = 0
-        self.coded = 0
+        for k in range(ORIENTATION_WORDS):
+            for b in range(BINS):
+                self.orientation_table[k, b] = 0
+        self.used_words = self.coded = 0
         self.has_flow = has_flow
         for i in range(xy.shape[0]):
             if self.coded == ROOM:
@@ -105,7 +102,7 @@ class Prefilter:
                 if orientation_bins[i, k] != UNKNOWN:
                     for d in range(3):  # its own bin, and that on either side
                         b = (cython.cast(cython.int, orientation_bins[i, k]) + d + BINS - 1) % BINS
-                        self.orientation_table[PLACE * k + b] |= bit
+                        self.orientation_table[k, b] |= bit
             self.own_row[self.coded] = cython.cast(cython.int, i)
             self.own_turn[self.coded] = direction_bin[i]
             self.own_xy[self.coded, 0] = xy[i, 0]
@@ -115,22 +112,14 @@ class Prefilter:
         return self.coded
 
     def score(
-        self,
-        first,
-        last,
-        xy,
-        direction_bin,
-        neighbour_bits,
-        orientation_bins,
-        has_flow,
-        other_first,
+        self, first, last, xy, direction_bin, neighbour_bits, orientation_bins, flowing, other_first
     ):
         """Return the score of another print, of the minutiae from `first` up to `last`.
 
         `other_first` states which of the two is print A, so that the same pairs come in the same
         order, whichever of them is in the tables.
         """
-        self._pair(first, last, neighbour_bits, orientation_bins, has_flow)
+        self._pair(first, last, neighbour_bits, orientation_bins, flowing and self.has_flow)
         if other_first and self.pairs.count > 1:
             self.pairs.order_by_own(self.coded)
         self.pairs.keep_best()
@@ -144,30 +133,21 @@ class Prefilter:
     ):
         """Fill `weight` for as many prints, from the print `first` on, as if each came second."""
         for t in range(weight.shape[0]):
+            begin, end, flowing = start[first + t], start[first + t + 1], has_flow[first + t]
             weight[t] = self.score(
-                start[first + t],
-                start[first + t + 1],
-                xy,
-                direction_bin,
-                neighbour_bits,
-                orientation_bins,
-                has_flow[first + t],
-                False,
+                begin, end, xy, direction_bin, neighbour_bits, orientation_bins, flowing, False
             )
         return 0
 
-    def _pair(self, first, last, neighbour_bits, orientation_bins, has_flow):
+    def _pair(self, first, last, neighbour_bits, orientation_bins, flowing):
         """Gather the pairs of minutiae that agree in enough words; return their number.
 
         They are in the order of the other print's minutiae, then of the own. Where orientations
         are unknown, six are taken to agree.
         """
         self.pairs.count = 0
-        f1 = 0
-        f2 = ALL
-        f4 = ALL
-        f8 = 0
-        flowing = has_flow and self.has_flow
+        f1 = f8 = 0
+        f2 = f4 = ALL
         for j in range(first, last):
             self._count(
                 self.neighbour_table[neighbour_bits[j, 0] & FIRST],
@@ -183,10 +163,7 @@ class Prefilter:
                 self.neighbour_table[neighbour_bits[j, 10] & FIRST],
                 self.neighbour_table[neighbour_bits[j, 11] & FIRST],
             )
-            n1 = self.ones
-            n2 = self.twos
-            n4 = self.fours
-            n8 = self.eights
+            n1, n2, n4, n8 = self.ones, self.twos, self.fours, self.eights
             self._count(
                 self.neighbour_table[self._second(neighbour_bits[j, 0])],
                 self.neighbour_table[self._second(neighbour_bits[j, 1])],
@@ -218,23 +195,20 @@ class Prefilter:
                 continue
             if flowing:
                 self._count(
-                    self.orientation_table[self._orientation(0, orientation_bins[j, 0])],
-                    self.orientation_table[self._orientation(1, orientation_bins[j, 1])],
-                    self.orientation_table[self._orientation(2, orientation_bins[j, 2])],
-                    self.orientation_table[self._orientation(3, orientation_bins[j, 3])],
-                    self.orientation_table[self._orientation(4, orientation_bins[j, 4])],
-                    self.orientation_table[self._orientation(5, orientation_bins[j, 5])],
-                    self.orientation_table[self._orientation(6, orientation_bins[j, 6])],
-                    self.orientation_table[self._orientation(7, orientation_bins[j, 7])],
-                    self.orientation_table[self._orientation(8, orientation_bins[j, 8])],
-                    self.orientation_table[self._orientation(9, orientation_bins[j, 9])],
-                    self.orientation_table[self._orientation(10, orientation_bins[j, 10])],
-                    self.orientation_table[self._orientation(11, orientation_bins[j, 11])],
+                    self.orientation_table[0, orientation_bins[j, 0]],
+                    self.orientation_table[1, orientation_bins[j, 1]],
+                    self.orientation_table[2, orientation_bins[j, 2]],
+                    self.orientation_table[3, orientation_bins[j, 3]],
+                    self.orientation_table[4, orientation_bins[j, 4]],
+                    self.orientation_table[5, orientation_bins[j, 5]],
+                    self.orientation_table[6, orientation_bins[j, 6]],
+                    self.orientation_table[7, orientation_bins[j, 7]],
+                    self.orientation_table[8, orientation_bins[j, 8]],
+                    self.orientation_table[9, orientation_bins[j, 9]],
+                    self.orientation_table[10, orientation_bins[j, 10]],
+                    self.orientation_table[11, orientation_bins[j, 11]],
                 )
-                f1 = self.ones
-                f2 = self.twos
-                f4 = self.fours
-                f8 = self.eights
+                f1, f2, f4, f8 = self.ones, self.twos, self.fours, self.eights
             # what weighs anything: three neighbours; two, and three orientations; one, and six
             any_ = n4 | n8 | n16 | (n2 & (n1 | f4 | f8 | (f1 & f2))) | (n1 & (f8 | (f4 & f2)))
             while any_:
@@ -256,21 +230,9 @@ class Prefilter:
                 )
         return self.pairs.count
 
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _second(self, word: cython.ushort) -> cython.Py_ssize_t:
+    def _second(self, word):
         """Return what `second` does, of any word: an empty cell where it does not count."""
         return self.step[word >> STEPS] + (word & CELL)
-
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _orientation(self, k: cython.Py_ssize_t, word: cython.uchar) -> cython.Py_ssize_t:
-        """Return the place of the k-th word of an orientation in its table."""
-        return PLACE * k + cython.cast(cython.Py_ssize_t, word)
 
     @cython.cfunc
     @cython.inline
@@ -295,11 +257,6 @@ class Prefilter:
 
         Three are added at a time: what is odd remains, what carries is worth twice as much.
         """
-        cython.declare(odd=cython.ulonglong, odd_1=cython.ulonglong, odd_2=cython.ulonglong)
-        cython.declare(odd_3=cython.ulonglong, two_1=cython.ulonglong, two_2=cython.ulonglong)
-        cython.declare(two_3=cython.ulonglong, two_4=cython.ulonglong, two_5=cython.ulonglong)
-        cython.declare(two_6=cython.ulonglong, four_1=cython.ulonglong, four_2=cython.ulonglong)
-        cython.declare(four_3=cython.ulonglong)
         odd = a ^ b
         odd_1 = odd ^ c
         two_1 = (a & b) | (odd & c)

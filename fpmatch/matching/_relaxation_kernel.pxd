@@ -39,7 +39,7 @@ cdef class Relaxation:
     )
     cdef int _relax(self) noexcept nogil
     @cython.locals(
-        k=cython.Py_ssize_t, value=cython.double, rest=cython.double, first=cython.double,
+        k=cython.Py_ssize_t, value=cython.double, first=cython.double,
         second=cython.double, third=cython.double, fourth=cython.double,
     )
     cdef double _strongest(self) noexcept nogil

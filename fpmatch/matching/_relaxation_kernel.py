@@ -30,7 +30,7 @@ NEAR = cython.declare(cython.double, 1e-6)  # px: minutiae nearer than this coin
 class Relaxation:
     """The candidates of two prints and the support that they give one another.
 
-    `parameters` are an `fpmatch.matching.relaxation.RelaxationParameters`; there is room for prints
+    `parameters` are an `fpmatch.matching.align.RelaxationParameters`; there is room for prints
     of `size_a` and `size_b` minutiae. After `load`, candidate k of `count` is the pair
     ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation and ``support[k, m]``
     the compatibility of candidates k and m, 0 to 1. `strength` is the mean of the four greatest
@@ -42,14 +42,11 @@ class Relaxation:
         room = p.candidates
         self.capacity = room
         self.count = 0
-        self.first = np.zeros(room, np.int32)
-        self.second = np.zeros(room, np.int32)
-        self.relaxed = np.zeros(room)
+        self.first, self.second, self.explained = np.zeros((3, room), np.int32)
+        self.relaxed, self.gathered = np.zeros((2, room))
         self.support = np.zeros((room, room))
         self.place = np.zeros((4, room))
         self.rotation = np.zeros((2, room))
-        self.gathered = np.zeros(room)
-        self.explained = np.zeros(room, np.int32)
         self.row_best = np.zeros(size_a)
         self.row_column = np.zeros(size_a, np.int32)
         self.column_taken = np.zeros(size_b, np.int32)
@@ -73,10 +70,8 @@ class Relaxation:
         for k in range(self.count):
             i = self.first[k]
             j = self.second[k]
-            self.place[0, k] = a[0, i]
-            self.place[1, k] = a[1, i]
-            self.place[2, k] = b[0, j]
-            self.place[3, k] = b[1, j]
+            self.place[0, k], self.place[1, k] = a[0, i], a[1, i]
+            self.place[2, k], self.place[3, k] = b[0, j], b[1, j]
             self.rotation[0, k] = a[2, i] * b[2, j] + a[3, i] * b[3, j]
             self.rotation[1, k] = a[2, i] * b[3, j] - a[3, i] * b[2, j]
             self.relaxed[k] = cython.cast(cython.double, similarity[i, j])
@@ -165,9 +160,7 @@ class Relaxation:
         """Relax: every candidate keeps a share of its value and takes the rest from the others."""
         n = self.count
         share = (1.0 - self.inertia) / (n - 1 if n > 1 else 1)
-        support = self.support
-        relaxed = self.relaxed
-        gathered = self.gathered
+        support, relaxed, gathered = self.support, self.relaxed, self.gathered
         for r in range(self.rounds):
             for k in range(n):
                 gathered[k] = 0.0
@@ -181,27 +174,13 @@ class Relaxation:
 
     def _strongest(self):
         """Return the mean of the four greatest relaxed similarities."""
-        first = 0.0
-        second = 0.0
-        third = 0.0
-        fourth = 0.0
+        first = second = third = fourth = 0.0
         for k in range(self.count):
             value = self.relaxed[k]
-            if value <= fourth:
-                continue
-            fourth = value
-            if fourth > third:
-                rest = third
-                third = fourth
-                fourth = rest
-            if third > second:
-                rest = second
-                second = third
-                third = rest
-            if second > first:
-                rest = first
-                first = second
-                second = rest
+            first, value = max(first, value), min(first, value)
+            second, value = max(second, value), min(second, value)
+            third, value = max(third, value), min(third, value)
+            fourth = max(fourth, value)
         return 0.25 * (first + second + third + fourth)
 
     def hypothesis(self, size_a, whole, partner, weight):
@@ -214,9 +193,8 @@ class Relaxation:
         ``weight[i]`` is relative to the seed's.
         """
         seed = -1
-        most = 0.0
-        strongest = 0.0
         pairs = 0
+        most = strongest = 0.0
         for i in range(size_a):
             partner[i] = -1
             weight[i] = 0.0

@@ -48,6 +48,10 @@ cdef class RidgeCorrelator:
         at_r=cython.double, low=cython.double, high=cython.double,
     )
     cdef int _displace(self, TemplateView a, PairMesh mesh) noexcept nogil
+    @cython.locals(origin=cython.double, place=cython.double)
+    cdef double _mapped(
+        self, Py_ssize_t axis, Py_ssize_t p, Py_ssize_t q, Py_ssize_t r, double at_q, double at_r
+    ) noexcept nogil
     cdef int _within(self, double line, int lines) noexcept nogil
     @cython.locals(
         k=cython.Py_ssize_t, row=cython.int, column=cython.int, last_row=cython.int,
@@ -65,6 +69,10 @@ cdef class RidgeCorrelator:
     )
     cdef int _count(
         self, TemplateView a, TemplateView b, int row, int column, double x, double y
+    ) noexcept nogil
+    @cython.locals(upper=cython.ulonglong, lower=cython.ulonglong)
+    cdef unsigned long long _rows_from(
+        self, Py_ssize_t cell, Py_ssize_t below, int down
     ) noexcept nogil
     @cython.locals(
         r=cython.Py_ssize_t, k=cython.Py_ssize_t, around=cython.int, best=cython.int,

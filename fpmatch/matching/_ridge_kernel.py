@@ -55,16 +55,13 @@ class RidgeCorrelator:
         self.sample_column = np.array([column for _, column in SAMPLES], np.int32)
         self.offset = np.zeros((2, len(SAMPLES)))
         self.ridge_image = np.zeros(MOST_CELLS, np.uint64)
-        self.agreeing = np.zeros((MOST_CELLS, SHIFTS), np.uint64)
-        self.wide = np.zeros((MOST_CELLS, SHIFTS), np.uint64)
+        self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
         self.both = np.zeros(MOST_CELLS, np.uint8)
         self.drift = np.zeros((MOST_CELLS, 2))
         self.blocks = 0
         self.vertex = np.zeros((room + FRAME, 2))
         self.c = 1.0
-        self.s = 0.0
-        self.x = 0.0
-        self.y = 0.0
+        self.s = self.x = self.y = 0.0
 
     def compare(self, a, b, mesh, c, s, x, y):
         """Align A with B, warped by the mesh of pairs; return the number of cells compared.
@@ -95,10 +92,7 @@ class RidgeCorrelator:
             return False
         if (b.rows + 4) * (cython.cast(cython.Py_ssize_t, b.columns) + 4) > MOST_CELLS:
             return False
-        self.c = c
-        self.s = s
-        self.x = x
-        self.y = y
+        self.c, self.s, self.x, self.y = c, s, x, y
         self._gather(a, b)
         return True
 
@@ -114,9 +108,8 @@ class RidgeCorrelator:
                 self._count_block(a, b, row, column)
         for k in range(1, (a.rows + 2) * wide - 1):
             for r in range(SHIFTS):
-                self.wide[k, r] = (
-                    self.agreeing[k - 1, r] + self.agreeing[k, r] + self.agreeing[k + 1, r]
-                )
+                self.wide[k, r] = self.agreeing[k - 1, r] + self.agreeing[k, r]
+                self.wide[k, r] += self.agreeing[k + 1, r]
         for row in range(a.rows):
             for column in range(a.columns):
                 own = (row + 1) * wide + column + 1
@@ -149,8 +142,7 @@ class RidgeCorrelator:
         """Let all blocks be where the transform maps them."""
         self.blocks = (a.columns + 1) // 2
         for k in range(cython.cast(cython.Py_ssize_t, (a.rows + 1) // 2) * self.blocks):
-            self.drift[k, 0] = 0.0
-            self.drift[k, 1] = 0.0
+            self.drift[k, 0] = self.drift[k, 1] = 0.0
         return 0
 
     def _displace(self, a, mesh):
@@ -170,23 +162,17 @@ class RidgeCorrelator:
             return 0
         for k in range(mesh.vertices):
             i = mesh.owner[k]
-            self.vertex[k, 0] = mesh.bx[k]
-            self.vertex[k, 1] = mesh.by[k]
+            self.vertex[k, 0], self.vertex[k, 1] = mesh.bx[k], mesh.by[k]
             if i >= 0:
                 self.vertex[k, 0] = 0.5 * (mesh.bx[k] + mesh.predicted[0, i])
                 self.vertex[k, 1] = 0.5 * (mesh.by[k] + mesh.predicted[1, i])
         for t in range(mesh.triangles):
-            p = mesh.corner[t, 0]
-            q = mesh.corner[t, 1]
-            r = mesh.corner[t, 2]
+            p, q, r = mesh.corner[t, 0], mesh.corner[t, 1], mesh.corner[t, 2]
             if mesh.owner[p] < 0 and mesh.owner[q] < 0 and mesh.owner[r] < 0:
                 continue
-            px = mesh.ax[p]
-            py = mesh.ay[p]
-            ux = mesh.ax[q] - px
-            uy = mesh.ay[q] - py
-            vx = mesh.ax[r] - px
-            vy = mesh.ay[r] - py
+            px, py = mesh.ax[p], mesh.ay[p]
+            ux, uy = mesh.ax[q] - px, mesh.ay[q] - py
+            vx, vy = mesh.ax[r] - px, mesh.ay[r] - py
             area = ux * vy - uy * vx
             low = ux if ux < vx else vx
             high = ux if ux > vx else vx
@@ -213,29 +199,21 @@ class RidgeCorrelator:
                         & cython.cast(cython.int, at_q + at_r <= area)
                     ):
                         k = cython.cast(cython.Py_ssize_t, row) * columns + column
-                        at_q = at_q / area
-                        at_r = at_r / area
-                        low = low + px
-                        high = high + py
-                        self.drift[k, 0] = (
-                            self.vertex[p, 0]
-                            + at_q * (self.vertex[q, 0] - self.vertex[p, 0])
-                            + at_r * (self.vertex[r, 0] - self.vertex[p, 0])
-                            - (self.c * low - self.s * high + self.x)
-                        )
-                        self.drift[k, 1] = (
-                            self.vertex[p, 1]
-                            + at_q * (self.vertex[q, 1] - self.vertex[p, 1])
-                            + at_r * (self.vertex[r, 1] - self.vertex[p, 1])
-                            - (self.s * low + self.c * high + self.y)
-                        )
+                        at_q, at_r = at_q / area, at_r / area
+                        low, high = low + px, high + py
+                        self.drift[k, 0] = self._mapped(0, p, q, r, at_q, at_r)
+                        self.drift[k, 0] -= self.c * low - self.s * high + self.x
+                        self.drift[k, 1] = self._mapped(1, p, q, r, at_q, at_r)
+                        self.drift[k, 1] -= self.s * low + self.c * high + self.y
         return 0
 
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _within(self, line: cython.double, lines: cython.int) -> cython.int:
+    def _mapped(self, axis, p, q, r, at_q, at_r):
+        """Return x or y of a place in B, given its share of two sides of a triangle."""
+        origin = self.vertex[p, axis]
+        place = origin + at_q * (self.vertex[q, axis] - origin)
+        return place + at_r * (self.vertex[r, axis] - origin)
+
+    def _within(self, line, lines):
         """Return a row or column of blocks, one of the first or the last where it lies beyond."""
         if not line > 0.0:
             return 0
@@ -264,10 +242,7 @@ class RidgeCorrelator:
         own = (row + 1) * cython.cast(cython.Py_ssize_t, a.columns + 2)
         ridges = cython.cast(cython.ulonglong, a.ridges[a.cell_at + row * a.columns + column])
         # of the counts of samples at all shifts, the ones, twos, fours and eights
-        ones = 0
-        twos = 0
-        fours = 0
-        eights = 0
+        ones = twos = fours = eights = 0
         per_bit = SIDE / b.step
         # the window of shifts begins before the sample, the ridge image two cells before B
         middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
@@ -286,19 +261,8 @@ class RidgeCorrelator:
                 cell = (v >> 3) * wide + (u >> 3)
                 down = SIDE * (v & 7)
                 u &= 7
-                near = cython.cast(cython.ulonglong, self.ridge_image[cell]) >> down
-                near |= (
-                    (cython.cast(cython.ulonglong, self.ridge_image[cell + wide]) << (63 - down))
-                    << 1
-                ) & ALL
-                far = cython.cast(cython.ulonglong, self.ridge_image[cell + 1]) >> down
-                far |= (
-                    (
-                        cython.cast(cython.ulonglong, self.ridge_image[cell + wide + 1])
-                        << (63 - down)
-                    )
-                    << 1
-                ) & ALL
+                near = self._rows_from(cell, cell + wide, down)
+                far = self._rows_from(cell + 1, cell + wide + 1, down)
                 kept = cython.cast(cython.ulonglong, self.kept[u])
                 near = ((near >> u) & kept) | (((far << (SIDE - u)) & ALL) & (kept ^ ALL))
             down = SIDE * cython.cast(cython.int, self.sample_row[k])
@@ -321,14 +285,18 @@ class RidgeCorrelator:
             )
         return 0
 
+    def _rows_from(self, cell, below, down):
+        """Return eight rows of the ridge image from bit `down` of a cell on, and of that below."""
+        upper = cython.cast(cython.ulonglong, self.ridge_image[cell]) >> down
+        lower = cython.cast(cython.ulonglong, self.ridge_image[below]) << (63 - down)
+        return upper | ((lower << 1) & ALL)
+
     def _best_shift(self, own, wide):
         """Return the correlation of a cell at the shift that suits it and those around it best.
 
         Counts are the bytes of words, each below 128.
         """
-        around = 0
-        best = 0
-        most = 0
+        around = best = most = 0
         for r in range(3):
             k = own + (r - 1) * wide
             around += self.both[k - 1] + self.both[k] + self.both[k + 1]

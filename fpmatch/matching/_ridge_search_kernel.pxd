@@ -15,7 +15,7 @@ cdef class RidgeSearch:
     cdef Py_ssize_t samples, count, room, most
     cdef Py_ssize_t most_compared, most_found, most_candidates
     cdef double middle_x, middle_y, c, s, x, y
-    cdef double flow_asked, value_asked
+    cdef double min_flow, min_value
     cdef double least_common, least_flow, usual_correlation, apart_px, apart_cosine
     cdef double candidate_flow, candidate_value
 
@@ -24,7 +24,7 @@ cdef class RidgeSearch:
     cpdef int search_candidates(
         self, TemplateView a, TemplateView b, Relaxation relaxation, RidgeCorrelator correlator
     ) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, i=cython.int)
+    @cython.locals(k=cython.Py_ssize_t)
     cdef int _swapped(self, int found) noexcept nogil
     @cython.locals(
         row=cython.int, column=cython.int, code=cython.int, passed=cython.Py_ssize_t,
@@ -55,7 +55,7 @@ cdef class RidgeSearch:
         dc=cython.double, ds=cython.double, dx=cython.double, dy=cython.double,
         cosine=cython.double,
     )
-    cdef bint _alike(self, Py_ssize_t k) noexcept nogil
+    cdef bint _is_near(self, Py_ssize_t k) noexcept nogil
 
 
 cdef bint _is_smaller(TemplateView a, TemplateView b) noexcept nogil

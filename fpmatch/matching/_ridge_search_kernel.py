@@ -33,7 +33,7 @@ UNUSED = cython.declare(cython.double, -1e9)  # the value of a place without a p
 class RidgeSearch:
     """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are an `fpmatch.matching.ridge_search.RidgeSearchParameters`. After a search, the
+    `parameters` are an `fpmatch.matching.ridges.RidgeSearchParameters`. After a search, the
     pairs are ``(first[k], second[k])`` of print A and print B, ``value[k]`` what their ridges
     amount to, the best first.
     """
@@ -43,28 +43,21 @@ class RidgeSearch:
         angle = 2.0 * np.pi * (np.arange(CODES) - 1.0) / (CODES - 1)
         self.flow_c = np.cos(angle)
         self.flow_s = np.sin(angle)
-        self.sample = np.zeros((2, SAMPLES))
-        self.sample_flow = np.zeros((2, SAMPLES))
+        self.sample, self.sample_flow = np.zeros((2, 2, SAMPLES))
         self.samples = 0
         self.best_flow = np.zeros(ROOM)
-        self.best_own = np.zeros(ROOM, np.int32)
-        self.best_other = np.zeros(ROOM, np.int32)
+        self.best_own, self.best_other = np.zeros((2, ROOM), np.int32)
         self.count = 0
         self.most_compared = max(1, min(p.compared, ROOM))
         self.most_found = max(1, min(p.found, FOUND))
         self.most_candidates = max(1, min(p.candidates, ROOM))
-        self.room = self.most_compared
-        self.most = self.most_found
-        self.flow_asked = p.least_flow
-        self.value_asked = 0.0
-        self.first = np.zeros(FOUND, np.int32)
-        self.second = np.zeros(FOUND, np.int32)
+        self.room = self.most = 1
+        self.min_flow = self.min_value = 0.0
+        self.first, self.second = np.zeros((2, FOUND), np.int32)
         self.value = np.zeros(FOUND)
         self.transform = np.zeros((FOUND, 4))
-        self.middle_x = 0.0
-        self.middle_y = 0.0
         self.c = 1.0
-        self.s = self.x = self.y = 0.0
+        self.s = self.x = self.y = self.middle_x = self.middle_y = 0.0
         self.least_common = p.least_common
         self.least_flow = p.least_flow
         self.candidate_flow = p.candidate_flow
@@ -75,11 +68,8 @@ class RidgeSearch:
 
     def search(self, a, b, correlator):
         """Find pairs among all of two prints that show their ridges; return their number."""
-        self.room = self.most_compared
-        self.most = self.most_found
-        self.flow_asked = self.least_flow
-        self.value_asked = 0.0
-        self.count = 0
+        self.room, self.most, self.count = self.most_compared, self.most_found, 0
+        self.min_flow, self.min_value = self.least_flow, 0.0
         if _is_smaller(a, b):
             self._select(a, b)
             return self._compare(a, b, correlator)
@@ -89,30 +79,22 @@ class RidgeSearch:
     def search_candidates(self, a, b, relaxation, correlator):
         """Find a pair among the candidates of two prints; return whether there is one."""
         smaller = _is_smaller(a, b)
-        self.room = self.most_candidates
-        self.most = 1
-        self.flow_asked = self.candidate_flow
-        self.value_asked = self.candidate_value
-        self.count = 0
+        self.room, self.most, self.count = self.most_candidates, 1, 0
+        self.min_flow, self.min_value = self.candidate_flow, self.candidate_value
         if smaller:
             self._take_samples(a)
-        else:
-            self._take_samples(b)
-        for k in range(relaxation.count):
-            if smaller:
+            for k in range(relaxation.count):
                 self._offer(a, relaxation.first[k], b, relaxation.second[k])
-            else:
-                self._offer(b, relaxation.second[k], a, relaxation.first[k])
-        if smaller:
             return self._compare(a, b, correlator)
+        self._take_samples(b)
+        for k in range(relaxation.count):
+            self._offer(b, relaxation.second[k], a, relaxation.first[k])
         return self._swapped(self._compare(b, a, correlator))
 
     def _swapped(self, found):
         """Exchange the minutiae of the pairs found; return how many there are."""
         for k in range(found):
-            i = self.first[k]
-            self.first[k] = self.second[k]
-            self.second[k] = i
+            self.first[k], self.second[k] = self.second[k], self.first[k]
         return found
 
     def _take_samples(self, small):
@@ -121,8 +103,7 @@ class RidgeSearch:
         place = small.cell_at
         cells = small.inside
         self.samples = 0
-        self.middle_x = 0.0
-        self.middle_y = 0.0
+        self.middle_x = self.middle_y = 0.0
         for row in range(small.rows):
             for column in range(small.columns):
                 code = small.cell[place]
@@ -148,10 +129,8 @@ class RidgeSearch:
 
     def _fit_pair(self, small, i, large, j):
         """Take the transform that maps minutia i of the smaller print to j of the larger."""
-        ac = small.points[2, i]
-        as_ = small.points[3, i]
-        bc = large.points[2, j]
-        bs = large.points[3, j]
+        ac, as_ = small.points[2, i], small.points[3, i]
+        bc, bs = large.points[2, j], large.points[3, j]
         self.c = ac * bc + as_ * bs
         self.s = ac * bs - as_ * bc
         self.x = large.points[0, j] - self.c * small.points[0, i] + self.s * small.points[1, i]
@@ -195,7 +174,7 @@ class RidgeSearch:
         """Keep a pair if the orientation agrees better than under others; return whether."""
         self._fit_pair(small, i, large, j)
         flow = self._flow_agreement(large)
-        if flow < self.flow_asked:
+        if flow < self.min_flow:
             return False
         if self.count == self.room and flow <= self.best_flow[self.count - 1]:
             return False
@@ -204,8 +183,7 @@ class RidgeSearch:
         k = self.count - 1
         while k > 0 and self.best_flow[k - 1] < flow:
             self.best_flow[k] = self.best_flow[k - 1]
-            self.best_own[k] = self.best_own[k - 1]
-            self.best_other[k] = self.best_other[k - 1]
+            self.best_own[k], self.best_other[k] = self.best_own[k - 1], self.best_other[k - 1]
             k -= 1
         self.best_flow[k] = flow
         self.best_own[k] = cython.cast(cython.int, i)
@@ -220,19 +198,19 @@ class RidgeSearch:
             if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
                 continue
             value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
-            if value > self.value_asked:
+            if value > self.min_value:
                 found = self._enter(value, self.best_own[k], self.best_other[k], found)
         return found
 
     def _enter(self, value, own, other, found):
-        """Enter a pair into those found, unless a better one is much alike; return their number."""
+        """Enter a pair into those found, unless a better one is near it; return their number."""
         for k in range(found):
-            if self.value[k] >= value and self._alike(k):
+            if self.value[k] >= value and self._is_near(k):
                 return found
-        # take out those alike, which are worse
+        # take out those near it, which are worse
         k = 0
         while k < found:
-            if self._alike(k):
+            if self._is_near(k):
                 found -= 1
                 self._move(k + 1, k, found - k)
             else:
@@ -248,10 +226,8 @@ class RidgeSearch:
         self.value[k] = value
         self.first[k] = own
         self.second[k] = other
-        self.transform[k, 0] = self.c
-        self.transform[k, 1] = self.s
-        self.transform[k, 2] = self.x
-        self.transform[k, 3] = self.y
+        self.transform[k, 0], self.transform[k, 1] = self.c, self.s
+        self.transform[k, 2], self.transform[k, 3] = self.x, self.y
         return found
 
     def _move(self, start, to, count):
@@ -264,7 +240,7 @@ class RidgeSearch:
                 self.transform[to + k, e] = self.transform[start + k, e]
         return 0
 
-    def _alike(self, k):
+    def _is_near(self, k):
         """Return whether the transform at hand is about that of the pair found as number k."""
         dc = self.c - self.transform[k, 0]
         ds = self.s - self.transform[k, 1]

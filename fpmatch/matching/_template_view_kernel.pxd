@@ -17,6 +17,7 @@ cdef class TemplateView:
     cdef double step, per_px
     cdef bint has_flow, has_ridges
 
+    @cython.locals(place=cython.Py_ssize_t)
     cdef bint contains(self, double x, double y) noexcept nogil
     cdef bint contains_with_margin(self, double x, double y, double margin) noexcept nogil
 
@@ -41,6 +42,6 @@ cdef class PackedView:
     @cython.locals(
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, m=cython.Py_ssize_t, first=cython.Py_ssize_t,
         x=cython.double, y=cython.double, c=cython.double, s=cython.double, dx=cython.double,
-        dy=cython.double, tolerance=cython.double,
+        dy=cython.double, tolerance=cython.double, weight=cython.double,
     )
     cpdef int unpack(self, Py_ssize_t k, TemplateView into) noexcept nogil

@@ -27,7 +27,10 @@ class TemplateView:
 
     def __init__(self, points, quality, count, frame) -> None:
         self.size = points.shape[1]
-        self.first = 0
+        self.first = self.cell_at = self.rows = self.columns = 0
+        self.first_row = self.first_column = self.inside = 0
+        self.step = self.per_px = 1.0
+        self.has_flow = self.has_ridges = False
         self.points = points
         self.quality = quality
         self.count = count
@@ -38,16 +41,6 @@ class TemplateView:
         self.orientation_bins = np.empty((0, 0), np.uint8)
         self.cell = np.empty(0, np.uint8)
         self.ridges = np.empty(0, np.uint64)
-        self.cell_at = 0
-        self.rows = 0
-        self.columns = 0
-        self.first_row = 0
-        self.first_column = 0
-        self.inside = 0
-        self.step = 1.0
-        self.per_px = 1.0
-        self.has_flow = False
-        self.has_ridges = False
 
     def set_bit_descriptors(self, xy, direction_bin, neighbour_bits, orientation_bins) -> None:
         """Take the codes; see `fpmatch.matching.bit_descriptors`."""
@@ -66,12 +59,8 @@ class TemplateView:
         self.has_ridges = ridges is not None
         if ridges is not None:
             self.ridges = ridges.ravel()
-        self.first_row = first_row
-        self.first_column = first_column
-        self.step = step
-        self.per_px = 1.0 / step
-        self.inside = inside
-        self.has_flow = has_flow
+        self.first_row, self.first_column, self.inside = first_row, first_column, inside
+        self.step, self.per_px, self.has_flow = step, 1.0 / step, has_flow
 
     def contains(self, x, y):
         """Return whether a place lies in the print area."""
@@ -79,14 +68,8 @@ class TemplateView:
         y = -y * self.per_px - self.first_row
         if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
             return False
-        return (
-            self.cell[
-                self.cell_at
-                + cython.cast(cython.Py_ssize_t, y) * self.columns
-                + cython.cast(cython.Py_ssize_t, x)
-            ]
-            > 0
-        )
+        place = self.cell_at + cython.cast(cython.Py_ssize_t, y) * self.columns
+        return self.cell[place + cython.cast(cython.Py_ssize_t, x)] > 0
 
     def contains_with_margin(self, x, y, margin):
         """Return whether the places so far to all four sides lie in the print area."""
@@ -141,10 +124,8 @@ class PackedView:
         into.first = self.minutiae_start[k]
         into.size = self.minutiae_start[k + 1] - into.first
         into.cell_at = self.cell_start[k]
-        into.rows = self.shape[k, 0]
-        into.columns = self.shape[k, 1]
-        into.first_row = self.shape[k, 2]
-        into.first_column = self.shape[k, 3]
+        into.rows, into.columns = self.shape[k, 0], self.shape[k, 1]
+        into.first_row, into.first_column = self.shape[k, 2], self.shape[k, 3]
         into.step = self.step[k]
         into.per_px = 1.0 / into.step
         into.inside = self.inside[k]
@@ -163,10 +144,8 @@ class PackedView:
             into.quality[i] = self.quality_of[self.quality[first + i]]
             into.count[i] = self.count[first + i]
         for i in range(into.size):
-            x = into.points[0, i]
-            y = into.points[1, i]
-            c = into.points[2, i]
-            s = into.points[3, i]
+            x, y = into.points[0, i], into.points[1, i]
+            c, s = into.points[2, i], into.points[3, i]
             for m in range(into.count[i]):
                 j = self.neighbour[first + i, m]
                 dx = into.points[0, j] - x
@@ -179,7 +158,6 @@ class PackedView:
                 into.frame[i, 2, m] = cython.cast(cython.float, c * dx + s * dy)
                 into.frame[i, 3, m] = cython.cast(cython.float, c * dy - s * dx)
                 into.frame[i, 4, m] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
-                into.frame[i, 5, m] = cython.cast(
-                    cython.float, self.root_weight_of[self.root_weight[first + i, m]]
-                )
+                weight = self.root_weight_of[self.root_weight[first + i, m]]
+                into.frame[i, 5, m] = cython.cast(cython.float, weight)
         return 0

@@ -9,34 +9,68 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching import _align_kernel as kernel
-from fpmatch.matching.pair_mesh import PairMeshParameters
-from fpmatch.matching.relaxation import RelaxationParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
-class AlignmentParameters:
-    """Set the global match; lengths in pixels at 500 dpi.
+class RelaxationParameters:
+    """Set the relaxation of local matches (`_relaxation_kernel`); lengths in px at 500 dpi.
 
-    Parameters
-    ----------
-    max_turn_deg : float
-        Largest difference in direction within a pair.
-    hypotheses : int
-        Hypotheses of the relaxed local matches that are aligned, at most.
-    coarse_rounds, rounds : int
-        Rounds in which the mesh of pairs grows: in coarse alignment, and in all.
-    reach_px, reach_per_px, reach_limit_px : float
-        How far from its prediction a minutia may lie to be paired: beside another pair, its growth
-        with the distance from the nearest other pair, and its limit.
+    Two candidates support each other if the distances between their minutiae differ by at most
+    `distance_px` and `distance_per_px` of the distance in the two prints, as skin stretches. A
+    candidate is the seed of a hypothesis, or one of its pairs, from a share of the relaxed
+    similarity of the strongest candidate on.
     """
 
-    max_turn_deg: float = 30.0
-    hypotheses: int = 4
-    coarse_rounds: int = 1
-    rounds: int = 3
+    candidates: int = 32  # local matches that take part, at most; each minutia is in one of them
+    distance_px: float = 6.0
+    distance_per_px: float = 0.08
+    max_rotation_deg: float = 25.0  # between the rotations of two candidates
+    max_angle_deg: float = 30.0  # between the directions from one minutia to the other
+    rounds: int = 5
+    inertia: float = 0.5  # share of its value that a candidate keeps in a round
+    least_seed_share: float = 0.5
+    least_share: float = 0.25
+
+    @property
+    def min_rotation_cosine(self) -> float:
+        """Cosine of the largest difference of rotations."""
+        return math.cos(math.radians(self.max_rotation_deg))
+
+    @property
+    def min_angle_cosine(self) -> float:
+        """Cosine of the largest difference of directions."""
+        return math.cos(math.radians(self.max_angle_deg))
+
+
+@dataclass(frozen=True, slots=True)
+class PairMeshParameters:
+    """Set the mesh of pairs (`_pair_mesh_kernel`); lengths in px at 500 dpi.
+
+    The standard deviation of the distance from the prediction is `residual_px`, and
+    `residual_per_px` of the mean radius of the ring.
+    """
+
+    frame_margin_px: float = 60.0  # of the frame points from the circle round the bounding box
+    place_tolerance: float = 0.3  # standard deviation of places on the unit circle, in radians
+    residual_px: float = 3.0
+    residual_per_px: float = 0.08
+
+
+@dataclass(frozen=True, slots=True)
+class AlignmentParameters:
+    """Set the global match; lengths in px at 500 dpi.
+
+    A minutia is paired within its reach of where it is predicted: `reach_px` beside another pair,
+    growing by `reach_per_px` with the distance from the nearest other pair to `reach_limit_px`.
+    """
+
+    max_turn_deg: float = 30.0  # largest difference in direction within a pair
+    hypotheses: int = 4  # of the relaxed local matches, aligned at most
+    coarse_rounds: int = 1  # in which the mesh of pairs grows, in coarse alignment
+    rounds: int = 3  # in all
     reach_px: float = 10.0
     reach_per_px: float = 0.12
     reach_limit_px: float = 24.0
@@ -78,27 +112,9 @@ def identity_alignment(a: NDArray[np.float64]) -> Alignment:
 def make_aligner(
     size_a: int, size_b: int, parameters: AlignmentParameters | None = None
 ) -> kernel.Aligner:
-    """Return an aligner for prints of up to so many minutiae, for one thread.
-
-    Parameters
-    ----------
-    size_a, size_b : int
-        Most minutiae of print A and of print B.
-    parameters : AlignmentParameters, optional
-        Hypotheses, rounds and reach.
-
-    Returns
-    -------
-    Aligner
-        Empty: `load_a` and `load_b` give it two prints.
-    """
-    return kernel.Aligner(
-        size_a,
-        size_b,
-        parameters or AlignmentParameters(),
-        RelaxationParameters(),
-        PairMeshParameters(),
-    )
+    """Return an empty aligner for prints of up to so many minutiae, for one thread."""
+    used = parameters or AlignmentParameters()
+    return kernel.Aligner(size_a, size_b, used, RelaxationParameters(), PairMeshParameters())
 
 
 def aligner_of(
@@ -129,23 +145,11 @@ def alignments(
     *,
     coarse: bool = False,
 ) -> list[Alignment]:
-    """Align print A with print B by each hypothesis of their relaxed local matches.
+    """Align print A, minutiae (4, N), with print B, (4, M), by each hypothesis of their matches.
 
-    Parameters
-    ----------
-    a, b : ndarray of float64, shapes (4, N) and (4, M)
-        x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
-    similarity : ndarray of float32, shape (N, M)
-        Local similarity of their minutiae.
-    parameters : AlignmentParameters, optional
-        Hypotheses, rounds and reach.
-    coarse : bool
-        Whether to stop after coarse alignment.
-
-    Returns
-    -------
-    list of Alignment
-        Those under which anything is paired; that of the strongest local match first.
+    `similarity` (N, M) is the local similarity of their minutiae. With `coarse`, it ends after
+    coarse alignment. The result has those under which anything is paired, that of the strongest
+    local match first.
     """
     return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
 

@@ -23,18 +23,10 @@ if TYPE_CHECKING:
     from fpmatch.matching.neighbourhood import Neighbourhoods
     from fpmatch.matching.print_area import PrintArea
 
-NEIGHBOUR_WORDS: Final = 12
-"""Words of a minutia for its neighbours."""
-
-ORIENTATION_WORDS: Final = 12
-"""Words of a minutia for the ridge orientation at places around it."""
-
-UNKNOWN_BIN: Final = 31
-"""The greatest word of an orientation: that of an unknown one."""
-
-MAX_ENCODED: Final = 64
-"""Minutiae of a print that are encoded; of more, those of best quality."""
-
+NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
+ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
+UNKNOWN_BIN: Final = 31  # the greatest word of an orientation: that of an unknown one
+MAX_ENCODED: Final = 64  # minutiae of a print; of more, those of best quality
 APART: Final = 0.25  # of a turn: neighbours are rarely at right angles, where the sectors end
 TURNS: Final = 256  # steps of a minutia's direction in a turn
 
@@ -43,27 +35,16 @@ TURNS: Final = 256  # steps of a minutia's direction in a turn
 class BitDescriptorParameters:
     """Set how prints are encoded and compared; lengths in pixels at 500 dpi.
 
-    Parameters
-    ----------
-    cell_px : float
-        Side of the cells in which neighbours lie.
-    flow_rings : tuple of (int, float, float)
-        Places of ridge orientation: number, distance from the minutia, angle of the first.
-    most_pairs : int
-        Most pairs of minutiae that are compared with each other, those that share most words.
-    near_px, spread : float
-        Tolerance of the distance between two pairs: the base, and the growth with the distance;
-        the root of the sum of both squares.
-    pair_turn_deg : float
-        Tolerance of their rotations.
+    `flow_rings` are places of ridge orientation: number, distance from the minutia, angle of the
+    first in degrees. Two pairs d apart agree within ``sqrt(near_px² + (spread·d)²)``.
     """
 
-    cell_px: float = 16.0
+    cell_px: float = 16.0  # side of the cells in which neighbours lie
     flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
-    most_pairs: int = 16
+    most_pairs: int = 16  # compared with each other: those that share most words
     near_px: float = 12.0
     spread: float = 0.1
-    pair_turn_deg: float = 15.0
+    pair_turn_deg: float = 15.0  # between the rotations of two pairs
 
     @property
     def places(self) -> NDArray[np.float64]:
@@ -109,23 +90,9 @@ def encode(
     neighbours: Neighbourhoods,
     region: PrintArea,
 ) -> BitDescriptors:
-    """Encode the minutiae of a print.
+    """Encode the minutiae of a print, given as `PreparedTemplate` has them.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (4, N)
-        x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
-    quality : ndarray of float64, shape (N,)
-        Of more than 64 minutiae, those with the greatest are encoded; of equals, the first.
-    neighbours : Neighbourhoods
-        Of these minutiae.
-    region : PrintArea
-        Where the print is, and the ridge orientation there.
-
-    Returns
-    -------
-    BitDescriptors
-        45 bytes a minutia, of which 37 are more than the positions.
+    Of more than 64 minutiae, those of the greatest quality are encoded; of equals, the first.
     """
     n = points.shape[1]
     coded = np.ones(n, np.uint8)
@@ -150,42 +117,23 @@ def encode(
 def prefilter() -> Prefilter:
     """Return an empty prefilter, for one thread."""
     p = _USUAL
-    most_turn = round(p.pair_turn_deg * TURNS / 360)
-    return Prefilter(p.most_pairs, p.near_px, p.spread, most_turn)
+    return Prefilter(p.most_pairs, p.near_px, p.spread, round(p.pair_turn_deg * TURNS / 360))
 
 
 def prefilter_of(descriptors: BitDescriptors) -> Prefilter:
     """Return a prefilter with a print in its tables."""
-    made = prefilter()
-    made.load(
-        descriptors.xy,
-        descriptors.direction_bin,
-        descriptors.neighbour_bits,
-        descriptors.orientation_bins,
-        descriptors.has_flow,
-    )
+    made, d = prefilter(), descriptors
+    made.load(d.xy, d.direction_bin, d.neighbour_bits, d.orientation_bins, d.has_flow)
     return made
 
 
 def score_descriptors(tables: Prefilter, b: BitDescriptors) -> int:
     """Return how much print B has in common with the print in the tables, which comes first."""
-    n = len(b.xy)
-    arrays = b.xy, b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow
-    weight: int = tables.score(0, n, *arrays, False)
+    bits = b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow
+    weight: int = tables.score(0, len(b.xy), b.xy, *bits, False)
     return weight
 
 
 def descriptor_similarity(a: BitDescriptors, b: BitDescriptors) -> int:
-    """Return how much the bit descriptors of print A and print B have in common.
-
-    Parameters
-    ----------
-    a, b : BitDescriptors
-        The two, in the order of their content.
-
-    Returns
-    -------
-    int
-        0 for nothing. To exchange the two changes nothing.
-    """
+    """Return how much print A and print B, in the order of their content, have in common."""
     return score_descriptors(prefilter_of(a), b)

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MAX_SCORE: Final = 100.0
 CALIBRATION_FOLDER: Final = Path(__file__).with_name("calibration_data")
 _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
+MALFORMED: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,15 +121,9 @@ class Calibration:
 
     def as_json(self) -> str:
         """Return the calibration as the text of a JSON file."""
+        names = ("matcher", "sets", "fingers", "impostors", "version", "command")
         entries = {
-            "provenance": {
-                "matcher": self.provenance.matcher,
-                "sets": list(self.provenance.sets),
-                "fingers": self.provenance.fingers,
-                "impostors": self.provenance.impostors,
-                "version": self.provenance.version,
-                "command": self.provenance.command,
-            },
+            "provenance": {name: getattr(self.provenance, name) for name in names},
             "tail_scale": self.tail_scale,
             "tail_shape": self.tail_shape,
         }
@@ -137,19 +132,7 @@ class Calibration:
 
     @classmethod
     def from_json(cls, text: str, source: str = "calibration") -> Calibration:
-        """Read what `as_json` wrote.
-
-        Parameters
-        ----------
-        text : str
-            The text of the file.
-        source : str
-            Name of the file, for the message of an error.
-
-        Returns
-        -------
-        Calibration
-            Equal to the one that was written.
+        """Read what `as_json` wrote to the file `source`.
 
         Raises
         ------
@@ -157,13 +140,25 @@ class Calibration:
             If the text is not JSON, an entry is missing, or a value is out of range.
         """
         try:
-            return _from_entries(json.loads(text))
-        except (ArithmeticError, AttributeError, LookupError, RecursionError) as error:
-            raise MatcherError(f"{source}: not a calibration file") from error
-        except (TypeError, ValueError) as error:
-            raise MatcherError(f"{source}: not a calibration file") from error
+            entries = json.loads(text)
+            origin = entries["provenance"]
+            return cls(
+                knots=tuple((float(x), float(score)) for x, score in entries["knots"]),
+                tail_scale=float(entries["tail_scale"]),
+                tail_shape=float(entries["tail_shape"]),
+                provenance=Provenance(
+                    sets=tuple(map(str, origin["sets"])),
+                    impostors=int(origin["impostors"]),
+                    version=str(origin["version"]),
+                    command=str(origin["command"]),
+                    matcher=str(origin.get("matcher", "")),
+                    fingers=int(origin.get("fingers", 0)),
+                ),
+            )
         except MatcherError as error:
             raise MatcherError(f"{source}: {error}") from error
+        except (*MALFORMED, RecursionError) as error:
+            raise MatcherError(f"{source}: not a calibration file") from error
 
 
 @lru_cache(maxsize=64)
@@ -180,11 +175,6 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
         The matcher.
     file : path, optional
         What ``fpmatch calibrate`` wrote; read at each call.
-
-    Returns
-    -------
-    Calibration
-        The calibration.
 
     Raises
     ------
@@ -260,20 +250,3 @@ def fmr_to_score(fmr: float) -> float:
     if not lowest <= fmr <= 1.0:
         raise MatcherError(f"a false match rate lies from {lowest:g} to 1, not {fmr:g}")
     return float(-10.0 * math.log10(fmr)) + 0.0  # + 0.0 turns -0.0 into 0.0
-
-
-def _from_entries(entries: dict[str, Any]) -> Calibration:
-    origin = entries["provenance"]
-    return Calibration(
-        knots=tuple((float(x), float(score)) for x, score in entries["knots"]),
-        tail_scale=float(entries["tail_scale"]),
-        tail_shape=float(entries["tail_shape"]),
-        provenance=Provenance(
-            sets=tuple(map(str, origin["sets"])),
-            impostors=int(origin["impostors"]),
-            version=str(origin["version"]),
-            command=str(origin["command"]),
-            matcher=str(origin.get("matcher", "")),
-            fingers=int(origin.get("fingers", 0)),
-        ),
-    )

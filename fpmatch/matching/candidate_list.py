@@ -21,55 +21,19 @@ SIZE_OFFSET: Final = 5
 def prefilter_scores(
     probe: PreparedTemplate, prints: PackedTemplates, first: int = 0, last: int | None = None
 ) -> NDArray[np.int32]:
-    """Return how much the bit descriptors of each print have in common with the probe's.
-
-    Parameters
-    ----------
-    probe : PreparedTemplate
-        What `prepare` returned.
-    prints : PackedTemplates
-        Many such, packed.
-    first, last : int
-        Those from `first` up to, not including, `last` (default: all).
-
-    Returns
-    -------
-    ndarray of int32, shape (last - first,)
-        0 for nothing.
-    """
+    """Return how much the bit descriptors of each print from `first` to `last` have in common."""
     first, last, _ = slice(first, last).indices(len(prints))
     found = np.zeros(max(last - first, 0), np.int32)
     m = prints
-    prefilter_of(probe.bit_descriptors).score_many(
-        first,
-        m.minutiae_start,
-        m.xy,
-        m.direction_bin,
-        m.neighbour_bits,
-        m.orientation_bins,
-        m.has_flow,
-        found,
-    )
+    bits = m.direction_bin, m.neighbour_bits, m.orientation_bins, m.has_flow
+    prefilter_of(probe.bit_descriptors).score_many(first, m.minutiae_start, m.xy, *bits, found)
     return found
 
 
 def normalized_prefilter_scores(
     probe: PreparedTemplate, prints: PackedTemplates
 ) -> NDArray[np.float64]:
-    """Return the prefilter's scores, normalized by the size of the smaller print.
-
-    Parameters
-    ----------
-    probe : PreparedTemplate
-        What `prepare` returned.
-    prints : PackedTemplates
-        Many such, packed.
-
-    Returns
-    -------
-    ndarray of float64, shape (N,)
-        The greater, the likelier is a match.
-    """
+    """Return the prefilter's scores, normalized by the size of the smaller print."""
     smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
     found: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + SIZE_OFFSET)
     return found
@@ -78,21 +42,9 @@ def normalized_prefilter_scores(
 def candidate_list(
     probe: PreparedTemplate, prints: PackedTemplates, count: int
 ) -> NDArray[np.intp]:
-    """Return the prints of the greatest normalized prefilter scores.
+    """Return the numbers, ascending, of the `count` prints of the greatest normalized scores.
 
-    Parameters
-    ----------
-    probe : PreparedTemplate
-        What `prepare` returned.
-    prints : PackedTemplates
-        Many such, packed.
-    count : int
-        How many.
-
-    Returns
-    -------
-    ndarray of intp, shape (min(count, N),)
-        Their numbers, ascending; of equals, the first.
+    Of equals, the first are taken.
 
     Examples
     --------

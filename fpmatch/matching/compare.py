@@ -45,14 +45,10 @@ PROBE_FIRST: Final = 1
 
 
 class Workspace:
-    """Compare a probe with one reference after the other; for one thread.
+    """Compare a probe with one reference after the other, of `capacity` minutiae; for one thread.
 
-    Parameters
-    ----------
-    capacity : int
-        The most minutiae of a print.
-    scorer : EvidenceScorer, optional
-        Scores alignments (default: with the weights in the package).
+    The scorer has the weights in the package unless one is given. `reference_first` is whether a
+    reference comes first, in the order of the content.
     """
 
     def __init__(self, capacity: int, scorer: EvidenceScorer | None = None) -> None:
@@ -73,15 +69,7 @@ class Workspace:
             self._probe = probe
 
     def rejected(self, reference: PreparedTemplate, *, reference_first: bool) -> float | None:
-        """Return the estimate of -ln(FMR) of prints that the prefilter rejects; None if it passes.
-
-        Parameters
-        ----------
-        reference : PreparedTemplate
-            Compared with the probe by bit descriptors.
-        reference_first : bool
-            Whether it comes first, in the order of the content.
-        """
+        """Return the estimate of -ln(FMR) of a pair that the prefilter rejects; else None."""
         shortfall: float = self._kernel.shortfall(view_of(reference), reference_first)
         return self.scorer.prefilter_rejected(shortfall) if shortfall > 0.0 else None
 
@@ -148,20 +136,9 @@ def _index_of(prepared: PreparedTemplate | None) -> NeighbourIndex:
 def align(
     a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
 ) -> tuple[Alignment, Evidence] | None:
-    """Align print A with print B, in the order of their content, and gather the evidence.
+    """Align print A with print B, in the order of their content; None if nothing is paired.
 
-    Parameters
-    ----------
-    a, b : PreparedTemplate
-        Two prints. If their content is the same, neither can come first: only the identity is its
-        own inverse.
-    scorer : EvidenceScorer, optional
-        Scores alignments; see `fpmatch.matching.score.evidence_scorer`.
-
-    Returns
-    -------
-    tuple of Alignment and Evidence, or None
-        None where nothing is paired.
+    If their content is the same, neither can come first: only the identity is its own inverse.
     """
     if a.key == b.key:
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
@@ -176,16 +153,7 @@ def align(
 def similarities(
     probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Compare one print with many.
-
-    Parameters
-    ----------
-    probe : PreparedTemplate
-        One print.
-    references : PackedTemplates
-        Many, prepared with the same parameters.
-    first, last : int
-        Those from `first` up to, not including, `last` are compared.
+    """Compare one print with the references from number `first` up to, not including, `last`.
 
     Returns
     -------
@@ -210,20 +178,8 @@ def canonical_order(
 ) -> NDArray[np.int8]:
     """Return which of the probe and each reference comes first, in the order of their keys.
 
-    Parameters
-    ----------
-    probe : PreparedTemplate
-        One print.
-    references : PackedTemplates
-        Many.
-    first, last : int
-        Those from `first` up to, not including, `last`.
-
-    Returns
-    -------
-    ndarray of int8, shape (last - first,)
-        `REFERENCE_FIRST`, `PROBE_FIRST`, or `NEITHER_FIRST` where that takes the whole keys, which
-        begin with the first minutiae's x. Between prints of too few minutiae it has no meaning.
+    It is `REFERENCE_FIRST`, `PROBE_FIRST`, or `NEITHER_FIRST` where that takes the whole keys,
+    which begin with the first minutiae's x. Between prints of too few minutiae it has no meaning.
     """
     start = references.minutiae_start[first:last]
     size = np.diff(references.minutiae_start[first : last + 1])

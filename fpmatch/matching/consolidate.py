@@ -8,14 +8,12 @@ that agree with them: each impression in turn to where the others have its partn
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
-from fpmatch.matching.merge import MergeParameters, merge_templates, points_at_500_dpi
+from fpmatch.matching.merge import merge_templates, points_at_500_dpi
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -31,45 +29,15 @@ if TYPE_CHECKING:
     Poses = dict[int, Similarity]
 
 
-@dataclass(frozen=True, slots=True)
-class ConsolidationParameters:
-    """Set how impressions are put together.
-
-    Parameters
-    ----------
-    link_score : float
-        Score from which two impressions are linked.
-    link_pairs : int
-        Pairs of minutiae that a link needs.
-    link_residual_px : float
-        A link is not used for the fit where its pairs lie farther apart than this, rms, in the
-        poses along the tree; pixels at 500 dpi.
-    rounds : int
-        How often every impression is fitted to the others.
-    merge : MergeParameters
-        How they are merged.
-    """
-
-    link_score: float = 35.0
-    link_pairs: int = 4
-    link_residual_px: float = 15.0
-    rounds: int = 8
-    merge: MergeParameters = field(default_factory=MergeParameters)
+LINK_SCORE: Final = 35.0  # from which two impressions are linked
+LINK_PAIRS: Final = 4  # of minutiae that a link needs
+LINK_RESIDUAL_PX: Final = 15.0  # rms at 500 dpi along the tree, above which a link does not fit
+ROUNDS: Final = 8  # in which every impression is fitted to the others
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """Hold that two impressions match.
-
-    Parameters
-    ----------
-    a, b : int
-        The impressions, `a` less than `b`.
-    score : float
-        The score of their comparison.
-    pairs : ndarray of int32, shape (K, 2)
-        Their paired minutiae.
-    """
+    """Hold that impressions `a` and `b`, a < b, match, and their paired minutiae, shape (K, 2)."""
 
     a: int
     b: int
@@ -84,14 +52,9 @@ class Link:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Consolidated:
-    """Hold a template made of several impressions.
+    """Hold a template made of several impressions, at 500 dpi.
 
-    Parameters
-    ----------
-    template : Template
-        Their minutiae and ridge field together, at 500 dpi.
-    poses : mapping of int to Similarity
-        By impression, what maps its pixels to those of the template.
+    By impression, `poses` map its pixels to those of the template.
     """
 
     template: Template
@@ -102,30 +65,16 @@ def link_impressions(
     prepared: Sequence[Any],
     matcher: Matcher,
     calibration: Calibration,
-    parameters: ConsolidationParameters | None = None,
+    *,
+    least_score: float = LINK_SCORE,
+    least_pairs: int = LINK_PAIRS,
     among: Collection[int] | None = None,
 ) -> list[Link]:
     """Compare the impressions of a finger with each other, and link those that match.
 
-    Parameters
-    ----------
-    prepared : sequence
-        What the matcher's `prepare` returned of each impression.
-    matcher : Matcher
-        The matcher.
-    calibration : Calibration
-        Turns similarities into scores.
-    parameters : ConsolidationParameters, optional
-        What a link needs.
-    among : collection of int, optional
-        Only pairs of which one impression is among these are compared (default: all).
-
-    Returns
-    -------
-    list of Link
-        The links, by impressions.
+    `prepared` has what the matcher's `prepare` returned of each. If `among` is given, only pairs of
+    which one impression is among these are compared.
     """
-    p = parameters or ConsolidationParameters()
     links = []
     for a in range(len(prepared)):
         for b in range(a + 1, len(prepared)):
@@ -133,7 +82,7 @@ def link_impressions(
                 continue
             found = matcher.compare(prepared[a], prepared[b])
             score = calibration.score(found.similarity)
-            if score >= p.link_score and len(found.pairs) >= p.link_pairs:
+            if score >= least_score and len(found.pairs) >= least_pairs:
                 links.append(Link(a, b, score, found.pairs))
     return links
 
@@ -147,47 +96,30 @@ def linked_groups(count: int, links: Sequence[Link]) -> list[list[int]]:
     >>> linked_groups(4, [Link(1, 3, 50.0, pairs), Link(2, 3, 40.0, pairs)])
     [[1, 2, 3], [0]]
     """
+    # Imported where it is used, as in `merge`: commands that compare no fingers start sooner.
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
     _, label = connected_components(_graph(count, links), directed=False)
     groups = [np.flatnonzero(label == k).tolist() for k in range(int(label.max(initial=-1)) + 1)]
     return sorted(groups, key=lambda group: (-len(group), group[0]))
 
 
-def consolidate(
-    templates: Sequence[Template],
-    links: Sequence[Link],
-    parameters: ConsolidationParameters | None = None,
-) -> list[Consolidated]:
-    """Put linked impressions together.
-
-    Parameters
-    ----------
-    templates : sequence of Template
-        The impressions, of any resolutions.
-    links : sequence of Link
-        From `link_impressions`.
-    parameters : ConsolidationParameters, optional
-        Thresholds and rounds.
-
-    Returns
-    -------
-    list of Consolidated
-        One for each group of at least two linked impressions, the largest first.
-    """
-    p = parameters or ConsolidationParameters()
+def consolidate(templates: Sequence[Template], links: Sequence[Link]) -> list[Consolidated]:
+    """Put linked impressions, of any resolutions, together: each group of two at least."""
     points = [points_at_500_dpi(template) for template in templates]
     found = []
     for group in linked_groups(len(templates), links):
         if len(group) > 1:
-            poses = _fitted(_tree_poses(group, points, links), points, links, p)
-            template, moved = merge_templates(
-                [templates[k] for k in poses], poses.values(), p.merge
-            )
+            poses = _fitted(_tree_poses(group, points, links), points, links)
+            template, moved = merge_templates([templates[k] for k in poses], poses.values())
             found.append(Consolidated(template, dict(zip(poses, moved, strict=True))))
     return found
 
 
 def _graph(count: int, links: Sequence[Link]) -> Any:
     """Return the links as a sparse graph, the shorter the stronger."""
+    from scipy.sparse import coo_array  # noqa: PLC0415
+
     lengths = np.array([1.0 / link.score for link in links])
     a = np.array([link.a for link in links], np.int32)
     b = np.array([link.b for link in links], np.int32)
@@ -196,6 +128,8 @@ def _graph(count: int, links: Sequence[Link]) -> Any:
 
 def _tree_poses(group: Sequence[int], points: Sequence[Points], links: Sequence[Link]) -> Poses:
     """Return poses along the tree of the strongest links, from where most of them meet."""
+    from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree  # noqa: PLC0415
+
     by_ends = {(link.a, link.b): link for link in links}
     strength = np.zeros(len(points))
     for link in links:
@@ -212,17 +146,15 @@ def _tree_poses(group: Sequence[int], points: Sequence[Points], links: Sequence[
     return poses
 
 
-def _fitted(
-    poses: Poses, points: Sequence[Points], links: Sequence[Link], p: ConsolidationParameters
-) -> Poses:
+def _fitted(poses: Poses, points: Sequence[Points], links: Sequence[Link]) -> Poses:
     """Return the poses fitted to all pairs of the links that agree with them; the first stays."""
     seen: dict[int, list[tuple[NDArray[np.int32], int, NDArray[np.int32]]]] = {k: [] for k in poses}
     for link in links:
-        if link.a in poses and _residual(link, points, poses) <= p.link_residual_px:
+        if link.a in poses and _residual(link, points, poses) <= LINK_RESIDUAL_PX:
             for end in (link.a, link.b):
                 seen[end].append(link.from_side(end))
     fitted = dict(poses)
-    for _ in range(p.rounds):
+    for _ in range(ROUNDS):
         for k in list(poses)[1:]:
             if seen[k]:
                 mine = np.concatenate([points[k][which] for which, _, _ in seen[k]])

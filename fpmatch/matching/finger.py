@@ -38,37 +38,22 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
-MOST_IMPRESSIONS: Final = 64
-"""The most impressions of a finger that a probe is compared with."""
-
-CONSOLIDATED_SHARE: Final = 0.5
-"""Weight of a consolidated template of all impressions; the impressions have the rest."""
+MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with
+CONSOLIDATED_SHARE: Final = 0.5  # weight of a consolidated template of all impressions
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerComparison:
     """Hold what the comparison of a probe with a finger yields.
 
-    Parameters
-    ----------
-    score : float
-        The score of the finger, ``-10·log10`` of the rate at which other fingers with as many
-        impressions reach it.
-    scores : ndarray of float64, shape (N,)
-        The scores of its impressions, each by itself.
-    consolidated : ndarray of float64, shape (M,)
-        The scores of the consolidated templates, each by itself.
-    best : int
-        The most similar impression; of equals, the first.
-    comparison : Comparison
-        The comparison with that impression.
+    The score is ``-10·log10`` of the rate at which other fingers of as many impressions reach it.
     """
 
     score: float
-    scores: NDArray[np.float64]
-    consolidated: NDArray[np.float64]
-    best: int
-    comparison: Comparison
+    scores: NDArray[np.float64]  # of the impressions, each by itself, shape (N,)
+    consolidated: NDArray[np.float64]  # of the consolidated templates, each by itself, shape (M,)
+    best: int  # the most similar impression; of equals, the first
+    comparison: Comparison  # with that impression
 
     @property
     def fmr(self) -> float:
@@ -78,27 +63,14 @@ class FingerComparison:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Finger:
-    """Hold the impressions of one finger, prepared for a matcher.
+    """Hold the impressions of a finger and its consolidated templates, prepared by a matcher.
 
-    Parameters
-    ----------
-    matcher : Matcher
-        The matcher.
-    calibration : Calibration
-        Turns its similarities into scores.
-    chosen : tuple of int
-        Which of the impressions given are compared with; see `choose_impressions`.
-    impressions : tuple
-        What the matcher's `prepare` returned of each of these.
-    consolidated : tuple
-        The same of the consolidated templates.
-    weights : ndarray of float64
-        Weight of each impression, then of each consolidated template, in the mean; 1 in sum.
+    The weights in the mean, 1 in sum, are those of the impressions, then of the consolidated.
     """
 
     matcher: Matcher
     calibration: Calibration
-    chosen: tuple[int, ...]
+    chosen: tuple[int, ...]  # which of the impressions given; see `choose_impressions`
     impressions: tuple[Any, ...]
     consolidated: tuple[Any, ...]
     weights: NDArray[np.float64]
@@ -112,18 +84,7 @@ class Finger:
         *,
         most: int = MOST_IMPRESSIONS,
     ) -> Finger:
-        """Prepare the impressions of a finger and their consolidated templates.
-
-        Parameters
-        ----------
-        templates : sequence of Template
-            The impressions, at least one, of any resolutions.
-        matcher : Matcher
-            The matcher.
-        calibration : Calibration
-            Turns its similarities into scores.
-        most : int
-            Of more impressions, so many are compared with.
+        """Prepare impressions of any resolutions, of more than `most` the chosen ones.
 
         Raises
         ------
@@ -159,23 +120,11 @@ class Finger:
 
 
 def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
-    """Choose the impressions of a finger that a probe is compared with, where there are many.
+    """Return the indices, ascending, of at most so many impressions to compare a probe with.
 
     Impressions of one session often overlap. So the impressions are divided, in the order in
-    which they are given, into as many runs as there is room for, and of each run the one is taken
+    which they are given, into `most` runs, and of each run the one is taken
     whose minutiae have the greatest quality in sum; of equals, the first.
-
-    Parameters
-    ----------
-    templates : sequence of Template
-        The impressions.
-    most : int
-        How many are chosen, at most.
-
-    Returns
-    -------
-    list of int
-        Their indices, ascending; all where there are no more than `most`.
 
     Examples
     --------
@@ -195,23 +144,13 @@ def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIO
 class FingerVerification:
     """Hold the decision on a probe and a finger.
 
-    Parameters
-    ----------
-    verification : Verification
-        Decision, score and FMR of the finger; transform, pairs and reference are those of its most
-        similar impression.
-    scores : ndarray of float64, shape (N,)
-        The scores of the impressions compared with, each by itself.
-    compared : tuple of int
-        Which of the impressions given these are.
-    best : int
-        The most similar of the impressions given.
+    Transform, pairs and reference of the verification are those of the most similar impression.
     """
 
     verification: Verification
-    scores: NDArray[np.float64]
-    compared: tuple[int, ...]
-    best: int
+    scores: NDArray[np.float64]  # of the impressions compared with, each by itself, shape (N,)
+    compared: tuple[int, ...]  # which of the impressions given these are
+    best: int  # the most similar of the impressions given
 
     @property
     def best_score(self) -> float:
@@ -227,25 +166,9 @@ def verify_finger(
     threshold: float = DEFAULT_THRESHOLD,
     calibration: Calibration | None = None,
 ) -> FingerVerification:
-    """Decide whether a probe comes from the finger that some impressions show.
+    """Decide whether a probe comes from the finger that impressions of any resolutions show.
 
-    Parameters
-    ----------
-    probe : Template
-        The probe.
-    references : sequence of Template
-        The impressions of the finger, at least one; of any resolutions.
-    matcher : str or Matcher
-        The matcher, or its name.
-    threshold : float
-        Score from which on the answer is yes.
-    calibration : Calibration, optional
-        Turns similarities into scores (default: as measured by the package).
-
-    Returns
-    -------
-    FingerVerification
-        Decision, score and evidence.
+    Matcher, threshold and calibration are those of `fpmatch.verify`.
 
     Raises
     ------
@@ -285,17 +208,8 @@ def verify_finger(
 def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
     """Return the score of a finger from those of all its impressions, at least one.
 
-    Parameters
-    ----------
-    scores : array_like of float, shape (N,)
-        Scores of single comparisons, 0 to 100.
-    weights : array_like of float, shape (N,), optional
-        Weight of each, 1 in sum, chosen before the comparison (default: equal).
-
-    Returns
-    -------
-    float
-        ``-10·log10`` of the harmonic mean of their false match rates.
+    It is ``-10·log10`` of the weighted harmonic mean of their false match rates; the weights, 1 in
+    sum, are chosen before the comparison (default: equal).
 
     Examples
     --------
@@ -316,23 +230,12 @@ def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
 def fused_scores(
     scores: NDArray[np.float64], finger: NDArray[np.intp], impressions: Sequence[int] | ArrayLike
 ) -> NDArray[np.float64]:
-    """Return the scores of fingers from those of their impressions.
+    """Return the scores of fingers from those of their impressions, as `fused_score` does.
 
-    Parameters
-    ----------
-    scores : ndarray of float64, shape (K,)
-        Scores of single impressions, 0 to 100.
-    finger : ndarray of intp, shape (K,)
-        The finger of each, from 0 on.
-    impressions : array_like of int, shape (F,)
-        How many impressions each finger has. Those without a score, because the probe was not
-        compared with them, count as if they scored 0.
-
-    Returns
-    -------
-    ndarray of float64, shape (F,)
-        ``-10·log10`` of the harmonic mean of the false match rates of each finger's impressions.
-        It is at most the best score, and at least that less ``10·log10(n)`` for n impressions.
+    ``scores[k]`` is that of an impression of number ``finger[k]``; ``impressions[f]`` is how many
+    finger f has. Those without a score, because the probe was not compared with them, count as if
+    they scored 0. A finger of n impressions has at most the best score, and at least that less
+    ``10·log10(n)``.
 
     Examples
     --------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,26 +16,16 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.neighbourhood import Neighbourhoods
 
+CELL_PX: Final = 20.0  # side of the cells in which neighbours are looked up
+HALF: Final = 7  # such cells from the middle to each border; both set the time it takes, no more
+
 
 @dataclass(frozen=True, slots=True)
 class LocalParameters:
-    """Set the local match.
+    """Set the local match."""
 
-    Parameters
-    ----------
-    max_turn_deg : float
-        Largest difference in relative direction between a neighbour and its counterpart.
-    fewest_neighbours : int
-        Neighbourhoods of fewer count as this large, so that few do not agree easily.
-    cell_px, cells_reach_px : float
-        Side of the cells in which neighbours are looked up, and how far from a minutia they reach.
-        They set the time that it takes, and nothing else.
-    """
-
-    max_turn_deg: float = 30.0
-    fewest_neighbours: int = 4
-    cell_px: float = 20.0
-    cells_reach_px: float = 128.0
+    max_turn_deg: float = 30.0  # between the relative directions of a neighbour and its counterpart
+    fewest_neighbours: int = 4  # fewer count as this many, so that few do not agree easily
 
     @property
     def min_cosine(self) -> float:
@@ -46,14 +36,7 @@ class LocalParameters:
 def local_similarity(
     a: Neighbourhoods, b: Neighbourhoods, parameters: LocalParameters | None = None
 ) -> NDArray[np.float32]:
-    """Compare every neighbourhood of A with every neighbourhood of B.
-
-    Parameters
-    ----------
-    a, b : Neighbourhoods
-        Of N and M minutiae.
-    parameters : LocalParameters, optional
-        Tolerances.
+    """Compare every neighbourhood of A, N of them, with every neighbourhood of B, M of them.
 
     Returns
     -------
@@ -62,8 +45,7 @@ def local_similarity(
     """
     p = parameters or LocalParameters()
     similarity = np.empty((len(a.count), len(b.count)), np.float32)
-    index = index_neighbours(a, p)
-    index.to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, similarity)
+    index_neighbours(a, p).to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, similarity)
     kernel.normalize_by_size(
         similarity, a.count, len(a.count), b.count, len(b.count), p.fewest_neighbours
     )
@@ -75,23 +57,11 @@ def index_neighbours(
 ) -> kernel.NeighbourIndex:
     """Sort the neighbours of one print's minutiae so that similar ones are found at once.
 
-    Parameters
-    ----------
-    neighbourhoods : Neighbourhoods
-        Of the print that is compared with others, which have the usual tolerances.
-    parameters : LocalParameters, optional
-        Tolerances, and the size of the cells.
-
-    Returns
-    -------
-    NeighbourIndex
-        The kernel's; what it finds does not depend on its cells.
+    The prints that it is compared with have the usual tolerances.
     """
-    p = parameters or LocalParameters()
+    turn = math.radians((parameters or LocalParameters()).max_turn_deg)
     slack = 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
-    half = math.ceil(p.cells_reach_px / p.cell_px)
-    n = neighbourhoods
-    index: kernel.NeighbourIndex = kernel.NeighbourIndex(
-        n.count, n.frame, p.cell_px, half, math.radians(p.max_turn_deg), slack, n.frame.shape[2]
-    )
+    of = neighbourhoods.count, neighbourhoods.frame
+    index: kernel.NeighbourIndex
+    index = kernel.NeighbourIndex(*of, CELL_PX, HALF, turn, slack, of[1].shape[2])
     return index

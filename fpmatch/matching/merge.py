@@ -8,13 +8,10 @@ from the border.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
 from fpmatch.minutiae import CELL_BITS, STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
@@ -26,34 +23,14 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-_APART: Final = 1e6  # cost of minutiae that are not the same
-
-
-@dataclass(frozen=True, slots=True)
-class MergeParameters:
-    """Set how aligned impressions become one template; lengths in pixels at 500 dpi.
-
-    Parameters
-    ----------
-    same_px, same_deg : float
-        Minutiae of different impressions that are no farther apart, and point no more apart, are
-        the same.
-    margin_px : float
-        How far inside an impression a place must lie to be covered by it.
-    least_share : float
-        Minutiae that a smaller share of the impressions that cover them show are left out.
-    doubt : float
-        Share of the lack of quality of a minutia that remains when one more impression shows it.
-    step_px : float
-        Side of the cells of the ridge field.
-    """
-
-    same_px: float = 10.0
-    same_deg: float = 30.0
-    margin_px: float = 12.0
-    least_share: float = 0.4
-    doubt: float = 0.7
-    step_px: float = 16.0
+# lengths in pixels at 500 dpi
+SAME_PX: Final = 10.0  # minutiae of two impressions no farther apart are the same,
+SAME_DEG: Final = 30.0  # where their directions differ by no more
+MARGIN_PX: Final = 12.0  # inside an impression a place must lie to be covered by it
+LEAST_SHARE: Final = 0.4  # of the impressions that cover a minutia: fewer, and it is left out
+DOUBT: Final = 0.7  # share of a minutia's lack of quality that one more impression leaves
+STEP_PX: Final = 16.0  # side of the cells of the ridge field
+APART: Final = 1e6  # cost of minutiae that are not the same
 
 
 def points_at_500_dpi(template: Template) -> Floats:
@@ -62,20 +39,11 @@ def points_at_500_dpi(template: Template) -> Floats:
 
 
 def merge_templates(
-    templates: Sequence[Template],
-    poses: Iterable[Similarity],
-    parameters: MergeParameters | None = None,
+    templates: Sequence[Template], poses: Iterable[Similarity]
 ) -> tuple[Template, list[Similarity]]:
-    """Make one template of aligned impressions.
+    """Make one template of aligned impressions, at least one.
 
-    Parameters
-    ----------
-    templates : sequence of Template
-        The impressions, at least one.
-    poses : iterable of Similarity
-        What maps each, at 500 dpi, to a common frame; without change of scale.
-    parameters : MergeParameters, optional
-        How.
+    The `poses` map each, at 500 dpi, to a common frame, without change of scale.
 
     Returns
     -------
@@ -91,18 +59,17 @@ def merge_templates(
     >>> merged.minutiae.x.tolist(), merged.minutiae.quality.tolist()
     ([11.0, 61.0], [65, 65])
     """
-    p = parameters or MergeParameters()
     placed = list(zip(templates, poses, strict=True))
     corners = np.concatenate([_corners(template, pose) for template, pose in placed])
-    low = np.floor(corners.min(axis=0) / p.step_px) * p.step_px
-    columns, rows = np.ceil((corners.max(axis=0) - low) / p.step_px).astype(int).tolist()
+    low = np.floor(corners.min(axis=0) / STEP_PX) * STEP_PX
+    columns, rows = np.ceil((corners.max(axis=0) - low) / STEP_PX).astype(int).tolist()
     to_frame = Similarity(tx=-float(low[0]), ty=-float(low[1]))
     placed = [(template, to_frame.after(pose)) for template, pose in placed]
     field = None
     if all(template.field is not None for template in templates):
-        field = _merged_field(placed, (max(rows, 1), max(columns, 1)), p.step_px)
-    size = [max(1, round(count * p.step_px)) for count in (columns, rows)]
-    merged = Template(_merged_minutiae(placed, p), size[0], size[1], STANDARD_DPI, field)
+        field = _merged_field(placed, (max(rows, 1), max(columns, 1)))
+    width, height = (max(1, round(count * STEP_PX)) for count in (columns, rows))
+    merged = Template(_merged_minutiae(placed), width, height, STANDARD_DPI, field)
     return merged, [pose.after(Similarity(STANDARD_DPI / t.dpi)) for t, pose in placed]
 
 
@@ -112,7 +79,7 @@ def _corners(template: Template, pose: Similarity) -> Floats:
     return pose.apply([[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]])
 
 
-def _merged_minutiae(placed: Sequence[tuple[Template, Similarity]], p: MergeParameters) -> Minutiae:
+def _merged_minutiae(placed: Sequence[tuple[Template, Similarity]]) -> Minutiae:
     """Return the minutiae of all impressions, those of one place and direction as one.
 
     The columns of a sum over the minutiae that are one: x, y, cosine and sine, how many of each
@@ -122,16 +89,16 @@ def _merged_minutiae(placed: Sequence[tuple[Template, Similarity]], p: MergePara
     sums = np.empty((0, 4 + kinds + 2))
     for template, pose in placed:
         new = _columns(template, pose)
-        row, column = _same(new, sums, p)
+        row, column = _same(new, sums)
         sums[column] += new[row]
         sums = np.concatenate([sums, np.delete(new, row, axis=0)])
     seen = sums[:, -1]
     xy, direction = sums[:, :2] / seen[:, None], sums[:, 2:4]
-    covered = np.sum([_covers(*one, xy, p.margin_px) for one in placed], axis=0)
+    covered = np.sum([_covers(*one, xy) for one in placed], axis=0)
     share = seen / np.maximum(covered, seen)
     mean = sums[:, -2] / seen
-    quality = mean * np.sqrt(share) + (100.0 - mean) * (1.0 - p.doubt ** (seen - 1)) * share
-    kept = share >= p.least_share
+    quality = mean * np.sqrt(share) + (100.0 - mean) * (1.0 - DOUBT ** (seen - 1)) * share
+    kept = share >= LEAST_SHARE
     return Minutiae(
         x=xy[kept, 0],
         y=xy[kept, 1],
@@ -152,29 +119,28 @@ def _columns(template: Template, pose: Similarity) -> Floats:
     )
 
 
-def _same(
-    new: Floats, sums: Floats, p: MergeParameters
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _same(new: Floats, sums: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return which of the new minutiae are which of those that are there, one to one."""
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
+    from scipy.spatial.distance import cdist  # noqa: PLC0415
+
     apart = cdist(new[:, :2], sums[:, :2] / sums[:, -1:])
     length = np.maximum(np.hypot(sums[:, 2], sums[:, 3]), 1e-9)
     agreement = (new[:, 2:4] @ sums[:, 2:4].T) / length
-    apart[(apart > p.same_px) | (agreement < np.cos(np.deg2rad(p.same_deg)))] = _APART
+    apart[(apart > SAME_PX) | (agreement < np.cos(np.deg2rad(SAME_DEG)))] = APART
     row, column = linear_sum_assignment(apart)
-    same = apart[row, column] < _APART
+    same = apart[row, column] < APART
     return row[same], column[same]
 
 
-def _covers(
-    template: Template, pose: Similarity, xy: Floats, margin_px: float
-) -> NDArray[np.bool_]:
+def _covers(template: Template, pose: Similarity, xy: Floats) -> NDArray[np.bool_]:
     """Return which places of the frame lie inside an impression."""
     depth, bit = _depth(template)
     inside = np.zeros(len(xy), bool)
     if len(xy):
         column, row = np.floor(pose.inverse().apply(xy) / bit).astype(int).T
         there = (row >= 0) & (column >= 0) & (row < depth.shape[0]) & (column < depth.shape[1])
-        inside[there] = depth[row[there], column[there]] > margin_px
+        inside[there] = depth[row[there], column[there]] > MARGIN_PX
     return inside
 
 
@@ -189,7 +155,7 @@ def _depth(template: Template) -> tuple[NDArray[np.float32], float]:
         cell = np.ones((CELL_BITS, CELL_BITS), np.uint8)
         mask = np.kron(template.field.mask.astype(np.uint8), cell)
     else:
-        bit = MergeParameters().step_px / CELL_BITS
+        bit = STEP_PX / CELL_BITS
         places = np.floor(points_at_500_dpi(template) / bit).astype(np.int32)
         places = places[(places >= 0).all(axis=1)]
         mask = np.zeros((*(places.max(axis=0, initial=0)[::-1] + 1),), np.uint8)
@@ -200,7 +166,7 @@ def _depth(template: Template) -> tuple[NDArray[np.float32], float]:
 
 
 def _merged_field(
-    placed: Sequence[tuple[Template, Similarity]], shape: tuple[int, int], step_px: float
+    placed: Sequence[tuple[Template, Similarity]], shape: tuple[int, int]
 ) -> RidgeField:
     """Return cells that each show the impression in which they lie farthest from the border."""
     deepest = np.zeros(shape, np.float32)
@@ -212,7 +178,7 @@ def _merged_field(
         cell = np.ones((CELL_BITS, CELL_BITS), np.float32)
         planes = (depth, np.kron(template.field.orientation, cell), template.field.bits)
         there, flow, bits = (
-            _cells(_warped(plane.astype(np.float32), pose, bit, shape, step_px, how))
+            _cells(_warped(plane.astype(np.float32), pose, bit, shape, how))
             for plane, how in zip(
                 planes, (cv2.INTER_LINEAR, cv2.INTER_NEAREST, cv2.INTER_LINEAR), strict=True
             )
@@ -229,19 +195,14 @@ def _merged_field(
     packed = np.packbits(picture.reshape(*shape, -1), axis=2, bitorder="little")
     ridges = packed.view("<u8")[..., 0] if known else None
     orientation[orientation >= np.float32(np.pi)] = 0.0
-    return RidgeField(step_px, orientation, deepest > 0, ridges)
+    return RidgeField(STEP_PX, orientation, deepest > 0, ridges)
 
 
 def _warped(
-    plane: NDArray[np.float32],
-    pose: Similarity,
-    bit: float,
-    shape: tuple[int, int],
-    step_px: float,
-    how: int,
+    plane: NDArray[np.float32], pose: Similarity, bit: float, shape: tuple[int, int], how: int
 ) -> NDArray[np.float32]:
     """Return a plane of an impression, a value a bit, as it lies in the frame, a value a bit."""
-    side = step_px / CELL_BITS
+    side = STEP_PX / CELL_BITS
     back = pose.inverse().matrix
     matrix = np.empty((2, 3))
     matrix[:, :2] = back[:, :2] * (side / bit)

@@ -30,21 +30,14 @@ if TYPE_CHECKING:
 class NeighbourhoodParameters:
     """Set the neighbourhoods; lengths in pixels at 500 dpi.
 
-    Parameters
-    ----------
-    size : int
-        Neighbours kept of each minutia, nearest first, from its first and second ring.
-    tolerance_px, tolerance_per_px : float
-        How far a neighbour may lie from its counterpart: so much, and so much more a pixel of its
-        own distance.
-    second_ring_weight : float
-        Weight of a neighbour beyond the one-ring, and the least of one in it, against a mean of 1.
+    A neighbour may lie `tolerance_px`, and `tolerance_per_px` of its own distance, from its
+    counterpart.
     """
 
-    size: int = 12
+    size: int = 12  # neighbours of a minutia, nearest first, from its first and second ring
     tolerance_px: float = 9.0
     tolerance_per_px: float = 0.08
-    second_ring_weight: float = 0.5
+    second_ring_weight: float = 0.5  # beyond the one-ring, the least in it; the mean is 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,20 +84,7 @@ class AnchoredRings:
 def neighbourhoods(
     points: NDArray[np.float64], parameters: NeighbourhoodParameters | None = None
 ) -> Neighbourhoods:
-    """Describe the neighbourhood of every minutia.
-
-    Parameters
-    ----------
-    points : ndarray of float64, shape (4, N)
-        x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
-    parameters : NeighbourhoodParameters, optional
-        Size and tolerances.
-
-    Returns
-    -------
-    Neighbourhoods
-        One for each minutia.
-    """
+    """Describe the neighbourhood of every minutia; `points` are as `PreparedTemplate` has them."""
     p = parameters or NeighbourhoodParameters()
     n = points.shape[1]
     mesh = triangulate(points[:2].T)
@@ -129,24 +109,7 @@ def neighbourhoods(
 
 
 def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> AnchoredRings:
-    """Map the one-ring of every minutia to the unit circle, anchored by the direction.
-
-    Parameters
-    ----------
-    points : ndarray of float64, shape (4, N)
-        As for `neighbourhoods`.
-    mesh : Triangulation
-        Of these points.
-
-    Returns
-    -------
-    AnchoredRings
-        Those that are closed.
-
-    References
-    ----------
-    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization", Sec. 3.
-    """
+    """Map the closed one-rings of a mesh to the unit circle, anchored by the direction (Sec. 3)."""
     closed = mesh.interior
     length = np.diff(mesh.ring_start)
     ring = mesh.ring[np.repeat(closed, length)]

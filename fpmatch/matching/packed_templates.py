@@ -8,7 +8,7 @@ or the matcher change.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -40,6 +40,18 @@ FORMAT: Final = b"fpmatch prepared prints 4\n"
 ALIGNMENT: Final = 64  # bytes
 MAX_MINUTIAE: Final = 256  # that a byte can number
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
+_SIZE: Final = NeighbourhoodParameters().size
+
+
+START: Final = "start"  # of what the entries of an array are
+MINUTIA: Final = "minutiae_start"
+CELL: Final = "cell_start"
+PRINT: Final = "print"
+
+
+def _of(what: str, dtype: str, *shape: int) -> dict[str, Any]:
+    """Return of what the entries of an array are, its type, and the shape of an entry."""
+    return {"of": what, "dtype": dtype, "shape": shape}
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,26 +90,26 @@ class PackedTemplates:
         Numbers of cells inside the print areas.
     """
 
-    minutiae_start: NDArray[np.int64]
-    cell_start: NDArray[np.int64]
-    xy: NDArray[np.float32]
-    direction: NDArray[np.float32]
-    quality: NDArray[np.uint8]
-    index: NDArray[np.int32]
-    count: NDArray[np.uint8]
-    neighbour: NDArray[np.uint8]
-    root_weight: NDArray[np.uint8]
-    direction_bin: NDArray[np.uint8]
-    neighbour_bits: NDArray[np.uint16]
-    orientation_bins: NDArray[np.uint8]
-    cell: NDArray[np.uint8]
-    ridges: NDArray[np.uint64]
-    shape: NDArray[np.int32]
-    step: NDArray[np.float64]
-    to_500dpi: NDArray[np.float64]
-    has_flow: NDArray[np.uint8]
-    has_ridges: NDArray[np.uint8]
-    inside: NDArray[np.int32]
+    minutiae_start: NDArray[np.int64] = field(metadata=_of(START, "<i8"))
+    cell_start: NDArray[np.int64] = field(metadata=_of(START, "<i8"))
+    xy: NDArray[np.float32] = field(metadata=_of(MINUTIA, "<f4", 2))
+    direction: NDArray[np.float32] = field(metadata=_of(MINUTIA, "<f4", 2))
+    quality: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1"))
+    index: NDArray[np.int32] = field(metadata=_of(MINUTIA, "<i4"))
+    count: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1"))
+    neighbour: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1", _SIZE))
+    root_weight: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1", _SIZE))
+    direction_bin: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1"))
+    neighbour_bits: NDArray[np.uint16] = field(metadata=_of(MINUTIA, "<u2", NEIGHBOUR_WORDS))
+    orientation_bins: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1", ORIENTATION_WORDS))
+    cell: NDArray[np.uint8] = field(metadata=_of(CELL, "|u1"))
+    ridges: NDArray[np.uint64] = field(metadata=_of(CELL, "<u8"))
+    shape: NDArray[np.int32] = field(metadata=_of(PRINT, "<i4", 4))
+    step: NDArray[np.float64] = field(metadata=_of(PRINT, "<f8"))
+    to_500dpi: NDArray[np.float64] = field(metadata=_of(PRINT, "<f8"))
+    has_flow: NDArray[np.uint8] = field(metadata=_of(PRINT, "|u1"))
+    has_ridges: NDArray[np.uint8] = field(metadata=_of(PRINT, "|u1"))
+    inside: NDArray[np.int32] = field(metadata=_of(PRINT, "<i4"))
 
     @classmethod
     def pack(cls, prints: Iterable[PreparedTemplate]) -> PackedTemplates:
@@ -121,8 +133,9 @@ class PackedTemplates:
     def concatenate(cls, parts: Sequence[PackedTemplates]) -> PackedTemplates:
         """Return the prints of all `parts`, one after the other."""
         columns: dict[str, Any] = {}
-        for name in (f.name for f in fields(cls)):
-            arrays = [getattr(part, name) for part in parts] or [getattr(_nothing(), name)]
+        for name, column in _COLUMNS.items():
+            nothing = np.zeros((int(name in _STARTS), *column["shape"]), column["dtype"])
+            arrays = [getattr(part, name) for part in parts] or [nothing]
             if name in _STARTS:
                 ends = np.cumsum([0, *(int(array[-1]) for array in arrays)])
                 moved = [a[:-1] + end for a, end in zip(arrays, ends, strict=False)]
@@ -137,7 +150,7 @@ class PackedTemplates:
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        return sum(getattr(self, f.name).nbytes for f in fields(self))
+        return sum(getattr(self, name).nbytes for name in _COLUMNS)
 
     @cached_property
     def most_minutiae(self) -> int:
@@ -190,57 +203,40 @@ class PackedTemplates:
 
     def take(self, which: NDArray[np.integer]) -> PackedTemplates:
         """Return a copy of the prints with the numbers `which`, shape (K,), in this order."""
-        columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _OF_PRINTS}
-        for starts, names in _OWNED.items():
+        entries: dict[str, NDArray[np.integer]] = {PRINT: which}
+        columns: dict[str, Any] = {}
+        for starts in _STARTS:
             begin = getattr(self, starts)[which]
             length = getattr(self, starts)[which + 1] - begin
             columns[starts] = np.concatenate([[0], np.cumsum(length)])
-            entry = np.repeat(begin - columns[starts][:-1], length) + np.arange(length.sum())
-            columns |= {name: getattr(self, name)[entry] for name in names}
+            entries[starts] = np.repeat(begin - columns[starts][:-1], length)
+            entries[starts] += np.arange(length.sum())
+        columns |= {
+            name: getattr(self, name)[entries[column["of"]]]
+            for name, column in _COLUMNS.items()
+            if name not in _STARTS
+        }
         return PackedTemplates(**columns)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the prints to a file that appears whole or not at all.
-
-        Parameters
-        ----------
-        path : path-like
-            The file to write or replace.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written.
-        """
+        """Write the prints to a file that appears whole or not at all, else raise OutputError."""
         entries, at = {}, 0
-        for name, dtype in _DTYPES.items():
+        for name, column in _COLUMNS.items():
             array = getattr(self, name)
-            entries[name] = {"dtype": dtype, "shape": array.shape, "at": at}
+            entries[name] = {"dtype": column["dtype"], "shape": array.shape, "at": at}
             at += -(-array.nbytes // ALIGNMENT) * ALIGNMENT
         header = json.dumps({"prepared": _how_prepared(), "bytes": at, "arrays": entries}).encode()
         room = -(len(FORMAT) + len(header) + 1) % ALIGNMENT
         with atomic_write(path) as stream:
             stream.write(FORMAT + header + b" " * room + b"\n")
-            for name, dtype in _DTYPES.items():
-                array = np.ascontiguousarray(getattr(self, name), dtype)
+            for name, column in _COLUMNS.items():
+                array = np.ascontiguousarray(getattr(self, name), column["dtype"])
                 stream.write(array.data if array.size else b"")
                 stream.write(bytes(-array.nbytes % ALIGNMENT))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, mmap: bool = True) -> PackedTemplates:
-        """Read what `save` wrote.
-
-        Parameters
-        ----------
-        path : path-like
-            The file.
-        mmap : bool
-            Whether the arrays stay in the file and are read where they are used (default).
-
-        Returns
-        -------
-        PackedTemplates
-            The prints.
+        """Read what `save` wrote; with `mmap` the arrays stay in the file until they are used.
 
         Raises
         ------
@@ -290,49 +286,8 @@ class PackedTemplates:
         return all(bool(check.all()) for check in checks)
 
 
-_STARTS: Final = ("minutiae_start", "cell_start")
-_OWNED: Final = {
-    "minutiae_start": (
-        *("xy", "direction", "quality", "index", "count", "neighbour", "root_weight"),
-        *("direction_bin", "neighbour_bits", "orientation_bins"),
-    ),
-    "cell_start": ("cell", "ridges"),
-}
-_OF_PRINTS: Final = ("shape", "step", "to_500dpi", "has_flow", "has_ridges", "inside")
-_SIZE: Final = NeighbourhoodParameters().size
-_SHAPES: Final = {
-    "minutiae_start": ("<i8", ()),
-    "cell_start": ("<i8", ()),
-    "xy": ("<f4", (2,)),
-    "direction": ("<f4", (2,)),
-    "quality": ("|u1", ()),
-    "index": ("<i4", ()),
-    "count": ("|u1", ()),
-    "neighbour": ("|u1", (_SIZE,)),
-    "root_weight": ("|u1", (_SIZE,)),
-    "direction_bin": ("|u1", ()),
-    "neighbour_bits": ("<u2", (NEIGHBOUR_WORDS,)),
-    "orientation_bins": ("|u1", (ORIENTATION_WORDS,)),
-    "cell": ("|u1", ()),
-    "ridges": ("<u8", ()),
-    "shape": ("<i4", (4,)),
-    "step": ("<f8", ()),
-    "to_500dpi": ("<f8", ()),
-    "has_flow": ("|u1", ()),
-    "has_ridges": ("|u1", ()),
-    "inside": ("<i4", ()),
-}
-_DTYPES: Final = {name: dtype for name, (dtype, _) in _SHAPES.items()}
-
-
-def _nothing() -> PackedTemplates:
-    """Return no prints."""
-    return PackedTemplates(
-        **{
-            name: np.zeros((int(name in _STARTS), *shape), dtype)
-            for name, (dtype, shape) in _SHAPES.items()
-        }
-    )
+_COLUMNS: Final = {f.name: f.metadata for f in fields(PackedTemplates)}
+_STARTS: Final = (MINUTIA, CELL)
 
 
 def _packed(print_: PreparedTemplate) -> PackedTemplates:
@@ -363,9 +318,8 @@ def _packed(print_: PreparedTemplate) -> PackedTemplates:
         "has_ridges": [region.ridges is not None],
         "inside": [region.inside],
     }
-    return PackedTemplates(
-        **{name: np.ascontiguousarray(columns[name], dtype) for name, dtype in _DTYPES.items()}
-    )
+    arrays = {k: np.ascontiguousarray(columns[k], c["dtype"]) for k, c in _COLUMNS.items()}
+    return PackedTemplates(**arrays)
 
 
 def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:

@@ -26,23 +26,13 @@ MAX_QUALITY: Final = 100.0
 class PreparationParameters:
     """Set what is prepared; lengths in pixels at 500 dpi.
 
-    Parameters
-    ----------
-    max_minutiae : int
-        Minutiae that take part, at most; of more, those of best quality.
-    hull_step_px : float
-        Side of the cells of the region that stands for the print where a template has no field.
-    max_hull_cells : int
-        Cells along a side of that region; where the minutiae reach farther, its cells are larger.
-    usual_quality : float
-        Quality, 0 to 1, taken for all minutiae of a template that gives none: those of its
-        minutiae are all 100, or all 0.
+    Where a template has no ridge field, the cells of the minutiae's hull stand for the print.
     """
 
-    max_minutiae: int = 200
-    hull_step_px: float = 16.0
-    max_hull_cells: int = 512
-    usual_quality: float = 0.7
+    max_minutiae: int = 200  # that take part; of more, those of best quality
+    hull_step_px: float = 16.0  # side of a cell of the hull
+    max_hull_cells: int = 512  # along a side; larger cells where the minutiae reach farther
+    usual_quality: float = 0.7  # 0 to 1, where a template gives none: all are 100, or all 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,20 +84,7 @@ class PreparedTemplate:
 
 
 def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
-    """Return the minutiae and the area of the smaller of two prints, in each respect.
-
-    Parameters
-    ----------
-    probe, reference : PreparedTemplate
-        The two prints.
-
-    Returns
-    -------
-    int
-        Minutiae.
-    float
-        Area in square pixels at 500 dpi.
-    """
+    """Return the least number of minutiae, and the least area in square pixels at 500 dpi."""
     sides = (probe, reference)
     area = min(side.region.inside * side.region.step**2 for side in sides)
     return min(map(len, sides)), area
@@ -118,22 +95,7 @@ def prepare(
     parameters: PreparationParameters | None = None,
     neighbourhood: NeighbourhoodParameters | None = None,
 ) -> PreparedTemplate:
-    """Prepare a template for comparison.
-
-    Parameters
-    ----------
-    template : Template
-        Minutiae of one impression; its ridge field is used where it has one.
-    parameters : PreparationParameters, optional
-        Limits.
-    neighbourhood : NeighbourhoodParameters, optional
-        Size and tolerances of the neighbourhoods.
-
-    Returns
-    -------
-    PreparedTemplate
-        What `fpmatch.matching.matchers.unit_circle` compares.
-    """
+    """Triangulate the minutiae of a template and describe their neighbourhoods."""
     p = parameters or PreparationParameters()
     to_500dpi = STANDARD_DPI / template.dpi
     index = _best(template.minutiae, p.max_minutiae)

@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.matching.verify import PreparedPair
     from fpmatch.minutiae import Template
     from fpmatch.pointset.similarity import Similarity
 
@@ -78,6 +80,11 @@ class Comparison:
     detail: Any = field(default=None, repr=False, compare=False)
 
 
+def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:
+    """Return the comparison of prints of which nothing is paired."""
+    return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
+
+
 class Matcher(Protocol):
     """Compare templates; a new matcher is one module that defines ``MATCHER`` of this shape.
 
@@ -135,22 +142,6 @@ def as_explaining(matcher: Matcher) -> Explaining | None:
     return cast("Explaining", matcher) if hasattr(matcher, "explain") else None
 
 
-class Rematch(Protocol):
-    """Compute what a decision does not need; `fpmatch.matching.verify.PreparedPair` does."""
-
-    def explain(self, verification: Verification) -> Comparison:
-        """Return the evidence of a verification in full."""
-
-    def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
-        """Return those of `ratios` by which the probe's lengths may be wrong."""
-
-    def score(self, probe: Template) -> float:
-        """Return the score of another probe against the reference."""
-
-    def pairs(self, probe: Template) -> NDArray[np.int32]:
-        """Return the pairs of another probe and the reference."""
-
-
 @dataclass(frozen=True)
 class Verification:
     """Hold the decision on two templates and the evidence for it.
@@ -181,7 +172,7 @@ class Verification:
     rho : float or None
         Where the matcher decided by the share of minutiae that are paired: the share that is not
         enough for a match. None where the score decided.
-    rematch : Rematch, optional
+    rematch : PreparedPair, optional
         Completes the evidence; without it `comparison` is all there is.
     """
 
@@ -195,7 +186,7 @@ class Verification:
     reference: Template = field(repr=False)
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
-    rematch: Rematch | None = field(default=None, repr=False, compare=False)
+    rematch: PreparedPair | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def evidence(self) -> Comparison:

@@ -1,7 +1,9 @@
-"""Ridges: the correlation of those of two prints, once their minutiae are paired."""
+"""Ridges: the correlation of those of two prints, and the alignment of prints by them."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,22 +16,37 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparedTemplate
 
 
+@dataclass(frozen=True, slots=True)
+class RidgeSearchParameters:
+    """Set the search for alignments by the ridges (`_ridge_search_kernel`); px at 500 dpi.
+
+    The agreement of the orientation is the mean cosine of twice the difference, -1 to 1.
+    """
+
+    compared: int = 64  # pairs of minutiae whose ridges are compared, of a small print; 1 to 128
+    found: int = 4  # pairs by which a small print is aligned; 1 to 8
+    candidates: int = 3  # local matches whose ridges are compared, of larger prints; 1 to 128
+    candidate_flow: float = 0.9  # least agreement of their orientation
+    candidate_value: float = 3.0  # least surplus of their correlation, times the root of the cells
+    least_common: float = 0.25  # share of the smaller print that must lie in the larger
+    least_flow: float = 0.8  # least agreement of the orientation, for a small print
+    usual_correlation: float = 0.2  # of the ridges of different fingers
+    apart_px: float = 12.0  # between the images of a print's middle under different transforms,
+    apart_deg: float = 12.0  # or between their rotations
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return math.cos(math.radians(self.apart_deg))
+
+
 def ridge_correlation(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    alignment: Alignment,
+    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
 ) -> tuple[float, int]:
-    """Correlate the ridges of two prints under an alignment.
+    """Correlate the ridges of two prints under an alignment of A with B.
 
     Every cell of A is mapped to B by the mesh of pairs around it. It and the cells
     that touch it may be shifted by up to half a ridge period to where they agree best.
-
-    Parameters
-    ----------
-    a, b : PreparedTemplate
-        The two prints.
-    alignment : Alignment
-        Of A with B.
 
     Returns
     -------

@@ -5,7 +5,7 @@ The similarity is a likelihood ratio, learned by logistic regression on syntheti
 minutiae, its features are
 
 - of the relaxed local matches: the logarithm of the sum over the pairs;
-- of the mesh of pairs (see `fpmatch.matching.pair_mesh`), per pair: how well the places on the unit
+- of the mesh of pairs (see `_pair_mesh_kernel`), per pair: how well the places on the unit
   circle agree (eq. 3), how well the shape-preserving weights predict the partner (eq. 4), how full
   the rings are of pairs, and how many triangles are turned over; the strain of its edges;
 - of the neighbourhoods: ``log(1 + L)``;
@@ -49,7 +49,7 @@ estimate of -5 or less, by how far they fall short.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -59,7 +59,7 @@ import numpy as np
 from fpmatch.matching import _evidence_kernel as kernel
 from fpmatch.matching._amount_kernel import as_similarity
 from fpmatch.matching.align import aligner_of
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score_model import ScoreWeights
 
 if TYPE_CHECKING:
@@ -73,73 +73,31 @@ WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Hold the evidence in an alignment of two prints.
+    """Hold the evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
 
-    Parameters
-    ----------
-    pairs : int
-        Minutiae paired.
-    local : float
-        Sum of the local similarity of the pairs.
-    unpaired : float
-        Unpaired minutiae of both prints well inside the common region, each counted by the square
-        of its quality.
-    common : int
-        Minutiae of both prints inside the common region, paired or not.
-    overlap : float
-        Share of the smaller print that lies in the common region.
-    relaxed : float
-        Sum of the relaxed similarity of the pairs.
-    places, weights : float
-        Sums over the pairs, each 0 to 1: agreement of the places on the unit circle, and agreement
-        with the prediction by the shape-preserving weights.
-    fullness : float
-        Sum over the pairs of the share of their ring, by weight, that is made of pairs.
-    turned : int
-        Triangles at pairs, in the mesh of pairs, that are turned over in the other print.
-    strain : float
-        Mean relative change of length of the edges of the mesh of pairs.
-    fewest : int
-        Minutiae of the smaller print.
-    ridges : float
-        Mean correlation of the ridges of both prints, -1 to 1; see
-        `fpmatch.matching.ridges.ridge_correlation`.
-    cells : int
-        Cells whose ridges were compared; 0 where they were not.
-    area : float
-        Area of the common region, in square pixels at 500 dpi.
-    chance : float
-        Pairs expected where the minutiae inside the common region lie there by chance.
-    features : ndarray of float64, shape (13,)
-        The features of `fpmatch.matching.score_model.FEATURES`, before they are standardised.
-    total : float
-        Their weighted sum.
-    decade : float
-        By how much the sum rises where the FMR falls tenfold.
-    minus_log_fmr : float
-        The sum, conditioned on how much was compared: an estimate of -ln(FMR).
+    The common region is where both prints lie. The first sixteen entries are the kernel's.
     """
 
     pairs: int
-    local: float
-    unpaired: float
-    common: int
-    overlap: float
-    relaxed: float
-    places: float
-    weights: float
-    fullness: float
-    turned: int
-    strain: float
-    fewest: int
-    ridges: float
-    cells: int
-    area: float
-    chance: float
-    features: NDArray[np.float64] = field(repr=False)
-    total: float
-    decade: float
-    minus_log_fmr: float
+    local: float  # sum of the local similarity of the pairs
+    unpaired: float  # minutiae well inside the common region, each by the square of its quality
+    common: int  # minutiae of both prints inside the common region, paired or not
+    overlap: float  # share of the smaller print that lies in the common region
+    relaxed: float  # sum of the relaxed similarity of the pairs
+    places: float  # sum over the pairs, 0 to 1 each: agreement of places on the unit circle
+    weights: float  # the same of the agreement with the prediction by the weights of the ring
+    fullness: float  # sum over the pairs of the share of their ring, by weight, made of pairs
+    turned: int  # triangles at pairs that are turned over in the other print
+    strain: float  # mean relative change of length of the edges of the mesh of pairs
+    fewest: int  # minutiae of the smaller print
+    ridges: float  # mean correlation of the ridges, see `fpmatch.matching.ridges`
+    cells: int  # cells whose ridges were compared; 0 where they were not
+    area: float  # of the common region
+    chance: float  # pairs expected where the minutiae in the common region lie there by chance
+    features: NDArray[np.float64] = field(repr=False)  # by `FEATURES`, not yet standardised
+    total: float  # weighted sum of the features
+    decade: float  # by how much the sum rises where the FMR falls tenfold
+    minus_log_fmr: float  # estimate of -ln(FMR): the sum, conditioned on how much was compared
 
     @property
     def agreement(self) -> float:
@@ -156,26 +114,19 @@ class Evidence:
 class ScoreParameters:
     """Set how evidence is gathered and turned into features.
 
-    Parameters
-    ----------
-    margin_px : float
-        How far from the border of the other print an unpaired minutia must lie to count, in pixels
-        at 500 dpi: nearer, it is easily missed.
-    hull_margin_px : float
-        The same where the convex hull of the minutiae stands for the print: the print reaches
-        farther than its outermost minutiae.
-    doubt_pairs, doubt_minutiae, doubt_cells : float
-        Added to pairs, minutiae and cells: little evidence is not to count as much.
-    usual_correlation : float
-        Correlation of the ridges of different fingers.
+    An unpaired minutia counts if it lies so many px at 500 dpi inside the other print: nearer to
+    the border, it is easily missed. A print reaches farther than the hull of its minutiae.
     """
 
     margin_px: float = 20.0
-    hull_margin_px: float = 0.0
-    doubt_pairs: float = 2.0
-    doubt_minutiae: float = 5.0
-    doubt_cells: float = 10.0
-    usual_correlation: float = 0.2
+    hull_margin_px: float = 0.0  # where the convex hull of the minutiae stands for the print
+    doubt_pairs: float = 2.0  # added to the pairs, so that little evidence counts less,
+    doubt_minutiae: float = 5.0  # to the minutiae,
+    doubt_cells: float = 10.0  # and to the cells
+    usual_correlation: float = 0.2  # of the ridges of different fingers
+
+
+COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 
 @cache
@@ -185,18 +136,11 @@ def load_weights() -> ScoreWeights:
 
 
 def evidence_scorer(
-    room: int,
-    weights: ScoreWeights | None = None,
-    parameters: ScoreParameters | None = None,
-    search: RidgeSearchParameters | None = None,
+    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters | None = None
 ) -> kernel.EvidenceScorer:
     """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    return kernel.EvidenceScorer(
-        parameters or ScoreParameters(),
-        weights or load_weights(),
-        room,
-        search or RidgeSearchParameters(),
-    )
+    used = parameters or ScoreParameters()
+    return kernel.EvidenceScorer(used, weights or load_weights(), room, RidgeSearchParameters())
 
 
 def gather_evidence(
@@ -208,21 +152,8 @@ def gather_evidence(
 ) -> Evidence:
     """Gather and weigh the evidence for and against one finger in an alignment of two prints.
 
-    Parameters
-    ----------
-    a, b : PreparedTemplate
-        The two prints.
-    alignment : Alignment
-        Their pairs and transform.
-    similarity : ndarray of float32, shape (N, M)
-        Local similarity of their minutiae.
-    scorer : EvidenceScorer, optional
-        What scores (default: `evidence_scorer` with the weights in the package).
-
-    Returns
-    -------
-    Evidence
-        Of pairs, mesh, unpaired minutiae and ridges, and what it comes to.
+    `similarity` (N, M) is the local similarity of their minutiae; the scorer has the weights in the
+    package unless one is given.
     """
     used = evidence_scorer(len(b)) if scorer is None else scorer
     aligner = aligner_of(a.points, b.points)
@@ -235,27 +166,8 @@ def gather_evidence(
 def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence:
     """Return the evidence that was scored last, and came to `minus_log_fmr`."""
     entries, features = scorer.last_evidence()
-    pairs, local, unpaired, common, overlap, relaxed, places, weights = entries[:8]
-    fullness, turned, strain, fewest, correlation, cells, area, chance = entries[8:]
-    return Evidence(
-        pairs=int(pairs),
-        local=local,
-        unpaired=unpaired,
-        common=int(common),
-        overlap=overlap,
-        relaxed=relaxed,
-        places=places,
-        weights=weights,
-        fullness=fullness,
-        turned=int(turned),
-        strain=strain,
-        fewest=int(fewest),
-        ridges=correlation,
-        cells=int(cells),
-        area=float(area),
-        chance=float(chance),
-        features=np.array(features),
-        total=float(scorer.total),
-        decade=float(scorer.decade),
-        minus_log_fmr=float(minus_log_fmr),
-    )
+    for k in COUNTS:
+        entries[k] = int(entries[k])
+    sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
+    values = [*entries, np.array(features), *sums]
+    return Evidence(*values)

@@ -38,15 +38,9 @@ FEATURES: Final = (
 )
 """The names of the features, in the order in which the kernel has them."""
 
-RIDGE_FEATURES: Final = FEATURES[-3:]
-"""Those that minutiae alone do not have."""
-
-SMALL_FEATURES: Final = ("ridges by area",)
-"""Those that count where the smaller print is small: elsewhere the area differs too little."""
-
-STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")
-"""What is known of each feature, in the order of the rows of `ScoreModel.standard`."""
-
+RIDGE_FEATURES: Final = FEATURES[-3:]  # that minutiae alone do not have
+SMALL_FEATURES: Final = ("ridges by area",)  # used for small prints alone
+STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")  # rows of `ScoreModel.standard`
 LIMITS: Final = (
     "prefilter_base",
     "prefilter_growth",
@@ -67,9 +61,7 @@ AMOUNTS: Final = (
 )
 """The terms of the amount of evidence, in the order in which the kernel has them."""
 
-RATES: Final = (0.01, 0.001)
-"""The shares of the impostor comparisons whose least sums a model has."""
-
+RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
 NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
 """Quantiles that do not depend on the amount of evidence."""
 
@@ -77,14 +69,13 @@ MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with
 """The models, in the order in which the kernel has them."""
 
 WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = MODELS
-SMALL_AREA_PX2: Final = 30_000.0
-"""Area in square pixels at 500 dpi up to which the smaller of two prints is small: 77 mm2."""
-
-MODELS_BY_SHOWN: Final = (MINUTIAE_ALONE, ONE_WITH_RIDGES, WITH_RIDGES)
-"""The models by how many of the two prints have ridge images."""
-
-NO_PREFILTER: Final = (-1.0, 0.0, -1.0)
-"""A prefilter threshold that all prints pass."""
+MODELS_BY_SHOWN: Final = (
+    MINUTIAE_ALONE,
+    ONE_WITH_RIDGES,
+    WITH_RIDGES,
+)  # by how many of the two
+SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm2
+NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,15 +119,8 @@ class ScoreModel:
     @property
     def limits(self) -> NDArray[np.float64]:
         """The numbers of `LIMITS`."""
-        return np.array(
-            [
-                *self.prefilter,
-                self.relaxation_threshold,
-                self.refine_threshold,
-                self.confident_threshold,
-                self.bias,
-            ]
-        )
+        sums = self.relaxation_threshold, self.refine_threshold, self.confident_threshold
+        return np.array([*self.prefilter, *sums, self.bias])
 
     def as_document(self) -> dict[str, Any]:
         """Return the model as what JSON can hold."""
@@ -181,17 +165,7 @@ class ScoreModel:
     def typical(self, minutiae: float, area: float) -> float:
         """Return the -ln(FMR) that half of the genuine comparisons of so much reach.
 
-        Parameters
-        ----------
-        minutiae : float
-            Minutiae of the smaller print.
-        area : float
-            Area of the smaller print, in square pixels at 500 dpi.
-
-        Returns
-        -------
-        float
-            The median.
+        `minutiae` and `area`, in square pixels at 500 dpi, are those of the smaller print.
         """
         return float(self.genuine_median @ amount_terms(minutiae, area))
 
@@ -205,21 +179,11 @@ def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreWeights:
-    """Hold what was learned.
-
-    Parameters
-    ----------
-    models : tuple of ScoreModel
-        The models of `MODELS`.
-    provenance : mapping
-        From what they were learned.
-    small_area : float
-        Area in square pixels at 500 dpi up to which the smaller of two prints is small.
-    """
+    """Hold the models of `MODELS`, and from what they were learned."""
 
     models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
-    small_area: float = SMALL_AREA_PX2
+    small_area: float = SMALL_AREA_PX2  # up to which the smaller of two prints is small
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""
@@ -246,23 +210,13 @@ class ScoreWeights:
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file."""
-        documents = zip(MODELS, (model.as_document() for model in self.models), strict=True)
-        entries = {
-            "provenance": self.provenance,
-            "small_area": self.small_area,
-            "models": dict(documents),
-        }
-        return f"{json.dumps(entries, indent=1)}\n"
+        models = {n: model.as_document() for n, model in zip(MODELS, self.models, strict=True)}
+        head = {"provenance": self.provenance, "small_area": self.small_area}
+        return f"{json.dumps({**head, 'models': models}, indent=1)}\n"
 
     @classmethod
     def from_json(cls, text: str) -> ScoreWeights:
-        """Read what `as_json` wrote.
-
-        Raises
-        ------
-        MatcherError
-            If the text is no such thing, or its features are others than `FEATURES`.
-        """
+        """Read what `as_json` wrote; of another text or other features, raise MatcherError."""
         try:
             document = json.loads(text)
             models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)

@@ -111,25 +111,13 @@ def verify(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedPair:
-    """Hold two prepared prints, to compute what a decision on them does not need.
-
-    Parameters
-    ----------
-    matcher : Matcher
-        The matcher.
-    probe, reference : object
-        What its `prepare` returned.
-    calibration : Calibration or None
-        Turns its similarities into scores.
-    amount : bool
-        Whether to state how much was compared, and how much is usually needed.
-    """
+    """Hold two prints as the matcher prepared them, to compute what a decision does not need."""
 
     matcher: Matcher
     probe: Any
     reference: Any
     calibration: Calibration | None
-    amount: bool = True
+    amount: bool = True  # whether to state how much was compared, and how much is usually needed
 
     def explain(self, verification: Verification) -> Comparison:
         """Return the evidence of a verification of the two prints in full."""

@@ -33,31 +33,21 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
     ``owner`` receives the point of each candidate. Improvements under `least_gain` are rounding.
     ``path`` (N,) and ``work`` (5, N) are work space.
     """
-    came_from: cython.int[::1] = work[0]
-    came_by: cython.int[::1] = work[1]
-    stamp: cython.int[::1] = work[2]
-    queue: cython.int[::1] = work[3]  # a ring buffer
-    waits: cython.int[::1] = work[4]
+    came_from, came_by, stamp = work[0], work[1], work[2]
+    queue, waits = work[3], work[4]  # a ring buffer, and whether a point is in it
     size = edge.shape[0]
     assigned = 0
     for s in range(size):
-        edge[s] = -1
-        stamp[s] = -1
+        edge[s] = stamp[s] = -1
         waits[s] = 0
     for s in range(owner.shape[0]):
         owner[s] = -1
     for s in range(size):
         # cheapest way to give s a candidate, or to leave s or a point that it displaces without one
         i = cython.cast(cython.int, s)
-        end = i
-        end_edge = -1
-        best = 0.0
-        path[i] = 0.0
-        stamp[i] = i
-        came_from[i] = -1
-        queue[0] = i
-        head = 0
-        waiting = 1
+        end, end_edge, best = i, -1, 0.0
+        path[i], stamp[i], came_from[i] = 0.0, i, -1
+        queue[0], head, waiting = i, 0, 1
         while waiting > 0:
             i = queue[head]
             waits[i] = 0
@@ -71,23 +61,15 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
                 length = path[i] + cost[e]
                 if k < 0:
                     if length < best - least_gain:
-                        best = length
-                        end = i
-                        end_edge = cython.cast(cython.int, e)
+                        best, end, end_edge = length, i, cython.cast(cython.int, e)
                     continue
                 length -= cost[edge[k]]
-                if stamp[k] == s and length >= path[k] - least_gain:
+                if k == s or (stamp[k] == s and length >= path[k] - least_gain):
                     continue
-                if k == s:
-                    continue
-                path[k] = length
-                stamp[k] = cython.cast(cython.int, s)
-                came_from[k] = i
-                came_by[k] = cython.cast(cython.int, e)
+                path[k], stamp[k] = length, cython.cast(cython.int, s)
+                came_from[k], came_by[k] = i, cython.cast(cython.int, e)
                 if length < best - least_gain:
-                    best = length
-                    end = k
-                    end_edge = -1
+                    best, end, end_edge = length, k, -1
                 if waits[k] == 0:
                     waits[k] = 1
                     tail = head + waiting
@@ -96,8 +78,7 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
         if end == s and end_edge < 0:
             continue
         # back along the path: each point takes the candidate of the one it displaces
-        i = end
-        k = end_edge
+        i, k = end, end_edge
         while i >= 0:
             j = edge[i]
             edge[i] = k
@@ -105,8 +86,7 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
                 owner[near[k]] = i
             if i == s:
                 break
-            k = came_by[i]
-            i = came_from[i]
+            k, i = came_by[i], came_from[i]
     for s in range(size):
         if edge[s] >= 0:
             edge[s] = near[edge[s]]

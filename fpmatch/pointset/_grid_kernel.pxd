@@ -1,4 +1,12 @@
-# What other kernels may use of this one.
+# Types of the kernel, and what other kernels may use of it.
+cimport cython
+
+@cython.locals(i=cython.Py_ssize_t, finite=cython.bint)
+cpdef bint bounding_box(double[:, ::1] points, double[::1] box)
+
+cdef int _cell_at(double place, int cells) noexcept
+
+@cython.final
 cdef class CellGrid:
     cdef readonly double[::1] x, y
     cdef readonly int[::1] order, start
@@ -6,9 +14,16 @@ cdef class CellGrid:
     cdef readonly int columns, rows
 
     cdef Py_ssize_t _cell(self, double x, double y) noexcept
+    cpdef (int, int, int, int) around(self, double x, double y, double reach) noexcept
+    @cython.locals(
+        left=cython.int, top=cython.int, right=cython.int, bottom=cython.int, row=cython.Py_ssize_t,
+        k=cython.Py_ssize_t, best=cython.Py_ssize_t,
+    )
     cpdef int nearest(self, double x, double y, double reach2) noexcept
-    cpdef int column(self, double x) noexcept
-    cpdef int row(self, double y) noexcept
+    @cython.locals(
+        left=cython.int, top=cython.int, right=cython.int, bottom=cython.int, row=cython.Py_ssize_t,
+        k=cython.Py_ssize_t, e=cython.Py_ssize_t, found=cython.Py_ssize_t,
+    )
     cpdef int within(
         self, double x, double y, double reach2, int most,
         int[::1] near, double[::1] distance2, Py_ssize_t at,

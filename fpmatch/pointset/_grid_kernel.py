@@ -14,35 +14,34 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
-def bounding_box(points: cython.double[:, ::1], box: cython.double[::1]) -> cython.bint:
+def bounding_box(points, box):
     """Write least and largest x, least and largest y of points (N, 2), N > 0.
 
     Returned is whether all coordinates are finite; only then is the box of any use.
     """
-    cython.declare(i=cython.Py_ssize_t, finite=cython.bint)
     most = 1.7976931348623157e308
     left = right = points[0, 0]
     top = bottom = points[0, 1]
     finite = True
     for i in range(points.shape[0]):
-        x = points[i, 0]
-        y = points[i, 1]
+        x, y = points[i, 0], points[i, 1]
         if not (-most <= x <= most and -most <= y <= most):
             finite = False
-        left = min(left, x)
-        right = max(right, x)
-        top = min(top, y)
-        bottom = max(bottom, y)
-    box[0] = left
-    box[1] = right
-    box[2] = top
-    box[3] = bottom
+        left, right = min(left, x), max(right, x)
+        top, bottom = min(top, y), max(bottom, y)
+    box[0], box[1], box[2], box[3] = left, right, top, bottom
     return finite
 
 
-@cython.final
-@cython.cclass
+def _cell_at(place, cells):
+    """Return the column or row of a place in cells, the first or the last where it is outside."""
+    if not place > 0.0:
+        return 0
+    if place >= cells:
+        return cells - 1
+    return cython.cast(cython.int, place)
+
+
 class CellGrid:
     """Points sorted into cells.
 
@@ -62,14 +61,11 @@ class CellGrid:
     )  # fmt: skip
     def __init__(self, points, count, x0, y0, side, columns, rows):
         cells = columns * rows
-        self.x = np.empty(count)
-        self.y = np.empty(count)
+        self.x, self.y = np.empty(count), np.empty(count)
         self.order = np.empty(count, np.intc)
         self.start = start = np.zeros(cells + 1, np.intc)
-        self.x0 = x0
-        self.y0 = y0
-        self.x1 = x0 + side * columns
-        self.y1 = y0 + side * rows
+        self.x0, self.y0 = x0, y0
+        self.x1, self.y1 = x0 + side * columns, y0 + side * rows
         self.per_unit = 1.0 / side
         self.columns = columns
         self.rows = rows
@@ -80,98 +76,53 @@ class CellGrid:
         # from here on start[k] runs ahead to the end of cell k, which is the start of the next
         for i in range(count):
             k = self._cell(points[0, i], points[1, i])
-            self.x[start[k]] = points[0, i]
-            self.y[start[k]] = points[1, i]
+            self.x[start[k]], self.y[start[k]] = points[0, i], points[1, i]
             self.order[start[k]] = cython.cast(cython.int, i)
             start[k] += 1
         for k in range(cells, 0, -1):
             start[k] = start[k - 1]
         start[0] = 0
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _cell(self, x: cython.double, y: cython.double) -> cython.Py_ssize_t:
-        row: cython.Py_ssize_t = self.row(y)
-        return row * self.columns + self.column(x)
+    def _cell(self, x, y):
+        row: cython.Py_ssize_t = _cell_at((y - self.y0) * self.per_unit, self.rows)
+        return row * self.columns + _cell_at((x - self.x0) * self.per_unit, self.columns)
 
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def column(self, x: cython.double) -> cython.int:
-        """Return the column of x, the first or the last where x is outside."""
-        place = (x - self.x0) * self.per_unit
-        if not place > 0.0:
-            return 0
-        if place >= self.columns:
-            return self.columns - 1
-        return cython.cast(cython.int, place)
+    def around(self, x, y, reach):
+        """Return the first column and row of the cells within reach, and the ones past the last."""
+        return (
+            _cell_at((x - reach - self.x0) * self.per_unit, self.columns),
+            _cell_at((y - reach - self.y0) * self.per_unit, self.rows),
+            _cell_at((x + reach - self.x0) * self.per_unit, self.columns) + 1,
+            _cell_at((y + reach - self.y0) * self.per_unit, self.rows) + 1,
+        )
 
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def row(self, y: cython.double) -> cython.int:
-        """Return the row of y, the first or the last where y is outside."""
-        place = (y - self.y0) * self.per_unit
-        if not place > 0.0:
-            return 0
-        if place >= self.rows:
-            return self.rows - 1
-        return cython.cast(cython.int, place)
-
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def nearest(self, x: cython.double, y: cython.double, reach2: cython.double) -> cython.int:
+    def nearest(self, x, y, reach2):
         """Return the nearest point, in the order of the cells, nearer than √reach2, or -1."""
-        cython.declare(
-            low_column=cython.Py_ssize_t, end_column=cython.Py_ssize_t, row=cython.Py_ssize_t,
-            k=cython.Py_ssize_t, best=cython.Py_ssize_t,
-        )  # fmt: skip
-        reach = sqrt(reach2)
-        low_column = self.column(x - reach)
-        end_column = self.column(x + reach) + 1
+        left, top, right, bottom = self.around(x, y, sqrt(reach2))
         best = -1
-        for row in range(self.row(y - reach), self.row(y + reach) + 1):
+        for row in range(top, bottom):
             for k in range(
-                self.start[row * self.columns + low_column],
-                self.start[row * self.columns + end_column],
+                self.start[row * self.columns + left], self.start[row * self.columns + right]
             ):
-                dx = self.x[k] - x
-                dy = self.y[k] - y
+                dx, dy = self.x[k] - x, self.y[k] - y
                 distance2 = dx * dx + dy * dy
                 if distance2 < reach2:
                     reach2 = distance2
                     best = k
         return cython.cast(cython.int, best)
 
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def within(
-        self,
-        x: cython.double,
-        y: cython.double,
-        reach2: cython.double,
-        most: cython.int,
-        near: cython.int[::1],
-        distance2: cython.double[::1],
-        at: cython.Py_ssize_t,
-    ) -> cython.int:
+    def within(self, x, y, reach2, most, near, distance2, at):
         """Write the points within √reach2, nearest first, from entry `at` on; return how many.
 
         Of more than `most`, the nearest are written.
         """
-        cython.declare(
-            low_column=cython.Py_ssize_t, end_column=cython.Py_ssize_t, row=cython.Py_ssize_t,
-            k=cython.Py_ssize_t, e=cython.Py_ssize_t, found=cython.Py_ssize_t,
-        )  # fmt: skip
-        reach = sqrt(reach2)
-        low_column = self.column(x - reach)
-        end_column = self.column(x + reach) + 1
+        left, top, right, bottom = self.around(x, y, sqrt(reach2))
         found = 0
-        for row in range(self.row(y - reach), self.row(y + reach) + 1):
+        for row in range(top, bottom):
             for k in range(
-                self.start[row * self.columns + low_column],
-                self.start[row * self.columns + end_column],
+                self.start[row * self.columns + left], self.start[row * self.columns + right]
             ):
-                dx = self.x[k] - x
-                dy = self.y[k] - y
+                dx, dy = self.x[k] - x, self.y[k] - y
                 d2 = dx * dx + dy * dy
                 if d2 > reach2 or (found == most and d2 >= distance2[at + found - 1]):
                     continue

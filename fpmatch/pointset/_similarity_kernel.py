@@ -17,20 +17,16 @@ def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, s
     Entry ``p_begin + j`` of `p_list` is paired with entry ``q_begin + (j + shift) % count`` of
     `q_list`. One pass over offsets from the first pair; without a fit `move` stays as it is.
     """
-    x0 = px[p0]
-    y0 = py[p0]
-    u0 = qx[q0]
-    v0 = qy[q0]
+    x0, y0 = px[p0], py[p0]
+    u0, v0 = qx[q0], qy[q0]
     sum_x = sum_y = sum_u = sum_v = 0.0
     spread = dot = cross = 0.0
     m = q_begin + shift
     for j in range(p_begin, p_begin + count):
         i = p_list[j]
-        x = px[i] - x0
-        y = py[i] - y0
+        x, y = px[i] - x0, py[i] - y0
         i = q_list[m]
-        u = qx[i] - u0
-        v = qy[i] - v0
+        u, v = qx[i] - u0, qy[i] - v0
         sum_x += x
         sum_y += y
         sum_u += u
@@ -47,12 +43,9 @@ def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, s
     cross -= (sum_x * sum_v - sum_y * sum_u) / n
     if not (spread > 0.0 and dot * dot + cross * cross > 0.0):
         return False
-    a = dot / spread
-    b = cross / spread
-    x = x0 + sum_x / n
-    y = y0 + sum_y / n
-    move[0] = a
-    move[1] = b
+    a, b = dot / spread, cross / spread
+    x, y = x0 + sum_x / n, y0 + sum_y / n
+    move[0], move[1] = a, b
     move[2] = u0 + sum_u / n - (a * x - b * y)
     move[3] = v0 + sum_v / n - (b * x + a * y)
     return True
@@ -75,25 +68,20 @@ def fit_partners(p, grid, partner, move):
             qy += grid.y[at]
     if pairs < 2:
         return False
-    px /= pairs
-    py /= pairs
-    qx /= pairs
-    qy /= pairs
+    px, py = px / pairs, py / pairs
+    qx, qy = qx / pairs, qy / pairs
     spread = dot = cross = 0.0
     for i in range(p.shape[1]):
         at = partner[i]
         if at >= 0:
-            x = p[0, i] - px
-            y = p[1, i] - py
-            u = grid.x[at] - qx
-            v = grid.y[at] - qy
+            x, y = p[0, i] - px, p[1, i] - py
+            u, v = grid.x[at] - qx, grid.y[at] - qy
             spread += x * x + y * y
             dot += x * u + y * v
             cross += x * v - y * u
     if spread <= 0.0 or (dot == 0.0 and cross == 0.0):
         return False
-    move[0] = dot / spread
-    move[1] = cross / spread
+    move[0], move[1] = dot / spread, cross / spread
     move[2] = qx - move[0] * px + move[1] * py
     move[3] = qy - move[1] * px - move[0] * py
     return True

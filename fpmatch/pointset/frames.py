@@ -83,24 +83,10 @@ IDENTITY: Final = UnitFrame()
 
 
 def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
-    """Return the unit frame of a set, or refuse it where transforms would leave float64.
+    """Return the unit frame of `points` (N, 2).
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (N, 2)
-        The points.
-    name : str
-        Name of the set in errors.
-
-    Returns
-    -------
-    UnitFrame
-        The frame.
-
-    Raises
-    ------
-    PointSetError
-        If coordinates or extent are beyond 2**±300.
+    A set with coordinates or extent beyond 2**±300, where transforms would leave float64, is
+    refused with a `PointSetError` under its `name`.
     """
     frame = UnitFrame.of(points)
     if len(points) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
@@ -109,10 +95,7 @@ def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
 
 
 def frame_if_needed(points: NDArray[np.float64], box: Box, name: str = "points") -> UnitFrame:
-    """Return `IDENTITY` where fourth powers of lengths stay within float64, else `frame_of`.
-
-    `box` is the set's `box_of`.
-    """
+    """Return `IDENTITY` where fourth powers of lengths stay within float64, else `frame_of`."""
     least, most = 2.0**-MODERATE_EXPONENT, 2.0**MODERATE_EXPONENT
     left, right, top, bottom = box
     if max(-left, right, -top, bottom) < most and max(right - left, bottom - top) > least:

@@ -22,30 +22,10 @@ def sort_into_cells(
     high: tuple[float, float],
     count: int | None = None,
 ) -> CellGrid:
-    """Sort points into square cells.
+    """Sort `points` (2, N), C order, writable, or the first `count` of them, into square cells.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (2, N)
-        The points; C order, writable.
-    side : float
-        Side of a cell, more than 0; larger ones are used where these would be too many.
-    low, high : tuple of float
-        Corners of the grid: x and y.
-    count : int, optional
-        How many of the points to sort; all by default.
-
-    Returns
-    -------
-    CellGrid
-        The grid; its points are in the order of the cells.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> grid = sort_into_cells(np.array([[5.0, 1.0], [5.0, 1.0]]), 2.0, low=(0, 0), high=(6, 6))
-    >>> grid.order[grid.nearest(4.0, 4.0, 3.0)]
-    0
+    `low` and `high` are the corners of the grid; cells are larger than `side`, which is more than
+    0, where there would be too many.
     """
     n = points.shape[1] if count is None else count
     width, height = high[0] - low[0], high[1] - low[1]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.point_match import PointMatch, check_rho
-from fpmatch.pointset.triangles.matcher import check_spread, match_by_triangles
+from fpmatch.pointset.triangles.matcher import GivenSet, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
@@ -95,8 +95,8 @@ def match_points(
     check_rho(share)
     areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
     parameters = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
-    for points, name in ((p, "p"), (q, "q")):
-        check_spread(points, name)
+    for name, points in (("p", p), ("q", q)):
+        GivenSet(name, points)  # refuses a set that spans no triangle
     if matcher == "paper":
         return decided(match_by_unit_circle(p, q, parameters), share)
     return match_van_wamelen(p, q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)

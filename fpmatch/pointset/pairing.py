@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -57,14 +57,15 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
         raise PointSetError(f"tolerance must be 0 or more, not {tolerance:g}")
     with np.errstate(over="ignore"):  # points too far apart for float64 are no pair
         i, j = _within(a, b, tolerance)
-    free_p, free_q = [True] * len(a), [True] * len(b)
-    pairs = []
-    for k in _nearest_first(a[i], b[j]):
-        one, other = int(i[k]), int(j[k])
-        if free_p[one] and free_q[other]:
-            free_p[one] = free_q[other] = False
-            pairs.append((one, other))
-    return np.array(sorted(pairs), dtype=np.int32).reshape(-1, 2)
+    distance, middle = np.hypot(*(a[i] - b[j]).T), a[i] / 2 + b[j] / 2
+    order = np.lexsort((middle[:, 1], middle[:, 0], distance))
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    for one, other in zip(i[order].tolist(), j[order].tolist(), strict=True):
+        if one not in partner and other not in taken:
+            partner[one] = other
+            taken.add(other)
+    return np.array(sorted(partner.items()), dtype=np.int32).reshape(-1, 2)
 
 
 def _within(a: Floats, b: Floats, tolerance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -74,42 +75,28 @@ def _within(a: Floats, b: Floats, tolerance: float) -> tuple[NDArray[np.int64], 
     # a little wider than the test below, so that rounding of the bounds excludes no pair
     reach = tolerance * (1 + 1e-9)
     first = x.searchsorted(np.nextafter(a[:, 0] - reach, -np.inf), "left")
-    last = x.searchsorted(np.nextafter(a[:, 0] + reach, np.inf), "right")
-    count = last - first
-    i = np.repeat(np.arange(len(a)), count)
-    j = by_x[np.arange(len(i)) + np.repeat(first - (count.cumsum() - count), count)]
+    end = x.searchsorted(np.nextafter(a[:, 0] + reach, np.inf), "right")
+    i, k = index_pairs(first, end)
+    j = by_x[k]
     near = np.hypot(*(a[i] - b[j]).T) <= tolerance
     return i[near], j[near]
 
 
-def _nearest_first(a: Floats, b: Floats) -> list[int]:
-    """Return the order in which the pairs a[k], b[k] are taken; the same for b, a."""
-    distance = np.hypot(*(a - b).T)
-    middle = a / 2 + b / 2
-    order: list[int] = np.lexsort((middle[:, 1], middle[:, 0], distance)).tolist()
-    return order
+def index_pairs(
+    first: NDArray[np.integer[Any]], end: NDArray[np.integer[Any]]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return, in order, all i and k with ``first[i] <= k < end[i]``."""
+    count = end - first
+    i = np.repeat(np.arange(len(first)), count)
+    return i, np.arange(len(i)) + np.repeat(first - (count.cumsum() - count), count)
 
 
 def optimal_pairs(p: Floats, grid: CellGrid, move: Floats, tolerance: float) -> Ints:
     """Pair moved points with points in a grid so that Σ(d² - t²) over the pairs is least.
 
-    Where two points compete for one partner, both get partners if that costs less in all.
-
-    Parameters
-    ----------
-    p : ndarray of float64, shape (2, N)
-        The points to be moved.
-    grid : CellGrid
-        The other set.
-    move : ndarray of float64, shape (4,)
-        s·cos θ, s·sin θ, tx, ty.
-    tolerance : float
-        t, the largest distance of a pair.
-
-    Returns
-    -------
-    ndarray of int32, shape (N,)
-        Partner of each point, in the order of the grid's cells; -1 for none.
+    `p` (2, N) is moved by `move`, (s·cos θ, s·sin θ, tx, ty); t is the `tolerance`. Where two
+    points compete for one partner, both get partners if that costs less in all. Returned is the
+    partner of each point (N,), in the order of the grid's cells, -1 for none.
     """
     n, t2 = p.shape[1], tolerance * tolerance
     start = np.empty(n + 1, np.int32)

@@ -12,7 +12,7 @@ from fpmatch.pointset._grid_kernel import bounding_box
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-Box = tuple[float, float, float, float]
+Box = list[float]
 """Least and largest x, least and largest y."""
 
 
@@ -45,28 +45,19 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
 
 
 def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.float64], Box]:
-    """Return what `as_points` does, and the bounding box: see `box_of`; zeros for no points."""
+    """Return what `as_points` does, and the bounding box; zeros for no points."""
     try:
         array = np.array(points, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise PointSetError(f"{name}: expected an array of numbers of shape (N, 2)") from error
     if array.size == 0:
-        return array.reshape(0, 2), (0.0, 0.0, 0.0, 0.0)
+        return array.reshape(0, 2), [0.0] * 4
     if array.ndim != 2 or array.shape[1] != 2:
         raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
     box = np.empty(4)
     if not bounding_box(array, box):
         raise PointSetError(f"{name}: coordinates must be finite")
-    left, right, top, bottom = box.tolist()
-    return array, (left, right, top, bottom)
-
-
-def box_of(points: NDArray[np.float64]) -> Box:
-    """Return least and largest x, least and largest y of `points` (N, 2), N > 0, writable."""
-    box = np.empty(4)
-    bounding_box(points, box)
-    left, right, top, bottom = box.tolist()
-    return left, right, top, bottom
+    return array, box.tolist()
 
 
 def unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -78,22 +69,11 @@ def unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDA
 def pairs_of_coincident(
     pairs: NDArray[np.int32], index_p: NDArray[np.int64], index_q: NDArray[np.int64]
 ) -> NDArray[np.int32]:
-    """Return the pairs of points of two sets whose distinct points are paired.
+    """Return the pairs of points of two sets whose distinct points have the given `pairs`.
 
+    `index_p` (N,) and `index_q` (M,) hold the index of each point among the distinct ones.
     Coincident points are paired in their order: the first with the first, the second with the
-    second.
-
-    Parameters
-    ----------
-    pairs : ndarray of int32, shape (K, 2)
-        Paired distinct points of P and of Q, one to one.
-    index_p, index_q : ndarray of int64, shape (N,) and (M,)
-        Index of each point among the distinct ones.
-
-    Returns
-    -------
-    ndarray of int32, shape (L, 2)
-        Indices of points, sorted by the first.
+    second. The pairs (L, 2) are sorted by the first.
 
     Examples
     --------

@@ -16,9 +16,8 @@ import csv
 import io
 import math
 from array import array
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -80,24 +79,9 @@ def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 
 
 def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
-    r"""Return the points that the bytes of a CSV file hold.
+    r"""Return the points (N, 2) of a CSV file's content; no rows for a header alone.
 
-    Parameters
-    ----------
-    data : bytes
-        The file's content.
-    name : str
-        What to call it in an error.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        x and y of each row; no rows where the table has a header and nothing else.
-
-    Raises
-    ------
-    PointSetError
-        If the bytes are no such table; the message gives name and line.
+    What is no such table is refused with a `PointSetError`, which gives `name` and line.
 
     Examples
     --------
@@ -115,16 +99,14 @@ def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
             raise _error(name, line, f"expected {table.columns} values, found {len(cells)}")
         cells.extend([""] * (table.columns - len(cells)))
         try:
-            x, y = _number(cells[table.x], "x"), _number(cells[table.y], "y")
+            values.append(_number(cells[table.x], "x"))
+            values.append(_number(cells[table.y], "y"))
         except ValueError as error:
             raise _error(name, line, str(error)) from error
-        values.append(x)
-        values.append(y)
     return np.array(values, dtype=np.float64).reshape(-1, 2)
 
 
-@dataclass(frozen=True, slots=True)
-class _Table:
+class _Table(NamedTuple):
     """How a table is written: its delimiter, number of columns, and where x and y stand."""
 
     delimiter: str
@@ -193,7 +175,7 @@ def _find_table(data: bytes, name: str) -> _Table:
                 raise _error(name, line, f"more than one column {column}")
         if {"x", "y"} <= set(header):
             return _Table(delimiter, len(cells), header.index("x"), header.index("y"), True)
-        if len(cells) == 2 and all(map(_is_float, cells)):
+        if len(cells) == 2 and None not in map(_float, cells):
             return _Table(delimiter, 2, 0, 1, False)
         if cells:
             firsts.append((line, cells))
@@ -201,40 +183,30 @@ def _find_table(data: bytes, name: str) -> _Table:
         raise refusal
     line, cells = max(firsts, key=lambda first: len(first[1]))
     found = ", ".join(map(_shown, cells[:_SHOWN_CELLS])) + ", …" * (len(cells) > _SHOWN_CELLS)
-    raise _error(
-        name,
-        line,
-        "expected a header with columns x and y, or two numbers, "
-        f"separated by comma, semicolon or tab; found {found}",
-    )
+    form = "a header with columns x and y, or two numbers, separated by comma, semicolon or tab"
+    raise _error(name, line, f"expected {form}; found {found}")
 
 
 def _number(text: str, column: str) -> float:
     """Return a finite number, or raise a ValueError that names `column` and its text."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if math.isfinite(value) and "_" not in text:  # Python alone takes 1_000 for a number
+    value = None if "_" in text else _float(text)  # Python alone takes 1_000 for a number
+    if value is not None and math.isfinite(value):
         return value
-    raise ValueError(_expectation(text, column))
-
-
-def _expectation(text: str, column: str) -> str:
+    if value is not None:
+        raise ValueError(f"expected a finite number for {column}, not {_shown(text)}")
     if not text.strip():
-        return f"expected a number for {column}, found nothing"
-    if _is_float(text) and "_" not in text:
-        return f"expected a finite number for {column}, not {_shown(text)}"
-    hint = "; decimals take a point" if "," in text and _is_float(text.replace(",", ".")) else ""
-    return f"expected a number for {column}, not {_shown(text)}{hint}"
+        raise ValueError(f"expected a number for {column}, found nothing")
+    comma = "," in text and _float(text.replace(",", ".")) is not None
+    hint = "; decimals take a point" if comma else ""
+    raise ValueError(f"expected a number for {column}, not {_shown(text)}{hint}")
 
 
-def _is_float(text: str) -> bool:
+def _float(text: str) -> float | None:
+    """Return the value of a number, None for any other text."""
     try:
-        float(text)
+        return float(text)
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def _shown(text: str) -> str:

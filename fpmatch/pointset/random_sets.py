@@ -1,8 +1,9 @@
 """Random pairs of point sets with known truth, as in the paper's section 4.2.
 
 All lengths are relative to the density. Of n random points in a square of side r, the mean distance
-from a point to its nearest neighbour is r/(2√n), apart from the edge of the square. With Q such a
-set of n points,
+from a point to its nearest neighbour is r/(2√n), apart from the edge of the square (Clark, Evans,
+"Distance to nearest neighbor as a measure of spatial relationships in populations", Ecology 35,
+1954). With Q such a set of n points,
 
 - the matching distance of eq. (2) is ``t = λ·r/(2√n)``: λ mean nearest-neighbour distances;
 - the jitter between partners is uniform in a disc of radius ``η·r/(2√n)``;
@@ -71,22 +72,6 @@ class RandomPair:
     jitter: float
 
 
-def mean_nearest_distance(side: float, n: int) -> float:
-    """Return r/(2√n), the mean nearest-neighbour distance of n random points in a square.
-
-    References
-    ----------
-    Clark, Evans, "Distance to nearest neighbor as a measure of spatial relationships in
-    populations", Ecology 35 (1954): 1/(2√density).
-
-    Examples
-    --------
-    >>> mean_nearest_distance(side=10.0, n=25)
-    1.0
-    """
-    return side / (2 * math.sqrt(n))
-
-
 def random_pair(
     m: int,
     n: int,
@@ -133,70 +118,15 @@ def random_pair(
     """
     if not 0 <= rho <= 1:
         raise PointSetError(f"rho must be in [0, 1], not {rho:g}")
-    _check(m, n, eta, lambda_, model)
-    return _make(m, n, share_of(rho, m), eta, lambda_, model, np.random.default_rng(rng))
-
-
-def independent_pair(
-    m: int,
-    n: int,
-    lambda_: float,
-    *,
-    model: PointModel = "patch",
-    rng: np.random.Generator | int,
-) -> RandomPair:
-    """Make two independent sets of the densities of `random_pair`.
-
-    Parameters
-    ----------
-    m, n : int
-        Points of P and of Q, 1 ≤ m ≤ n.
-    lambda_ : float
-        λ: matching distance in mean nearest-neighbour distances of Q.
-    model : {"patch", "clutter"}
-        The density of P; see the module.
-    rng : numpy.random.Generator or int
-        Source of randomness, or its seed.
-
-    Returns
-    -------
-    RandomPair
-        The sets; no pairs and no transform.
-
-    Raises
-    ------
-    PointSetError
-        If a parameter is outside its range, or the model is unknown.
-
-    Examples
-    --------
-    >>> len(independent_pair(50, 100, 0.84, rng=7).pairs)
-    0
-    """
-    _check(m, n, 0.0, lambda_, model)
-    return _make(m, n, 0, 0.0, lambda_, model, np.random.default_rng(rng))
-
-
-def _check(m: int, n: int, eta: float, lambda_: float, model: str) -> None:
     if not 1 <= m <= n:
         raise PointSetError(f"P needs 1 to n points, Q at least as many: {m} and {n}")
     if not (0 <= eta < math.inf and 0 <= lambda_ < math.inf):
         raise PointSetError(f"eta and lambda must be 0 or more, not {eta:g} and {lambda_:g}")
     if model not in POINT_MODELS:
         raise PointSetError(f"unknown model {model!r}: expected {' or '.join(POINT_MODELS)}")
-
-
-def _make(
-    m: int,
-    n: int,
-    partners: int,
-    eta: float,
-    lambda_: float,
-    model: PointModel,
-    rng: np.random.Generator,
-) -> RandomPair:
-    side = math.sqrt(n)
-    spacing = mean_nearest_distance(side, n)
+    rng = np.random.default_rng(rng)
+    partners, side = share_of(rho, m), math.sqrt(n)
+    spacing = 0.5  # r/(2√n): Q has one point a unit of area
     sample = _patch if model == "patch" else _clutter
     q, q_partner, outliers = sample(m, n, partners, side, rng)
     p_in_q = np.vstack([q[q_partner] + _in_disc(partners, eta * spacing, rng), outliers])
@@ -214,6 +144,21 @@ def _make(
     )
 
 
+def independent_pair(
+    m: int, n: int, lambda_: float, *, model: PointModel = "patch", rng: np.random.Generator | int
+) -> RandomPair:
+    """Make two independent sets of the densities of `random_pair`.
+
+    This is `random_pair` with a share and a jitter of 0.
+
+    Examples
+    --------
+    >>> len(independent_pair(50, 100, 0.84, rng=7).pairs)
+    0
+    """
+    return random_pair(m, n, 0.0, 0.0, lambda_, model=model, rng=rng)
+
+
 def _patch(
     m: int, n: int, partners: int, side: float, rng: np.random.Generator
 ) -> tuple[Floats, NDArray[np.int64], Floats]:
@@ -222,7 +167,12 @@ def _patch(
     corner = rng.uniform(0.0, side - patch_side, 2)
     inside = corner + rng.uniform(0.0, patch_side, (m, 2))
     order = rng.permutation(n)
-    q = np.vstack([inside, _outside(m, n, corner, patch_side, side, rng)])[order]
+    outside = np.empty((0, 2))
+    while len(outside) < n - m:
+        tried = rng.uniform(0.0, side, (n, 2))  # n - m of them fall outside, on average
+        in_patch = ((tried >= corner) & (tried < corner + patch_side)).all(axis=1)
+        outside = np.vstack([outside, tried[~in_patch]])
+    q = np.vstack([inside, outside[: n - m]])[order]
     outliers = corner + rng.uniform(0.0, patch_side, (m - partners, 2))
     return q, order.argsort()[:partners], outliers
 
@@ -234,18 +184,6 @@ def _clutter(
     q = rng.uniform(0.0, side, (n, 2))
     outliers = rng.uniform(0.0, side, (m - partners, 2))
     return q, rng.permutation(n)[:partners], outliers
-
-
-def _outside(
-    m: int, n: int, corner: Floats, patch_side: float, side: float, rng: np.random.Generator
-) -> Floats:
-    """Return n - m points, uniform over the square without the sub-square at `corner`."""
-    found = np.empty((0, 2))
-    while len(found) < n - m:
-        tried = rng.uniform(0.0, side, (n, 2))  # n - m of them fall outside, on average
-        in_patch = ((tried >= corner) & (tried < corner + patch_side)).all(axis=1)
-        found = np.vstack([found, tried[~in_patch]])
-    return found[: n - m]
 
 
 def _in_disc(count: int, radius: float, rng: np.random.Generator) -> Floats:

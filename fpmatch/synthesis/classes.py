@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -33,8 +32,7 @@ NATURAL_SHARES: Final = {  # of all fingers, Wilson, Candela, Watson 1994
 }
 
 
-@dataclass(frozen=True, slots=True)
-class SingularRanges:
+class SingularRanges(NamedTuple):
     """Set the rectangles that contain the singular points of one class.
 
     Each is a range of x and one of y in pixels from the middle of the fingertip, y up.
@@ -59,12 +57,9 @@ SINGULAR_RANGES: Final = {
         deltas=(((-140, -85), (-165, -85)), ((85, 140), (-165, -85))),
     ),
 }
-ALWAYS_MIRRORED: Final = (PatternClass.RIGHT_LOOP,)
-NEVER_MIRRORED: Final = (PatternClass.LEFT_LOOP,)
 
 
-@dataclass(frozen=True, slots=True)
-class SingularPoints:
+class SingularPoints(NamedTuple):
     """Hold positions of the singular points of one print, (K, 2), in pixels, x right and y down."""
 
     cores: NDArray[np.float64]
@@ -79,11 +74,7 @@ def draw_pattern(rng: np.random.Generator) -> PatternClass:
 
 
 def draw_singular_points(
-    pattern: PatternClass,
-    centre: tuple[float, float],
-    rng: np.random.Generator,
-    *,
-    size: float = 1.0,
+    pattern: PatternClass, centre: tuple[float, float], rng: np.random.Generator, size: float = 1.0
 ) -> SingularPoints:
     """Draw the singular points of a finger: none for an arch, two of each for a whorl, else one.
 
@@ -91,12 +82,11 @@ def draw_singular_points(
     finger.
     """
     ranges = SINGULAR_RANGES[pattern]
-    mirrored = rng.random() < 0.5
-    if pattern in ALWAYS_MIRRORED + NEVER_MIRRORED:
-        mirrored = pattern in ALWAYS_MIRRORED
+    always, never = pattern is PatternClass.RIGHT_LOOP, pattern is PatternClass.LEFT_LOOP
+    mirrored = (rng.random() < 0.5 or always) and not never
     flip = np.array([-1.0 if mirrored else 1.0, -1.0]) * size  # y up becomes y down
-    cores, deltas = (
+    drawn = (
         np.array([[rng.uniform(*x), rng.uniform(*y)] for x, y in rectangles]).reshape(-1, 2)
-        for rectangles in (ranges.cores, ranges.deltas)
+        for rectangles in ranges
     )
-    return SingularPoints(np.asarray(centre) + flip * cores, np.asarray(centre) + flip * deltas)
+    return SingularPoints(*(np.asarray(centre) + flip * points for points in drawn))

@@ -1,4 +1,7 @@
-"""Contact of skin and glass: which height of relief prints, and where ridges are legible."""
+"""Contact of skin and glass: which height of relief prints, where ridges are legible, and smudges.
+
+Smudges are skin that moved while it touched, and residue of earlier fingers on the glass.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.synthesis.lines import draw_lines
 from fpmatch.synthesis.noise import smooth_noise
+from fpmatch.synthesis.skin import draw_lines
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,23 +46,25 @@ class PressureParameters:
     ragged: float = 0.035  # and of its fine raggedness
 
 
+@dataclass(frozen=True, slots=True)
+class SmearParameters:
+    """Set how often and how far skin moves; lengths in pixels at 500 dpi."""
+
+    chance: float = 0.1  # probability of a smear in an impression
+    length_px: Range = (5.0, 11.0)
+    share: Range = (0.03, 0.12)  # approximate share of the print
+    extent_px: float = 45.0
+    stain: Range = (0.0, 0.1)  # largest share of ink between ridges by damp
+    stain_extent_px: float = 35.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Contact:
-    """Hold how one finger touches the sensor, for each pixel of the image (h, w).
+    """Hold how one finger touches the sensor, for each pixel of the image (h, w)."""
 
-    Parameters
-    ----------
-    threshold : ndarray of float32
-        Height that skin must have to print.
-    strength : ndarray of float32
-        Share of the relief that wear has left.
-    grain : ndarray of float32
-        Roughness to add to the relief.
-    """
-
-    threshold: Field = field(repr=False)
-    strength: Field = field(repr=False)
-    grain: Field = field(repr=False)
+    threshold: Field = field(repr=False)  # height that skin must have to print
+    strength: Field = field(repr=False)  # share of the relief that wear has left
+    grain: Field = field(repr=False)  # roughness to add to the relief
 
 
 TIP_EXPONENT, FOOT_EXPONENT = 2.1, 2.7  # of the superellipse: 2 is round, more is squarer
@@ -80,28 +85,15 @@ def press(
     on_print: NDArray[np.floating],
     creases: NDArray[np.floating],
     rng: np.random.Generator,
-    parameters: PressureParameters | None = None,
-    *,
+    p: PressureParameters,
     px: float = 1.0,
 ) -> Contact:
     """Press a finger on the glass once.
 
-    Parameters
-    ----------
-    radius : ndarray of float, shape (h, w)
-        Radius of each pixel in the contact: 0 in its middle, 1 on its outline.
-    on_print : ndarray of float, shape (h, w)
-        1 on the skin of the print, falling towards its border, 0 beyond.
-    creases : ndarray of float, shape (h, w)
-        Depth of the finger's creases, 0 to 1.
-    rng : numpy.random.Generator
-        Source of pressure, moisture and scratches.
-    parameters : PressureParameters, optional
-        Their ranges.
-    px : float, optional
-        Pixels of the image for one at 500 dpi (default 1).
+    Of each pixel (h, w), `radius` is 0 in the middle of the contact and 1 on its outline,
+    `on_print` is 1 on the skin of the print, falling towards its border, and `creases` is the depth
+    of the finger's creases, 0 to 1. `px` is the number of image pixels for one at 500 dpi.
     """
-    p = parameters or PressureParameters()
     shape = (radius.shape[0], radius.shape[1])
     threshold = rng.uniform(*p.dryness) + p.unevenness * smooth_noise(
         shape, px * p.unevenness_extent_px, rng
@@ -133,7 +125,7 @@ BORDER_PX: Final = 7.0  # nothing is legible nearer the image border
 
 
 def is_legible(
-    points: NDArray[np.floating], contact: Contact, *, px: float = 1.0
+    points: NDArray[np.floating], contact: Contact, px: float = 1.0
 ) -> NDArray[np.bool_]:
     """Return whether ridges can be distinguished from valleys at and around `points` (N, 2).
 
@@ -175,3 +167,42 @@ def _spot(
     inside = np.exp(-0.5 * ((x * stretch) ** 2 + (y / stretch) ** 2) / extent_px**2)
     ragged = np.clip(0.8 + 0.5 * smooth_noise((rows, columns), SPOT_EXTENT_PX * px, rng), 0, 1.6)
     return np.asarray(rng.choice((WET_SPOT, DRY_SPOT)) * inside * ragged)
+
+
+def stain(
+    touching: NDArray[np.floating], rng: np.random.Generator, p: SmearParameters, px: float = 1.0
+) -> Field:
+    """Return the share of ink that damp and grease leave between the ridges, (h, w).
+
+    `touching` is 1 where the finger touches; `px` is the number of image pixels for one at 500 dpi.
+    """
+    darkest = rng.uniform(*p.stain)
+    shape = (touching.shape[0], touching.shape[1])
+    patches = np.clip(smooth_noise(shape, p.stain_extent_px * px, rng), 0, 2) / 2
+    return np.asarray(darkest * patches * touching, np.float32)
+
+
+def smear(
+    relief: Field, rng: np.random.Generator, p: SmearParameters, px: float = 1.0
+) -> tuple[Field, Field]:
+    """Blur the skin (h, w) in patches along one direction, as if it had moved there.
+
+    Returns the relief, and the share of the blur: 0 where it is unchanged, 1 in the middle of a
+    patch.
+    """
+    import cv2  # noqa: PLC0415
+
+    if rng.random() >= p.chance:
+        return relief, np.zeros_like(relief)
+    angle = rng.uniform(0, np.pi)
+    length = rng.uniform(*p.length_px) * px
+    reach = int(np.ceil(length / 2))
+    kernel = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
+    half = length / 2 * np.array([np.cos(angle), np.sin(angle)])
+    begin, end = (np.rint(reach + sign * half).astype(int).tolist() for sign in (-1, 1))
+    cv2.line(kernel, begin, end, 1.0, 1)
+    moved = cv2.filter2D(relief, -1, kernel / kernel.sum())
+    patches = smooth_noise((relief.shape[0], relief.shape[1]), p.extent_px * px, rng)
+    limit = np.quantile(patches, 1 - rng.uniform(*p.share))
+    share = np.clip(2.5 * (patches - limit), 0, 1).astype(np.float32)
+    return np.asarray(relief + share * (moved - relief), np.float32), share

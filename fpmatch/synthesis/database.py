@@ -45,25 +45,13 @@ STAGE: Final = "synth"
 
 @dataclass(frozen=True, slots=True)
 class DatabaseMade:
-    """Hold what `make_database` made, and the size of the result.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the database.
-    fingers, impressions : int
-        Requested fingers, all of them complete, and impressions of each.
-    made : int
-        Fingers that this call made.
-    size : int
-        Bytes of all their files.
-    """
+    """Hold what `make_database` made, and the size of the result."""
 
     folder: Path
-    fingers: int
-    impressions: int
-    made: int
-    size: int
+    fingers: int  # requested ones, all complete
+    impressions: int  # of each
+    made: int  # fingers that this call made
+    size: int  # bytes of all their files
 
 
 def make_database(
@@ -143,20 +131,12 @@ def make_database(
         finished = iter(range(fingers - len(missing) + 1, fingers + 1))
         if missing:
             run_chunks(
-                partial(_make_finger, folder),
-                plan,
-                missing,
-                workers=workers,
+                partial(_make_finger, folder), plan, missing, workers=workers,
                 finished=lambda _: progress(STAGE, next(finished), fingers),
-            )
+            )  # fmt: skip
     files = [folder / DESCRIPTION_FILE, *(p for n in numbers for p in _files(folder, n, plan))]
-    return DatabaseMade(
-        folder=folder,
-        fingers=fingers,
-        impressions=impressions,
-        made=len(missing),
-        size=sum(path.stat().st_size for path in files),
-    )
+    size = sum(path.stat().st_size for path in files)
+    return DatabaseMade(folder, fingers, impressions, len(missing), size)
 
 
 def _make_finger(folder: Path, plan: Plan, number: int) -> None:
@@ -215,8 +195,7 @@ def _make_folder(folder: Path) -> None:
 
 def _claim(folder: Path, plan: Plan) -> None:
     """Check that a folder is empty or the database of `plan`; write its description."""
-    description = folder / DESCRIPTION_FILE
-    truths = folder / TRUTH_FOLDER
+    description, truths = folder / DESCRIPTION_FILE, folder / TRUTH_FOLDER
     try:
         remove_unfinished(folder)
         if description.exists():

@@ -29,8 +29,7 @@ def develop(
     contact: Contact,
     sensor: Sensor,
     rng: np.random.Generator,
-    *,
-    stain: NDArray[np.floating] | None = None,
+    stain: NDArray[np.floating] | float = 0.0,
 ) -> NDArray[np.uint8]:
     """Return the image (h, w) that a sensor takes of skin of height `relief`, with dark ridges.
 
@@ -44,8 +43,7 @@ def develop(
     covered = np.maximum(covered, _dust(sensor, rng))
     if sensor.residue > 0:
         covered = np.maximum(covered, _residue(contact, sensor, rng))
-    if stain is not None:
-        covered = np.maximum(covered, stain)
+    covered = np.maximum(covered, stain)
     paper = _paper(sensor, rng)
     ink = sensor.ink + sensor.ink_variation * smooth_noise(shape, 25 * sensor.px, rng)
     ink += sensor.ink_fading * contact.threshold

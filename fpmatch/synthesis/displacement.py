@@ -9,6 +9,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.pointset.points import as_points
+from fpmatch.synthesis.warp import solved
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 FEWEST_NODES: Final = 4  # along a side, so that a cubic fits
 SOLVED_PX: Final = 1e-6  # largest step of a point when `stretched` stops
-_MOST_ROUNDS: Final = 200  # steps shrink by a constant factor wherever skin does not fold
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,19 +28,9 @@ class DisplacementField:
 
     Node ``[i, j]`` lies at pixel ``((j - 1) * step, (i - 1) * step)``: one node more than needed
     on each side, so that the whole image is interpolated from nodes around it. Between nodes the
-    shift is the cubic convolution (Catmull–Rom, a = -1/2) of the 4 x 4 nodes around.
-
-    Parameters
-    ----------
-    step : float
-        Pixels from node to node.
-    shift : ndarray of float64, shape (rows, columns, 2)
-        Displacement at each node, x and y in pixels; at least 4 x 4 nodes.
-
-    Raises
-    ------
-    ImageError
-        If the step is not above zero, or the shifts are too few, not finite or of another shape.
+    shift is the cubic convolution (Catmull–Rom, a = -1/2) of the 4 x 4 nodes around. An ImageError
+    is raised if the step is not above zero, or the shifts are too few, not finite or of another
+    shape.
 
     References
     ----------
@@ -48,8 +38,8 @@ class DisplacementField:
     (1981).
     """
 
-    step: float
-    shift: NDArray[np.float64]
+    step: float  # pixels from node to node
+    shift: NDArray[np.float64]  # x and y in pixels, (rows, columns, 2), at least 4 x 4 nodes
 
     def __post_init__(self) -> None:
         shift = np.array(self.shift, dtype=np.float64)
@@ -90,16 +80,8 @@ class DisplacementField:
         return np.asarray(p + self.at(p))
 
     def stretched(self, points: ArrayLike) -> Points:
-        """Return the positions in the image of `points` (N, 2) of unstretched skin.
-
-        Inverse of `relaxed`, by fixed-point iteration.
-        """
-        reached = goal = as_points(points)
-        for _ in range(_MOST_ROUNDS):
-            before, reached = reached, goal - self.at(reached)
-            if np.abs(reached - before).max(initial=0.0) < SOLVED_PX:
-                break
-        return reached
+        """Return the positions in the image of `points` (N, 2) of unstretched skin."""
+        return solved(as_points(points), lambda p: -self.at(p), SOLVED_PX)
 
 
 def _cubic_weights(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:

@@ -40,10 +40,7 @@ class GrowthParameters:
 
 
 def grow_ridges(
-    orientation: Field,
-    period: Field,
-    rng: np.random.Generator,
-    parameters: GrowthParameters | None = None,
+    orientation: Field, period: Field, rng: np.random.Generator, p: GrowthParameters
 ) -> Field:
     """Grow ridges along an orientation field until they fill the print.
 
@@ -52,7 +49,6 @@ def grow_ridges(
     then a Gaussian along them, each a weighted sum of nearest pixels. Returns the relief (H, W),
     from -1 in the valleys to 1 on the ridges.
     """
-    p = parameters or GrowthParameters()
     across, along = _filters(orientation, period, p)
     relief = np.zeros(orientation.size, np.float32)
     mean_period = float(np.mean(period, dtype=np.float64))

@@ -11,10 +11,9 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.synthesis.contact import is_legible, outline_radius, press
+from fpmatch.synthesis.contact import is_legible, outline_radius, press, smear, stain
 from fpmatch.synthesis.develop import develop, framed
 from fpmatch.synthesis.skin import skin_of
-from fpmatch.synthesis.smear import smear, stain
 from fpmatch.synthesis.warp import draw_warp
 
 if TYPE_CHECKING:
@@ -47,39 +46,17 @@ class _Purpose(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impression:
-    """Hold one image and its ground truth; coordinates are pixels of the image.
+    """Hold one image and its ground truth; coordinates are pixels of the image."""
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (h, w)
-        Dark ridges on a light ground.
-    dpi : float
-        Its resolution.
-    preset : str
-        Name of the preset.
-    warp : Warp
-        Exact map from the master to the image.
-    transform : Similarity
-        The similarity nearest to it over the contact.
-    residual_rms_px : float
-        Root mean square distance of the two over the contact.
-    minutiae : Minutiae
-        All of the master's that fall in the image, visible or not.
-    master : ndarray of int64, shape (N,)
-        Index of each among the master's minutiae.
-    visible : ndarray of bool, shape (N,)
-        Whether it is visible.
-    """
-
-    image: NDArray[np.uint8] = field(repr=False)
+    image: NDArray[np.uint8] = field(repr=False)  # dark ridges on a light ground, (h, w)
     dpi: float
     preset: str
-    warp: Warp
-    transform: Similarity
-    residual_rms_px: float
-    minutiae: Minutiae = field(repr=False)
-    master: NDArray[np.int64] = field(repr=False)
-    visible: NDArray[np.bool_] = field(repr=False)
+    warp: Warp  # exact map from the master to the image
+    transform: Similarity  # nearest to it over the contact
+    residual_rms_px: float  # root mean square distance of the two
+    minutiae: Minutiae = field(repr=False)  # the master's that fall in the image, visible or not
+    master: NDArray[np.int64] = field(repr=False)  # index of each among the master's, (N,)
+    visible: NDArray[np.bool_] = field(repr=False)  # whether it is visible, (N,)
 
     def __post_init__(self) -> None:
         for array in (self.image, self.master, self.visible):
@@ -90,16 +67,6 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     """Press a finger on a sensor once.
 
     Impressions are numbered from 1 (else ImageError); none depends on another.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.master import MasterParameters, make_master
-    >>> from fpmatch.synthesis.presets import PRESETS
-    >>> from fpmatch.synthesis.sensor import Sensor
-    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
-    >>> made = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
-    >>> made.image.shape, len(made.minutiae) == len(made.master) == len(made.visible)
-    ((120, 100), True)
     """
     if number < 1:
         raise ImageError(f"impressions are numbered from 1, not {number}")
@@ -115,29 +82,21 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     rough = master.relief + preset.texture * (skin.relief - master.relief)
     on_print = _sampled(_share_of_print(master.silhouette), origin, 0.0) * (1 - framed(sensor))
     creases = _sampled(skin.creases, origin, 0.0)
-    contact = press(radius, on_print, creases, pressing, preset.pressure, px=px)
-    relief, smeared = smear(
-        _sampled(rough, origin, BEYOND_THE_MASTER), smearing, preset.smear, px=px
-    )
+    contact = press(radius, on_print, creases, pressing, preset.pressure, px)
+    still = _sampled(rough, origin, BEYOND_THE_MASTER)
+    relief, smeared = smear(still, smearing, preset.smear, px)
     touching = (radius < 1) & (on_print > ON_PRINT)
-    damp = stain(on_print * np.clip((1 - radius) / FADING, 0, 1), smearing, preset.smear, px=px)
-    image = develop(relief, contact, sensor, sensing, stain=damp)
+    damp = stain(on_print * np.clip((1 - radius) / FADING, 0, 1), smearing, preset.smear, px)
+    image = develop(relief, contact, sensor, sensing, damp)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
     inside = np.flatnonzero(_in_image(moved.xy, sensor.shape))
     moved = moved.take(inside)
     column, row = np.floor(moved.xy).astype(np.intp).T
-    visible = is_legible(moved.xy, contact, px=px) & (smeared[row, column] < SMEARED)
+    visible = is_legible(moved.xy, contact, px) & (smeared[row, column] < SMEARED)
+    maps = warp, transform, residual
     return Impression(
-        image=image,
-        dpi=sensor.dpi,
-        preset=preset.name,
-        warp=warp,
-        transform=transform,
-        residual_rms_px=residual,
-        minutiae=moved,
-        master=inside.astype(np.int64),
-        visible=visible,
+        image, sensor.dpi, preset.name, *maps, moved, inside.astype(np.int64), visible
     )
 
 
@@ -186,14 +145,8 @@ def _sampled(layer: Field, origin: Field, beyond: float) -> Field:
     """Return a layer of the master at `origin` (h, w, 2), and `beyond` outside it."""
     import cv2  # noqa: PLC0415
 
-    sampled = cv2.remap(
-        layer,
-        origin[..., 0],
-        origin[..., 1],
-        cv2.INTER_CUBIC,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=beyond,
-    )
+    x, y = origin[..., 0], origin[..., 1]
+    sampled = cv2.remap(layer, x, y, cv2.INTER_CUBIC, borderValue=beyond)
     return np.asarray(sampled, np.float32)
 
 

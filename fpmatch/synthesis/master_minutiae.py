@@ -29,11 +29,7 @@ class MinutiaeParameters:
 
 
 def list_minutiae(
-    relief: Field,
-    orientation: Field,
-    period: Field,
-    silhouette: Mask,
-    parameters: MinutiaeParameters | None = None,
+    relief: Field, orientation: Field, period: Field, silhouette: Mask, p: MinutiaeParameters
 ) -> Minutiae:
     """List the minutiae of a clean relief, by crossing numbers on the skeleton of its ridges.
 
@@ -44,7 +40,6 @@ def list_minutiae(
     """
     from skimage.morphology import skeletonize  # noqa: PLC0415
 
-    p = parameters or MinutiaeParameters()
     skeleton = np.asarray(skeletonize(relief > 0), np.bool_)  # type: ignore[no-untyped-call]
     crossing = crossing_numbers(skeleton)
     margin = int(np.ceil(period.max() * max(p.branch, 1.0)))

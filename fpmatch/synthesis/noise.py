@@ -9,9 +9,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_SPLINE_DEVIATION = (
-    11 / 23
-)  # along both axes: the variance of a cubic B-spline sum of unit noise along one
+# Of the cubic B-spline sum of unit noise along both axes: the variance along one is 11/23.
+_SPLINE_DEVIATION = 11 / 23
 
 
 def smooth_noise(
@@ -34,12 +33,8 @@ def _along_first_axis(
     position = np.arange(length) / extent_px
     cell = position.astype(np.intp)
     t = (position - cell)[:, None]
-    weights = (
-        (1 - t) ** 3 / 6,
-        (4 - 6 * t**2 + 3 * t**3) / 6,
-        (1 + 3 * t + 3 * t**2 - 3 * t**3) / 6,
-        t**3 / 6,
-    )
+    inner = (4 - 6 * t**2 + 3 * t**3) / 6, (1 + 3 * t + 3 * t**2 - 3 * t**3) / 6
+    weights = (1 - t) ** 3 / 6, *inner, t**3 / 6
     total = np.zeros((length, values.shape[1]))
     for ahead, weight in enumerate(weights):
         total += weight * values[cell + ahead]

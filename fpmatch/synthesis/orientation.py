@@ -3,26 +3,32 @@
 References
 ----------
 Cappelli, Erol, Maio, Maltoni, "Synthetic fingerprint-image generation", ICPR 2000 (SFinGe), for
-the steps and the arch; `fpmatch.synthesis.zero_pole` for cores and deltas.
+the steps and the arch.
+Sherlock, Monro, "A model for interpreting fingerprint topology", Pattern Recognition 26 (1993):
+the orientation turns by half the argument around every core and back around every delta.
+Vizcaya, Gerhardt, "A nonlinear orientation model for global description of fingerprints",
+Pattern Recognition 29 (1996): each argument passes through a piecewise-linear function first.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.synthesis.classes import PatternClass, Range, SingularPoints
 from fpmatch.synthesis.noise import smooth_noise
-from fpmatch.synthesis.zero_pole import ZeroPoleParameters, zero_pole_turning
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Field = NDArray[np.float64]
+
 ORIENTATION_LEVELS: Final = 2048
 """Orientations are whole multiples of π over this, so that rounding differs on no machine."""
+_UP: Final = math.pi / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +49,16 @@ ARCHING: Final = {
 
 
 @dataclass(frozen=True, slots=True)
+class ZeroPoleParameters:
+    """Set the deviation of the arguments from the plain model."""
+
+    corner_count: int = 8  # of each piecewise-linear correction
+    correction_deg: float = 7.0  # standard deviation at a corner, of any correction
+    uprightness: Range = (0.3, 0.8)  # rotation of a loop's axis to the vertical by its delta
+    loop_narrowing_deg: Range = (16.0, 44.0)  # inclination of a core's flanks towards its axis
+
+
+@dataclass(frozen=True, slots=True)
 class OrientationParameters:
     """Set the deviation from the plain zero-pole model; lengths at size 1."""
 
@@ -59,19 +75,20 @@ def ridge_orientation(
     points: SingularPoints,
     shape: tuple[int, int],
     rng: np.random.Generator,
-    parameters: OrientationParameters | None = None,
-    *,
-    size: float = 1.0,
+    p: OrientationParameters,
+    size: float,
 ) -> NDArray[np.float32]:
     """Draw the ridge orientation field of one finger, (rows, columns).
 
     Radians in [0, π), counter-clockwise on screen from +x. `points` are in pixels; `size` is
     relative to an average finger.
     """
-    p = parameters or OrientationParameters()
     rows, columns = shape
     y, x = np.mgrid[rows / 2 : -rows / 2 : -1, -columns / 2 : columns / 2]
-    cores, deltas = (_from_middle(xy, shape) for xy in (points.cores, points.deltas))
+    cores, deltas = (
+        [complex(x - columns / 2, rows / 2 - y) for x, y in xy]
+        for xy in (points.cores, points.deltas)
+    )
     turning = zero_pole_turning(x + 1j * y, cores, deltas, rng, p.zero_pole)
     arching = _arching(x / size, y / size, ARCHING[pattern], rng, p)
     variation = math.radians(rng.uniform(*p.variation_deg))
@@ -81,12 +98,8 @@ def ridge_orientation(
 
 
 def _arching(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    arching: Arching,
-    rng: np.random.Generator,
-    p: OrientationParameters,
-) -> NDArray[np.float64]:
+    x: Field, y: Field, arching: Arching, rng: np.random.Generator, p: OrientationParameters
+) -> Field:
     """Return the additional angle of ridges left and right of the middle, in radians."""
     steepness = math.radians(rng.uniform(*arching.steepness_deg))
     u = x / (rng.uniform(*arching.half_width_px) * (1 + np.clip(y / p.widening_px, 0, None)))
@@ -94,6 +107,52 @@ def _arching(
     return np.asarray(-steepness * u * np.exp((1 - u**2) / 2) * above_joint)
 
 
-def _from_middle(xy: NDArray[np.float64], shape: tuple[int, int]) -> list[complex]:
-    """Return pixel positions as x + iy from the middle of the print, y up."""
-    return [complex(x - shape[1] / 2, shape[0] / 2 - y) for x, y in xy]
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """Hold one singular point, and the share of its corrected argument by which ridges turn."""
+
+    place: complex
+    share: float
+    correction: Field  # of the argument, at corners evenly spaced around the point
+
+    def around(self, place: NDArray[np.complex128]) -> Field:
+        """Return the turning of the ridges by this point at `place`, in radians."""
+        argument = np.angle(place - self.place)
+        values = np.append(self.correction, self.correction[0])
+        corners = np.linspace(0, 2 * np.pi, values.size)
+        bent = argument + np.interp(np.mod(argument, 2 * np.pi), corners, values)
+        return np.asarray(self.share * bent, np.float64)
+
+
+def zero_pole_turning(
+    place: NDArray[np.complex128],
+    cores: list[complex],
+    deltas: list[complex],
+    rng: np.random.Generator,
+    p: ZeroPoleParameters,
+) -> Field:
+    """Draw the rotation of ridges from the horizontal by the singular points, (H, W).
+
+    Radians, counter-clockwise, modulo π. Points and `place` (H, W) are x + iy, y up. Besides random
+    corrections, deltas are bent so that loops are more upright than in the plain model, and cores
+    so that the two legs of a loop are nearly parallel.
+    """
+    corners = np.arange(p.corner_count) * (2 * np.pi / p.corner_count)
+    jitter = math.radians(p.correction_deg) * rng.standard_normal((10, p.corner_count))
+    uprightness = rng.uniform(*p.uprightness)
+    narrowing = math.radians(rng.uniform(*p.loop_narrowing_deg))
+    turns = [_Turn(core, 0.5, bend) for core, bend in zip(cores, jitter, strict=False)]
+    for delta, bend in zip(deltas, jitter[len(cores) :], strict=False):
+        to_cores = float(np.angle(sum(cores) / len(cores) - delta)) if cores else _UP
+        lean = uprightness * (to_cores - _UP) * np.clip(np.cos(corners - to_cores), 0, 1)
+        turns.append(_Turn(delta, -0.5, bend - lean))
+    total = np.zeros(place.shape)
+    for turn in turns:
+        narrowed = turn
+        if turn.share > 0:
+            here = np.array([turn.place])
+            opening = 2 * sum(float(o.around(here)[0]) for o in turns if o is not turn)
+            closer = narrowing * np.sin(corners - opening)
+            narrowed = replace(turn, correction=turn.correction - closer)
+        total += narrowed.around(place)
+    return total

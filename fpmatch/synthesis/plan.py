@@ -34,31 +34,14 @@ _LABELS: Final = {
 class Plan:
     """Fix all parameters of the prints of a database.
 
-    Parameters
-    ----------
-    seed : int
-        Family of fingers, 0 to 2**63 - 1.
-    preset : str
-        Name of the preset of the impressions.
-    sensors : tuple of Sensor
-        Impression m is taken by the one with index ``(m - 1) % len(sensors)``.
-    impressions : int
-        Of each finger, 1 to 1000.
-    master : MasterParameters
-        Parameters of the masters.
-
-    Raises
-    ------
-    DatasetError
-        If a number is out of its range, or there is no sensor.
-    ImageError
-        If the preset is unknown.
+    A DatasetError is raised for a number out of its range or no sensor, an ImageError for an
+    unknown preset.
     """
 
-    seed: int
-    preset: str
-    sensors: tuple[Sensor, ...]
-    impressions: int
+    seed: int  # family of fingers, 0 to 2**63 - 1
+    preset: str  # name of the preset of the impressions
+    sensors: tuple[Sensor, ...]  # impression m is taken by number (m - 1) % len(sensors)
+    impressions: int  # of each finger, 1 to 1000
     master: MasterParameters = field(default_factory=MasterParameters)
 
     def __post_init__(self) -> None:

@@ -7,8 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageError
-from fpmatch.synthesis.contact import PressureParameters
-from fpmatch.synthesis.smear import SmearParameters
+from fpmatch.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.synthesis.warp import PlacementParameters
 
 if TYPE_CHECKING:
@@ -17,27 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """Name the ranges from which impressions are drawn.
-
-    Parameters
-    ----------
-    name : str
-        Name of the preset.
-    placement : PlacementParameters
-        Position, rotation, stretch and contact area.
-    pressure : PressureParameters
-        Pressure, moisture, wear, scratches.
-    smear : SmearParameters
-        How often the skin moves.
-    texture : float
-        Visible share of the skin's roughness and pores.
-    """
+    """Name the ranges from which impressions are drawn."""
 
     name: str
     placement: PlacementParameters = field(default_factory=PlacementParameters)
     pressure: PressureParameters = field(default_factory=PressureParameters)
     smear: SmearParameters = field(default_factory=SmearParameters)
-    texture: float = 1.0
+    texture: float = 1.0  # visible share of the skin's roughness and pores
 
 
 # fmt: off

@@ -20,69 +20,29 @@ LARGEST_SIDE_PX: Final = 4096
 class Sensor:
     """Describe a sensor; grey levels are 0 to 255, lengths pixels of the image.
 
-    Parameters
-    ----------
-    name : str
-        Name of the sensor.
-    width, height : int
-        Of the image.
-    dpi : float
-        Resolution.
-    paper, ink : float
-        Grey level of bare glass and of touching skin.
-    ceiling : float
-        Brightest output; less than `paper` where bare glass saturates.
-    ink_variation, paper_variation : float
-        Standard deviation of either over the image.
-    exposure : float
-        Standard deviation of `paper` from image to image.
-    ink_fading : float
-        Grey levels by which drier skin prints lighter, per unit of relief.
-    softness : float
-        Height of relief over which an edge goes from paper to ink.
-    blur : float
-        Standard deviation of the point spread.
-    noise : float
-        Standard deviation of each pixel.
-    vignette : float
-        Grey levels by which the corners are darker than the middle.
-    stripes : float
-        Standard deviation of whole columns.
-    frame : float
-        Share of the width by which a white frame cuts either upper corner off, narrowing to none
-        at the foot.
-    specks : int
-        Most bits of dust on the glass.
-    residue : float
-        Density of the fine dots that damp skin leaves around the print, from 0.
-
-    Raises
-    ------
-    ImageError
-        If a side is not between 32 and 4096 pixels.
-    ResolutionError
-        If `dpi` is outside 100 to 4000.
+    An ImageError is raised for a side that is not between 32 and 4096 pixels, a ResolutionError for
+    a resolution outside 100 to 4000 dpi.
     """
 
     name: str
     width: int
     height: int
     dpi: float = STANDARD_DPI
-    paper: float = 262.0
-    ink: float = 40.0
-    ceiling: float = 254.0
-    ink_variation: float = 14.0
+    paper: float = 262.0  # grey level of bare glass
+    ink: float = 40.0  # and of touching skin
+    ceiling: float = 254.0  # brightest output; less than `paper` where bare glass saturates
+    ink_variation: float = 14.0  # standard deviation over the image
     paper_variation: float = 0.0
-    exposure: float = 0.0
-    ink_fading: float = 60.0
-    softness: float = 0.24
-    blur: float = 0.55
-    noise: float = 2.0
-    vignette: float = 0.0
-    stripes: float = 0.0
-    frame: float = 0.0
-    specks: int = 4
-    residue: float = 0.0
+    exposure: float = 0.0  # standard deviation of `paper` from image to image
+    ink_fading: float = 60.0  # grey levels by which drier skin prints lighter, per unit of relief
+    softness: float = 0.24  # height of relief over which an edge goes from paper to ink
+    blur: float = 0.55  # standard deviation of the point spread
+    noise: float = 2.0  # standard deviation of each pixel
+    vignette: float = 0.0  # grey levels by which the corners are darker than the middle
+    stripes: float = 0.0  # standard deviation of whole columns
+    frame: float = 0.0  # share of the width by which a white frame cuts off either upper corner
+    specks: int = 4  # most bits of dust on the glass
+    residue: float = 0.0  # density of the fine dots that damp skin leaves around the print
 
     def __post_init__(self) -> None:
         if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in self.shape):

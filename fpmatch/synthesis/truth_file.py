@@ -52,9 +52,19 @@ def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dic
     `displacement` belongs to `transform` as it is rounded there: a point p of the image comes from
     ``transform.inverse().apply(p + displacement(p))`` of the master.
     """
-    transform = _rounded_transform(impression.transform)
+    t = impression.transform
+    transform = Similarity(
+        round(t.scale, FACTOR_DIGITS),
+        round(math.remainder(t.rotation, 2 * math.pi), FACTOR_DIGITS),
+        round(t.tx, POSITION_DIGITS + 2),
+        round(t.ty, POSITION_DIGITS + 2),
+    )
     height, width = impression.image.shape
-    field = displacement_of(impression, transform)
+    field = DisplacementField.sampled(
+        lambda points: transform.apply(impression.warp.to_master(points)),
+        (height, width),
+        max(1, round(NODE_EVERY_PX * impression.dpi / 500)),
+    )
     return {
         "preset": impression.preset,
         "sensor": sensor.name,
@@ -77,24 +87,6 @@ def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dic
             "dy": _rounded(field.shift[..., 1]),
         },
     }
-
-
-def displacement_of(impression: Impression, transform: Similarity) -> DisplacementField:
-    """Return the displacement of an impression's skin from where `transform` alone maps it."""
-    step = max(1, round(NODE_EVERY_PX * impression.dpi / 500))
-    rows, columns = impression.image.shape
-    return DisplacementField.sampled(
-        lambda points: transform.apply(impression.warp.to_master(points)), (rows, columns), step
-    )
-
-
-def _rounded_transform(transform: Similarity) -> Similarity:
-    return Similarity(
-        round(transform.scale, FACTOR_DIGITS),
-        round(math.remainder(transform.rotation, 2 * math.pi), FACTOR_DIGITS),
-        round(transform.tx, POSITION_DIGITS + 2),
-        round(transform.ty, POSITION_DIGITS + 2),
-    )
 
 
 def _columns(minutiae: Minutiae) -> dict[str, list[Any]]:

@@ -19,6 +19,8 @@ from fpmatch.pointset.points import as_points
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.synthesis.classes import Range
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
 STICKING_RADIUS: Final = 0.35  # radius of the contact that does not slide
 SOLVED_PX: Final = 1e-7  # largest step of a point when `from_master` stops
-_MOST_ROUNDS: Final = 500  # never reached: steps shrink by a constant factor
+_MOST_ROUNDS: Final = 500  # never reached unless skin folds
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,30 +38,15 @@ class Warp:
     """Map the master to the image: placed on the sensor, then dragged over it.
 
     The firmly pressed middle of the contact sticks to the glass. Around it the skin slips, the more
-    the further out; beyond, it follows the finger, which turns and slides as a whole.
-
-    Parameters
-    ----------
-    placement : Similarity
-        From the master to the image before the finger moves; its scale includes the resolution.
-    centre, half_axes : (float, float)
-        Of the contact ellipse, in pixels of the image; half axes across and along the finger.
-    torsion : float
-        Rotation of the finger after it touched, radians, clockwise on screen.
-    traction : (float, float)
-        Its slide, x and y in pixels of the image.
-
-    Raises
-    ------
-    ImageError
-        If the contact is empty, or the skin would fold over itself.
+    the further out; beyond, it follows the finger, which turns and slides as a whole. An ImageError
+    is raised if the contact is empty, or the skin would fold over itself.
     """
 
-    placement: Similarity
-    centre: Pair
-    half_axes: Pair
-    torsion: float = 0.0
-    traction: Pair = (0.0, 0.0)
+    placement: Similarity  # before the finger moves; its scale includes the resolution
+    centre: Pair  # of the contact ellipse, in pixels of the image
+    half_axes: Pair  # across and along the finger
+    torsion: float = 0.0  # of the finger after it touched, radians, clockwise on screen
+    traction: Pair = (0.0, 0.0)  # its slide, x and y in pixels of the image
 
     def __post_init__(self) -> None:
         values = (*self.centre, *self.half_axes, self.torsion, *self.traction)
@@ -99,9 +86,8 @@ class Warp:
         slip = np.clip(self.radius(p) - STICKING_RADIUS, 0, 1)
         share = 0.5 * (1 - np.cos(np.pi * slip))
         away = p - self.centre
-        return np.asarray(
-            share[:, None] * (away @ _rotation(self.torsion).T - away + self.traction)
-        )
+        moved = away @ _rotation(self.torsion).T - away + self.traction
+        return np.asarray(share[:, None] * moved)
 
     def to_master(self, points: ArrayLike) -> Points:
         """Map `points` (N, 2) of the image to the master."""
@@ -109,16 +95,21 @@ class Warp:
         return self.placement.inverse().apply(p - self.drag(p))
 
     def from_master(self, points: ArrayLike) -> Points:
-        """Map `points` (N, 2) of the master to the image.
+        """Map `points` (N, 2) of the master to the image: the inverse of `to_master`."""
+        return solved(self.placement.apply(points), self.drag, SOLVED_PX)
 
-        Inverse of `to_master`, by fixed-point iteration, which converges unless skin folds.
-        """
-        placed = reached = self.placement.apply(points)
-        for _ in range(_MOST_ROUNDS):
-            before, reached = reached, placed + self.drag(reached)
-            if np.abs(reached - before).max(initial=0.0) < SOLVED_PX:
-                break
-        return reached
+
+def solved(goal: Points, drag: Callable[[Points], Points], tolerance: float) -> Points:
+    """Return the points (N, 2) that `drag` takes from `goal`, by fixed-point iteration.
+
+    Steps shrink by a constant factor wherever skin does not fold; `tolerance` ends them, in pixels.
+    """
+    reached = goal
+    for _ in range(_MOST_ROUNDS):
+        before, reached = reached, goal + drag(reached)
+        if np.abs(reached - before).max(initial=0.0) < tolerance:
+            break
+    return reached
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,13 +136,12 @@ def draw_warp(
     sensor_shape: tuple[int, int],
     dpi: float,
     rng: np.random.Generator,
-    parameters: PlacementParameters | None = None,
+    p: PlacementParameters,
 ) -> Warp:
     """Draw where and how a finger touches a sensor.
 
     Shapes are rows and columns of the master, which has 500 dpi, and of the image, which has `dpi`.
     """
-    p = parameters or PlacementParameters()
     px = dpi / STANDARD_DPI
     rotation = math.radians(rng.uniform(*p.rotation_deg)) * rng.choice((-1, 1))
     scale = px * rng.uniform(*p.scale)
@@ -173,13 +163,9 @@ def draw_warp(
     # the contact is about the middle of the sensor, whichever part of the finger touches
     centre = middle_of_sensor + shift
     tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + towards)
-    return Warp(
-        placement=Similarity(scale, rotation, float(tx), float(ty)),
-        centre=(float(centre[0]), float(centre[1])),
-        half_axes=(half_width, half_height),
-        torsion=torsion,
-        traction=(float(traction[0]), float(traction[1])),
-    )
+    placement = Similarity(scale, rotation, float(tx), float(ty))
+    middle, slide = (float(centre[0]), float(centre[1])), (float(traction[0]), float(traction[1]))
+    return Warp(placement, middle, (half_width, half_height), torsion, slide)
 
 
 def _rotation(angle: float) -> NDArray[np.float64]:

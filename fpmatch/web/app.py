@@ -15,11 +15,11 @@ from starlette.exceptions import HTTPException
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError
-from fpmatch.web import gallery_routes, operations, routes
 from fpmatch.web.errors import ClientGoneError, status_of
 from fpmatch.web.guard import Guard
 from fpmatch.web.observer import Observer
 from fpmatch.web.pool import Pool
+from fpmatch.web.routes import gallery_router, operations_router, router
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -32,33 +32,15 @@ _DESCRIPTION: Final = (
     'Errors are `{"error": "one sentence"}`.'
 )
 _GONE: Final = 499  # the client has closed the connection
+_NO_ROUTE: Final = {
+    404: "there is nothing at this address",
+    405: "this address takes no such method",
+}
 _log: Final = logging.getLogger(__name__)
 
 
 def make_app(settings: Settings) -> Observer:
-    """Return the server as an ASGI application.
-
-    Parameters
-    ----------
-    settings : Settings
-        Limits, gallery, hosts, clients and audit log.
-
-    Returns
-    -------
-    Observer
-        The application behind its guard.
-
-    Raises
-    ------
-    AuditError
-        If the audit log cannot be written.
-
-    Examples
-    --------
-    >>> from fpmatch.web.settings import Settings
-    >>> type(make_app(Settings())).__name__
-    'Observer'
-    """
+    """Return the server as an ASGI application behind its guard, with metrics and logs."""
     pool = Pool(settings.workers, settings.limits.seconds)
 
     @asynccontextmanager
@@ -75,45 +57,30 @@ def make_app(settings: Settings) -> Observer:
         redoc_url=None,
     )
     app.state.pool, app.state.settings = pool, settings
-    app.include_router(operations.router)
-    app.include_router(routes.router)
+    app.include_router(operations_router)
+    app.include_router(router)
     if settings.gallery is not None:
-        app.include_router(gallery_routes.router)
+        app.include_router(gallery_router)
     app.mount("/", StaticFiles(directory=STATIC, html=True))
-    app.add_exception_handler(FpmatchError, _on_bad_input)
-    app.add_exception_handler(RequestValidationError, _on_malformed)
-    app.add_exception_handler(HTTPException, _on_no_route)
-    app.add_exception_handler(ClientGoneError, _on_client_gone)
-    app.add_exception_handler(Exception, _on_mistake)
+    for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
+        app.add_exception_handler(kind, _on_error)
     return Observer(Guard(app, settings), settings)
 
 
-def _error_response(status: int, text: str) -> JSONResponse:
+async def _on_error(request: Request, error: Exception) -> Response:
+    """Return the response to an error: its status and one sentence."""
+    match error:
+        case FpmatchError():
+            status, text = status_of(error), str(error)
+        case RequestValidationError():
+            first = error.errors()[0]
+            where = ".".join(map(str, first["loc"][1:])) or "request"
+            status, text = 422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+        case HTTPException():
+            status, text = error.status_code, _NO_ROUTE.get(error.status_code, str(error.detail))
+        case ClientGoneError():
+            return Response(status_code=_GONE)
+        case _:
+            _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
+            status, text = 500, "internal error; see the output of the server"
     return JSONResponse({"error": " ".join(text.split())}, status)
-
-
-async def _on_bad_input(_: Request, error: Exception) -> Response:
-    assert isinstance(error, FpmatchError)
-    return _error_response(status_of(error), str(error))
-
-
-async def _on_malformed(_: Request, error: Exception) -> Response:
-    assert isinstance(error, RequestValidationError)
-    first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"][1:]) or "request"
-    return _error_response(422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}")
-
-
-async def _on_no_route(_: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    words = {404: "there is nothing at this address", 405: "this address takes no such method"}
-    return _error_response(error.status_code, words.get(error.status_code, str(error.detail)))
-
-
-async def _on_client_gone(_: Request, __: Exception) -> Response:
-    return Response(status_code=_GONE)
-
-
-async def _on_mistake(request: Request, error: Exception) -> Response:
-    _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    return _error_response(500, "internal error; see the output of the server")

@@ -2,57 +2,23 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from fpmatch.errors import FpmatchError, GalleryError
 
 
 class RequestError(FpmatchError):
-    """A request is contradictory or incomplete."""
+    """A request cannot be met: by default, because it is contradictory or incomplete."""
 
-    status: ClassVar[int] = 422
-
-
-class ForbiddenError(RequestError):
-    """The role of the client does not permit the request."""
-
-    status = 403
-
-
-class NotFoundError(RequestError):
-    """The object of a request does not exist."""
-
-    status = 404
-
-
-class ConflictError(RequestError):
-    """A request conflicts with what is enrolled."""
-
-    status = 409
-
-
-class TooLargeError(RequestError):
-    """A file is larger than the server accepts."""
-
-    status = 413
+    def __init__(self, message: str = "", *, path: object = "", status: int = 422) -> None:
+        super().__init__(message, path=path)
+        self.status = status
 
 
 class TooLongError(RequestError):
     """The work took longer than a request may."""
 
-    status = 504
-
-
-class NotReadyError(RequestError):
-    """The server cannot do work."""
-
-    status = 503
-
 
 class WorkerError(RequestError):
     """A worker process ended before its work was done."""
-
-    status = 500
 
 
 class ClientGoneError(Exception):
@@ -60,14 +26,7 @@ class ClientGoneError(Exception):
 
 
 def status_of(error: FpmatchError) -> int:
-    """Return the HTTP status of an error.
-
-    Examples
-    --------
-    >>> from fpmatch.errors import ImageReadError
-    >>> status_of(ImageReadError("print.tif: the file is empty")), status_of(TooLongError("?"))
-    (422, 504)
-    """
+    """Return the HTTP status of an error."""
     if isinstance(error, RequestError):
         return error.status
     return 500 if isinstance(error, GalleryError) else 422

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import time
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
@@ -16,10 +17,9 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
-from fpmatch.gallery.summary import summarise
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.web.errors import ConflictError, NotFoundError, RequestError
+from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import open_upload_with_minutiae
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 
+_DECISION: Final = ("match", "score", "fmr", "extrapolated", "threshold", "reason")
 # The latest search of this worker process, by gallery, matcher and content of the gallery.
 _kept: dict[tuple[str, str, str], Search] = {}
 
@@ -47,12 +48,12 @@ def open_served_gallery(where: str) -> Iterator[Gallery]:
 
 @contextmanager
 def _not_found() -> Iterator[None]:
-    """Raise `NotFoundError` for what a gallery does not contain."""
+    """Answer with status 404 what a gallery does not contain."""
     try:
         yield
     except GalleryError as error:
         if error.code == "unknown":
-            raise NotFoundError(error.detail) from error
+            raise RequestError(error.detail, status=404) from error
         raise
 
 
@@ -70,17 +71,11 @@ def short_name(place: str) -> str:
 def describe_gallery(where: str) -> dict[str, Any]:
     """Return what ``fpmatch gallery info --json`` prints."""
     with open_served_gallery(where) as gallery:
-        return {"gallery": short_name(gallery.name), **summarise(gallery).as_dict()}
+        return {"gallery": short_name(gallery.name), **gallery.summary().as_dict()}
 
 
 def check_gallery(where: str | None) -> None:
-    """Open a gallery, if there is one.
-
-    Raises
-    ------
-    GalleryError
-        If it cannot be opened.
-    """
+    """Open a gallery, if there is one; raise GalleryError if it cannot be opened."""
     if where is not None:
         with open_served_gallery(where):
             pass
@@ -96,21 +91,13 @@ def list_prints(where: str, subject: str) -> list[dict[str, Any]]:
 
 
 def remove_print(where: str, number: int) -> None:
-    """Remove one entry.
-
-    Raises
-    ------
-    NotFoundError
-        If there is no such entry.
-    GalleryError
-        If the gallery cannot be written.
-    """
+    """Remove one entry."""
     with open_served_gallery(where) as gallery, _not_found():
         gallery.remove([number])
 
 
 def remove_subject(where: str, subject: str) -> list[int]:
-    """Remove all entries of a subject, and return their numbers; errors as of `remove_print`."""
+    """Remove all entries of a subject, and return their numbers."""
     with open_served_gallery(where) as gallery, _not_found():
         numbers = gallery.numbers_of(subject)
         gallery.remove(numbers)
@@ -125,33 +112,7 @@ def verify_claim(
     finger: str | None,
     options: PairOptions,
 ) -> dict[str, Any]:
-    """Decide whether a probe comes from a claimed subject.
-
-    Parameters
-    ----------
-    upload : Upload
-        The probe.
-    reading : PrintOptions
-        How it is to be read.
-    where : str
-        The gallery.
-    subject, finger : str
-        The claim; any finger for None.
-    options : PairOptions
-        Matcher and threshold.
-
-    Returns
-    -------
-    dict
-        The decision and what was compared.
-
-    Raises
-    ------
-    FpmatchError
-        If the probe or the gallery cannot be read, or an option is out of its range.
-    NotFoundError
-        If nothing of the subject or finger is enrolled.
-    """
+    """Return the decision on a claimed subject (None: any finger), and what was compared."""
     threshold = options.decision_score()
     probe = open_upload_with_minutiae(upload, reading)
     with open_served_gallery(where) as gallery, _not_found():
@@ -163,16 +124,10 @@ def verify_claim(
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
         )
-    result = checked.result.verification
-    document = checked.as_dict()
+    result, document = checked.result.verification, checked.as_dict()
     best = document["best"]
     return {
-        "match": result.match,
-        "score": result.score,
-        "fmr": result.fmr,
-        "extrapolated": result.extrapolated,
-        "threshold": result.threshold,
-        "reason": result.reason,
+        **{name: getattr(result, name) for name in _DECISION},
         **document,
         "best": best | {"source": short_name(best["source"])},
         "notes": list(probe.notes),
@@ -180,40 +135,9 @@ def verify_claim(
 
 
 def identify_print(
-    upload: Upload,
-    reading: PrintOptions,
-    where: str,
-    matcher: str,
-    count: int,
-    threshold: float,
+    upload: Upload, reading: PrintOptions, where: str, matcher: str, count: int, threshold: float
 ) -> dict[str, Any]:
-    """Rank the fingers of a gallery by how well they match a probe.
-
-    Parameters
-    ----------
-    upload : Upload
-        The probe.
-    reading : PrintOptions
-        How it is to be read.
-    where : str
-        The gallery.
-    matcher : str
-        Name of the matcher.
-    count : int
-        Largest number of candidates.
-    threshold : float
-        Smallest score of a candidate.
-
-    Returns
-    -------
-    dict
-        What ``fpmatch identify --transform --json`` prints of one probe.
-
-    Raises
-    ------
-    FpmatchError
-        If the probe or the gallery cannot be read, or an option is out of its range.
-    """
+    """Return what ``fpmatch identify --transform --json`` prints of one probe."""
     most = reading.limits.candidates
     if count > most:
         raise RequestError(f"at most {most} candidates can be listed, not {count}")
@@ -241,31 +165,9 @@ def identify_print(
 def enrol_print(
     upload: Upload, reading: PrintOptions, where: str, label: Label | None, pattern: str
 ) -> dict[str, Any]:
-    """Enrol one print in a gallery.
+    """Enrol one print in a gallery, by default under the label that `pattern` finds in its name.
 
-    Parameters
-    ----------
-    upload : Upload
-        The print.
-    reading : PrintOptions
-        How it is to be read.
-    where : str
-        The gallery.
-    label : Label or None
-        Its label; None for that in the name of the file.
-    pattern : str
-        Pattern of such names.
-
-    Returns
-    -------
-    dict
-        ``enrolled``, false where the same file was enrolled before; the label; ``minutiae``.
-
-    Raises
-    ------
-    FpmatchError
-        If the print cannot be read, its name does not fit, another print has its label, or the
-        gallery cannot be written.
+    In what is returned, ``enrolled`` is false where the same file was enrolled before.
     """
     used = label or NamePattern(pattern).label(Path(upload.name))
     if used is None:
@@ -282,13 +184,11 @@ def enrol_print(
         if conflict is None:
             (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
         if conflict not in {None, ENROLLED}:
-            raise ConflictError(str(conflict), path=upload.name)
+            raise RequestError(str(conflict), path=upload.name, status=409)
     return {
         "enrolled": conflict is None,
         "name": upload.name,
-        "subject": used.subject,
-        "finger": used.finger,
-        "impression": used.impression,
+        **asdict(used),
         "minutiae": len(given.template.minutiae),
         "notes": list(given.notes),
     }

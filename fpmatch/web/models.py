@@ -117,7 +117,7 @@ class Shown(BaseModel):
     result: Verified
     odds: str
     rows: list[Row]
-    fmr_reach: float
+    smallest_measured_fmr: float
     pairs: list[tuple[int, int]]
     probe: ShownPrint
     reference: ShownPrint

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.files import png_bytes, webp_bytes
-from fpmatch.drawing.ink import shrunk
+from fpmatch.drawing.ink import ridge_picture, shrunk
 from fpmatch.drawing.overlay.draw import overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.ridge_picture import ridge_picture
 from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError
 from fpmatch.pair import compare_pair
 from fpmatch.reading import GivenPrint
-from fpmatch.web.errors import NotFoundError
+from fpmatch.report import as_rows
+from fpmatch.web.errors import RequestError
 from fpmatch.web.gallery import open_served_gallery
 from fpmatch.web.prints import Upload, open_upload
 
@@ -45,19 +45,7 @@ class EnrolledPrint:
 
 @dataclass(frozen=True, slots=True)
 class PairRequest:
-    """Hold one request to compare two prints.
-
-    Parameters
-    ----------
-    probe : Upload
-        The probe.
-    reference : Upload or EnrolledPrint
-        The reference.
-    readings : tuple of PrintOptions
-        How probe and reference are to be read.
-    options : PairOptions
-        How they are to be compared.
-    """
+    """Hold two prints, how each is to be read, and how they are to be compared."""
 
     probe: Upload
     reference: Upload | EnrolledPrint
@@ -65,13 +53,7 @@ class PairRequest:
     options: PairOptions
 
     def compare(self) -> ComparedPair:
-        """Return the two prints and the decision.
-
-        Raises
-        ------
-        FpmatchError
-            If a print cannot be read or used, or an option is out of its range.
-        """
+        """Return the two prints and the decision."""
         probe = open_upload(self.probe, self.readings[0])
         if isinstance(self.reference, Upload):
             reference = open_upload(self.reference, self.readings[1])
@@ -93,22 +75,15 @@ def draw_pair(request: PairRequest, file_format: str, side_by_side: bool) -> byt
 
 
 def show_pair(request: PairRequest) -> dict[str, Any]:
-    """Return a verification with all that the web interface shows of it.
-
-    Returns
-    -------
-    dict
-        ``result``, as `verify_pair` returns it; ``rows``, the evidence; ``fmr_reach``; ``pairs``,
-        indices of minutiae; ``probe`` and ``reference`` with their minutiae and pictures, as data
-        URLs: ``picture`` as it was taken, ``ink`` with its ridges in colour.
-    """
+    """Return all that the web interface shows of a verification; see `fpmatch.web.models.Shown`."""
     pair = request.compare()
     v = pair.verification
+    rows = as_rows(v, pair.scale, pair.quality)
     return {
         "result": pair.as_dict(),
         "odds": odds(v.fmr),
-        "rows": [{"label": label, "words": text} for label, text in pair.as_rows()],
-        "fmr_reach": v.smallest_measured_fmr,
+        "rows": [{"label": label, "words": text} for label, text in rows],
+        "smallest_measured_fmr": v.smallest_measured_fmr,
         "pairs": v.pairs.reshape(-1, 2).tolist(),
         "probe": _shown_print(pair.probe, PROBE_INK),
         "reference": _shown_print(pair.reference, REFERENCE_INK),
@@ -172,14 +147,10 @@ def _open_enrolled(enrolled: EnrolledPrint) -> GivenPrint:
         except GalleryError as error:
             if error.code != "unknown":
                 raise
-            raise NotFoundError(
-                f"no print is enrolled under the number {enrolled.number}"
-            ) from error
+            unknown = f"no print is enrolled under the number {enrolled.number}"
+            raise RequestError(unknown, status=404) from error
         return GivenPrint(str(entry.label), gallery.template(enrolled.number))
 
 
 def _rgba(coverage: NDArray[np.uint8], colour: Colour) -> NDArray[np.uint8]:
-    rgba = np.empty((*coverage.shape, 4), np.uint8)
-    rgba[:, :, :3] = colour
-    rgba[:, :, 3] = coverage
-    return rgba
+    return np.dstack([np.full((*coverage.shape, 3), colour, np.uint8), coverage])

@@ -27,14 +27,7 @@ class Pool:
     """Do the work of requests in a few processes, in the order of arrival.
 
     A process is killed, and replaced, when its client has closed the connection or the work takes
-    too long. Only the prepared gallery is kept from one request to the next.
-
-    Parameters
-    ----------
-    workers : int
-        Number of processes.
-    seconds : float
-        Longest work on one request.
+    longer than `seconds`. Only the prepared gallery is kept from one request to the next.
     """
 
     def __init__(self, workers: int, seconds: float) -> None:
@@ -58,25 +51,10 @@ class Pool:
                 group.cancel_scope.cancel()
 
     async def run(self, request: Request, work: Callable[..., Result], *args: Any) -> Result:
-        """Return ``work(*args)``, computed by a worker process.
+        """Return ``work(*args)``, computed by a worker process; `work` is at the top of a module.
 
-        Parameters
-        ----------
-        request : Request
-            The request; the work is stopped when its client closes the connection.
-        work : callable
-            A function at the top of a module.
-        *args
-            Its arguments.
-
-        Raises
-        ------
-        ClientGoneError
-            If the client closed the connection.
-        TooLongError, WorkerError
-            If the work took too long, or ended its process.
-        FpmatchError
-            What `work` raises.
+        Raises what `work` raises, ClientGoneError if the client closes the connection, TooLongError
+        or WorkerError if the work takes too long or ends its process.
         """
         outcome: list[Result] = []
         failure: list[Exception] = []
@@ -104,16 +82,17 @@ class Pool:
             done = False
             try:
                 with anyio.fail_after(seconds):
+                    free = anyio.CapacityLimiter(1)  # this pool has limited the call already
                     result = await to_process.run_sync(
-                        _on_one_thread, work, args, cancellable=True, limiter=_unlimited()
+                        _on_one_thread, work, args, cancellable=True, limiter=free
                     )
                 done = True
             except TimeoutError as error:
-                raise TooLongError(
-                    f"this took longer than {seconds:g} seconds and was stopped"
-                ) from error
+                late = f"this took longer than {seconds:g} seconds and was stopped"
+                raise TooLongError(late, status=504) from error
             except anyio.BrokenWorkerProcess as error:
-                raise WorkerError("the work could not be done: its process ended") from error
+                ended = "the work could not be done: its process ended"
+                raise WorkerError(ended, status=500) from error
             except FpmatchError:
                 done = True
                 raise
@@ -126,11 +105,6 @@ class Pool:
         """Start a process in place of one that ended."""
         with suppress(TooLongError, WorkerError):
             await self._in_turn(_START_S, _warm_up)
-
-
-def _unlimited() -> anyio.CapacityLimiter:
-    """Return a limiter for one call, which `Pool` has limited already."""
-    return anyio.CapacityLimiter(1)
 
 
 _ready: list[Any] = []  # what keeps this worker process on one thread; empty elsewhere

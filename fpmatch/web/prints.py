@@ -31,17 +31,7 @@ class Upload:
 
 @dataclass(frozen=True, slots=True)
 class PrintOptions:
-    """Hold how an upload is to be read.
-
-    Parameters
-    ----------
-    limits : Limits
-        Sizes that are refused.
-    dpi : float or None
-        Resolution in dots per inch; None for that in the file.
-    enhance : str
-        Enhancement of ridges, as for `fpmatch.extract`.
-    """
+    """Hold how an upload is to be read, and the sizes that are refused."""
 
     limits: Limits
     dpi: float | None = None
@@ -68,13 +58,7 @@ def shown_name(given: str | None, otherwise: str) -> str:
 def open_upload(
     upload: Upload, options: PrintOptions, recorder: Recorder | None = None
 ) -> GivenPrint:
-    """Return the print in an upload; `recorder` is as for `make_given_print`.
-
-    Raises
-    ------
-    FpmatchError
-        If it can be read neither as a template nor as an image, or is too large.
-    """
+    """Return the print in an upload; `recorder` is as for `make_given_print`."""
     limits, dpi = options.limits, options.dpi
     if dpi is not None:
         check_dpi(dpi)

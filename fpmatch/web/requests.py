@@ -3,45 +3,27 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Annotated, Any, Final, Literal, cast
 
-from fastapi import Depends, File, Form, Request, Response, Security, UploadFile, params
+from fastapi import Depends, File, Form, Request, Security, UploadFile, params
 from fastapi.security import HTTPBearer
 
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.pair import PairOptions
 from fpmatch.web.access import Client, Role
-from fpmatch.web.errors import ForbiddenError, TooLargeError
+from fpmatch.web.errors import RequestError
 from fpmatch.web.guard import CLIENT
-from fpmatch.web.models import Error
 from fpmatch.web.observer import AUDITED
-from fpmatch.web.pool import Pool
+from fpmatch.web.pair import EnrolledPrint, PairRequest
 from fpmatch.web.prints import PrintOptions, Upload, shown_name
 from fpmatch.web.settings import Settings
-
-# Errors of any route.
-ERRORS: dict[int | str, dict[str, Any]] = {
-    401: {"model": Error, "description": "The token is missing or wrong"},
-    403: {"model": Error, "description": "The role of the token does not permit this"},
-    413: {"model": Error, "description": "A file is too large"},
-    422: {"model": Error, "description": "A print cannot be read or used"},
-    503: {"model": Error, "description": "Too many requests at once; see Retry-After"},
-    504: {"model": Error, "description": "The work took too long and was stopped"},
-}
-
-MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
-FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
-PICTURE: dict[int | str, dict[str, Any]] = {
-    200: {"content": {media: {} for media in MEDIA.values()}}
-}
 
 UploadedFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]
 Matcher = Annotated[str, Form(description="Name of the matcher")]
 Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement of ridges")]
-
-PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
-SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
 
 
 # Declares the token in the description of the API; `fpmatch.web.guard.Guard` checks it.
@@ -52,28 +34,65 @@ def needs(role: Role) -> params.Depends:
     """Return the dependency that refuses clients without a role."""
 
     async def check(request: Request, _: Annotated[Any, Security(_BEARER)]) -> None:
-        client = cast("Client", request.scope[CLIENT])
-        if client.role < role:
-            raise ForbiddenError(
-                f"this needs the role {role.name.lower()}, and the token has "
-                f"{client.role.name.lower()}",
-                code="role",
-            )
+        own = cast("Client", request.scope[CLIENT]).role
+        if own < role:
+            given = f"the token has {own.name.lower()}"
+            raise RequestError(f"this needs the role {role.name.lower()}, and {given}", status=403)
 
     return cast("params.Depends", Depends(check))
 
 
-def audit(request: Request, **details: Any) -> None:
-    """Add values to what the audit log states about a request."""
-    request.scope.setdefault(AUDITED, {}).update(details)
+async def _audit(request: Request) -> Callable[..., None]:
+    """Return the function that adds values to what the audit log states about the request."""
+    details: dict[str, Any] = request.scope.setdefault(AUDITED, {})
+    return details.update
 
 
 async def _settings(request: Request) -> Settings:
     return cast("Settings", request.app.state.settings)
 
 
-async def _pool(request: Request) -> Pool:
-    return cast("Pool", request.app.state.pool)
+async def _run(request: Request) -> Callable[..., Awaitable[Any]]:
+    return partial(request.app.state.pool.run, request)
+
+
+ServerSettings = Annotated[Settings, Depends(_settings)]
+Run = Annotated[Callable[..., Awaitable[Any]], Depends(_run)]
+Audit = Annotated[Callable[..., None], Depends(_audit)]
+
+
+async def read_upload(request: Request, file: UploadFile, role: str) -> Upload:
+    """Return the bytes of an uploaded file; `role` is its name if it has none to show.
+
+    The audit log states the SHA-256 of the file, not its name.
+    """
+    settings = await _settings(request)
+    name, most = shown_name(file.filename, role), settings.limits.file_megabytes
+    if (file.size or 0) > most * 1e6:
+        raise RequestError(f"larger than {most:g} MB", path=name, status=413)
+    data = await file.read()
+    (await _audit(request))(**{role: hashlib.sha256(data).hexdigest()})
+    return Upload(name, data)
+
+
+async def _print_options(
+    settings: ServerSettings, dpi: Dpi = None, enhance: Enhance = "learned"
+) -> PrintOptions:
+    return PrintOptions(settings.limits, dpi, enhance)
+
+
+async def _both_options(
+    settings: ServerSettings,
+    dpi: Dpi = None,
+    probe_dpi: Dpi = None,
+    reference_dpi: Dpi = None,
+    enhance: Enhance = "learned",
+) -> tuple[PrintOptions, PrintOptions]:
+    probe, reference = (
+        PrintOptions(settings.limits, dpi if own is None else own, enhance)
+        for own in (probe_dpi, reference_dpi)
+    )
+    return probe, reference
 
 
 async def _pair_options(
@@ -91,65 +110,35 @@ async def _pair_options(
     return PairOptions(matcher, fmr, threshold, None, rho, area_tolerance)
 
 
-async def _print_options(
-    settings: Annotated[Settings, Depends(_settings)], dpi: Dpi = None, enhance: Enhance = "learned"
-) -> PrintOptions:
-    return PrintOptions(settings.limits, dpi, enhance)
-
-
-async def _both_options(
-    settings: Annotated[Settings, Depends(_settings)],
-    dpi: Dpi = None,
-    probe_dpi: Dpi = None,
-    reference_dpi: Dpi = None,
-    enhance: Enhance = "learned",
-) -> tuple[PrintOptions, PrintOptions]:
-    probe, reference = (
-        PrintOptions(settings.limits, dpi if own is None else own, enhance)
-        for own in (probe_dpi, reference_dpi)
-    )
-    return probe, reference
-
-
-ServerSettings = Annotated[Settings, Depends(_settings)]
-Workers = Annotated[Pool, Depends(_pool)]
-Options = Annotated[PairOptions, Depends(_pair_options)]
 OneReading = Annotated[PrintOptions, Depends(_print_options)]
-BothReadings = Annotated[tuple[PrintOptions, PrintOptions], Depends(_both_options)]
+_BothReadings = Annotated[tuple[PrintOptions, PrintOptions], Depends(_both_options)]
+Options = Annotated[PairOptions, Depends(_pair_options)]
 
 
-async def read_upload(request: Request, file: UploadFile, role: str) -> Upload:
-    """Return the bytes of an uploaded file; `role` is its name if it has none to show.
-
-    The audit log states the SHA-256 of the file, not its name.
-
-    Raises
-    ------
-    TooLargeError
-        If there are more than the server accepts.
-    """
-    settings = await _settings(request)
-    name, most = shown_name(file.filename, role), settings.limits.file_megabytes
-    if (file.size or 0) > most * 1e6:
-        raise TooLargeError(f"larger than {most:g} MB", path=name)
-    data = await file.read()
-    audit(request, **{role: hashlib.sha256(data).hexdigest()})
-    return Upload(name, data)
+async def _uploaded_pair(
+    request: Request,
+    probe: UploadedFile,
+    reference: UploadedFile,
+    readings: _BothReadings,
+    options: Options,
+) -> PairRequest:
+    first = await read_upload(request, probe, "probe")
+    second = await read_upload(request, reference, "reference")
+    return PairRequest(first, second, readings, options)
 
 
-async def _both_uploads(
-    request: Request, probe: UploadedFile, reference: UploadedFile
-) -> tuple[Upload, Upload]:
-    return (
-        await read_upload(request, probe, "probe"),
-        await read_upload(request, reference, "reference"),
-    )
+async def _enrolled_pair(
+    request: Request,
+    settings: ServerSettings,
+    number: int,
+    probe: UploadedFile,
+    readings: _BothReadings,
+    options: Options,
+) -> PairRequest:
+    enrolled = EnrolledPrint(str(settings.gallery), number)
+    (await _audit(request))(entries=[number])
+    return PairRequest(await read_upload(request, probe, "probe"), enrolled, readings, options)
 
 
-BothUploads = Annotated[tuple[Upload, Upload], Depends(_both_uploads)]
-
-
-def download(content: bytes, name: str, media: str) -> Response:
-    """Return a response with a file, under a name that no client has chosen."""
-    headers = {"content-disposition": f'attachment; filename="{name}"'}
-    return Response(content, media_type=media, headers=headers)
+UploadedPair = Annotated[PairRequest, Depends(_uploaded_pair)]
+EnrolledPair = Annotated[PairRequest, Depends(_enrolled_pair)]

@@ -1,87 +1,190 @@
-"""Routes that compare and draw prints, and show their extraction."""
+"""The addresses of the API: of its operation, of prints, and of its gallery."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Final, Literal
 
-from fastapi import APIRouter, Form, Request, Response
+from fastapi import APIRouter, Form, Query, Request, Response
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
+from fpmatch._version import __version__
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.entry import Label
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single
 from fpmatch.web.access import Role
+from fpmatch.web.errors import RequestError
+from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
-    ERRORS,
-    FILE,
-    MEDIA,
-    PICTURE,
-    BothReadings,
-    BothUploads,
+    Audit,
+    Dpi,
+    EnrolledPair,
+    Matcher,
     OneReading,
     Options,
-    PictureFormat,
-    SideBySide,
+    Run,
+    ServerSettings,
     UploadedFile,
-    Workers,
-    audit,
-    download,
+    UploadedPair,
     needs,
     read_upload,
 )
 
-router = APIRouter(tags=["Prints"], responses=ERRORS, dependencies=[needs(Role.VERIFY)])
+Responses = dict[int | str, dict[str, Any]]
+
+_ERRORS: Responses = {
+    401: {"model": models.Error, "description": "The token is missing or wrong"},
+    403: {"model": models.Error, "description": "The role of the token does not permit this"},
+    413: {"model": models.Error, "description": "A file is too large"},
+    422: {"model": models.Error, "description": "A print cannot be read or used"},
+    503: {"model": models.Error, "description": "Too many requests at once; see Retry-After"},
+    504: {"model": models.Error, "description": "The work took too long and was stopped"},
+}
+_MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
+_FILE: Responses = {200: {"content": {"application/octet-stream": {}}}}
+_PICTURE: Responses = {200: {"content": {media: {} for media in _MEDIA.values()}}}
+
+PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
+SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
+LabelPart = Annotated[str, Form(max_length=200)]
+
+Subject = Annotated[str, Query(max_length=200)]
+
+_READ: Final = [needs(Role.READ)]
+_VERIFY: Final = [needs(Role.VERIFY)]
+_ADMIN: Final = [needs(Role.ADMIN)]
+operations_router = APIRouter(tags=["Operation"])
+router = APIRouter(tags=["Prints"], responses=_ERRORS, dependencies=_VERIFY)
+gallery_router = APIRouter(tags=["Gallery"], responses=_ERRORS)
+
+
+def _download(content: bytes, name: str, media: str) -> Response:
+    """Return a response with a file, under a name that no client has chosen."""
+    headers = {"content-disposition": f'attachment; filename="{name}"'}
+    return Response(content, media_type=media, headers=headers)
+
+
+@operations_router.get("/health", summary="Whether the server answers")
+async def health() -> models.Health:
+    """Return that the process answers; nothing is checked."""
+    return models.Health(status="ok")
+
+
+@operations_router.get(
+    "/ready",
+    summary="Whether the server can do work",
+    responses={503: {"model": models.Error, "description": "It cannot, for the reason stated"}},
+)
+async def ready(run: Run, settings: ServerSettings) -> models.Health:
+    """Return that a worker process answers and the gallery can be opened."""
+    try:
+        await run(gallery_work.check_gallery, settings.gallery)
+    except FpmatchError:
+        why = "the gallery cannot be opened, or no worker answers"
+        raise RequestError(why, status=503) from None
+    return models.Health(status="ready")
+
+
+@operations_router.get(
+    "/metrics",
+    summary="Measurements in the text format of Prometheus",
+    response_class=Response,
+    dependencies=_READ,
+    responses={200: {"content": {"text/plain": {}}}},
+)
+async def metrics(request: Request) -> Response:
+    """Return numbers and times of requests, and CPU time and memory of the server."""
+    registry = request.scope["fpmatch.observer"].registry
+    return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+
+
+@operations_router.get(
+    "/about",
+    summary="Version and limits of this server",
+    dependencies=_READ,
+    responses=_ERRORS,
+)
+async def about(settings: ServerSettings) -> models.About:
+    """Return version, matchers and limits."""
+    return models.About(
+        version=__version__,
+        gallery=None if settings.gallery is None else gallery_work.short_name(settings.gallery),
+        matchers=matcher_names(),
+        file_megabytes=settings.limits.file_megabytes,
+        seconds=settings.limits.seconds,
+    )
 
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
-async def verify(
-    request: Request, pool: Workers, prints: BothUploads, readings: BothReadings, options: Options
-) -> models.Verified:
+async def verify(run: Run, audit: Audit, prints: UploadedPair) -> models.Verified:
     """Return what `fpmatch verify --json` prints."""
-    wanted = pair.PairRequest(*prints, readings, options)
-    document = await pool.run(request, pair.verify_pair, wanted)
-    audit(request, match=document["match"], score=document["score"])
+    document = await run(pair.verify_pair, prints)
+    audit(match=document["match"], score=document["score"])
     return models.Verified(**document)
 
 
 @router.post("/compare", summary="Decide, and return all that the web interface shows")
-async def compare(
-    request: Request, pool: Workers, prints: BothUploads, readings: BothReadings, options: Options
-) -> models.Shown:
+async def compare(run: Run, audit: Audit, prints: UploadedPair) -> models.Shown:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    wanted = pair.PairRequest(*prints, readings, options)
-    document = await pool.run(request, pair.show_pair, wanted)
-    audit(request, match=document["result"]["match"], score=document["result"]["score"])
+    document = await run(pair.show_pair, prints)
+    audit(match=document["result"]["match"], score=document["result"]["score"])
     return models.Shown(**document)
+
+
+@gallery_router.post(
+    "/gallery/{number}/compare",
+    summary="Compare a probe with one enrolled print",
+    dependencies=_VERIFY,
+)
+async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> models.Shown:
+    """Return what `/compare` does; of the enrolled print, what its template contains."""
+    return await compare(run, audit, prints)
 
 
 @router.post(
     "/overlay",
     summary="Draw one print, moved, over the other",
     response_class=Response,
-    responses=PICTURE,
+    responses=_PICTURE,
 )
 async def overlay(
-    request: Request,
-    pool: Workers,
-    prints: BothUploads,
-    readings: BothReadings,
-    options: Options,
+    run: Run,
+    prints: UploadedPair,
     file_format: PictureFormat = "png",
     side_by_side: SideBySide = False,
 ) -> Response:
     """Return the picture that `fpmatch overlay` writes."""
-    wanted = pair.PairRequest(*prints, readings, options)
-    content = await pool.run(request, pair.draw_pair, wanted, file_format, side_by_side)
-    return download(content, f"overlay.{file_format}", MEDIA[file_format])
+    content = await run(pair.draw_pair, prints, file_format, side_by_side)
+    return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
+
+
+@gallery_router.post(
+    "/gallery/{number}/overlay",
+    summary="Draw a probe, moved, over one enrolled print",
+    dependencies=_VERIFY,
+    response_class=Response,
+    responses=_PICTURE,
+)
+async def overlay_enrolled(
+    run: Run,
+    prints: EnrolledPair,
+    file_format: PictureFormat = "png",
+    side_by_side: SideBySide = False,
+) -> Response:
+    """Return the picture that `/overlay` returns."""
+    return await overlay(run, prints, file_format, side_by_side)
 
 
 @router.post(
     "/extract",
     summary="Return the template of a print",
     response_class=Response,
-    responses=FILE,
+    responses=_FILE,
 )
 async def extract(
     request: Request,
-    pool: Workers,
+    run: Run,
     image: UploadedFile,
     reading: OneReading,
     file_format: Annotated[
@@ -90,18 +193,140 @@ async def extract(
 ) -> Response:
     """Return the template as a file: JSON, which is complete, or another format."""
     upload = await read_upload(request, image, "image")
-    content, suffix = await pool.run(request, single.extract_template, upload, reading, file_format)
+    content, suffix = await run(single.extract_template, upload, reading, file_format)
     media = "application/json" if suffix == ".json" else "application/octet-stream"
-    return download(content, f"template{suffix}", media)
+    return _download(content, f"template{suffix}", media)
 
 
 @router.post("/stages", summary="Show each stage of an extraction")
 async def stages(
-    request: Request,
-    pool: Workers,
-    image: UploadedFile,
-    reading: OneReading,
+    request: Request, run: Run, image: UploadedFile, reading: OneReading
 ) -> models.Stages:
     """Return the pictures that `fpmatch stages` writes."""
     upload = await read_upload(request, image, "image")
-    return models.Stages(**await pool.run(request, single.show_stages, upload, reading))
+    return models.Stages(**await run(single.show_stages, upload, reading))
+
+
+@gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)
+async def gallery(run: Run, settings: ServerSettings) -> models.GalleryInfo:
+    """Return what `fpmatch gallery info --json` prints."""
+    return models.GalleryInfo(**await run(gallery_work.describe_gallery, settings.gallery))
+
+
+@gallery_router.post(
+    "/identify",
+    summary="Rank the enrolled fingers by how well they match a probe",
+    dependencies=_VERIFY,
+)
+async def identify(
+    request: Request,
+    run: Run,
+    audit: Audit,
+    settings: ServerSettings,
+    probe: UploadedFile,
+    dpi: Dpi = None,
+    matcher: Matcher = DEFAULT_MATCHER,
+    candidates: Annotated[int, Form(ge=1, description="Largest number of candidates")] = 10,
+    threshold: Annotated[float, Form(description="Smallest score of a candidate")] = 0.0,
+) -> models.Identified:
+    """Return what `fpmatch identify --transform --json` prints of one probe."""
+    upload = await read_upload(request, probe, "probe")
+    reading, where = PrintOptions(settings.limits, dpi), settings.gallery
+    arguments = (upload, reading, where, matcher, candidates, threshold)
+    document = await run(gallery_work.identify_print, *arguments)
+    audit(candidates=[[found["id"], found["score"]] for found in document["candidates"]])
+    return models.Identified(**document)
+
+
+@gallery_router.post(
+    "/enrol", summary="Enrol one print", status_code=201, dependencies=[needs(Role.ENROL)]
+)
+async def enrol(
+    request: Request,
+    response: Response,
+    run: Run,
+    audit: Audit,
+    settings: ServerSettings,
+    image: UploadedFile,
+    subject: LabelPart = "",
+    finger: LabelPart = "",
+    impression: LabelPart = "",
+    dpi: Dpi = None,
+) -> models.Enrolled:
+    """Keep the template of a print, but no image; 201 if it is new, 200 if it is known.
+
+    Without a subject, the name of the file must contain it.
+    """
+    upload = await read_upload(request, image, "image")
+    if not subject and (finger or impression):
+        raise RequestError("subject: required with finger or impression")
+    label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None
+    reading = PrintOptions(settings.limits, dpi)
+    arguments = (upload, reading, settings.gallery, label, settings.pattern)
+    document = await run(gallery_work.enrol_print, *arguments)
+    audit(enrolled=document["enrolled"], subject=document["subject"])
+    if not document["enrolled"]:
+        response.status_code = 200
+    return models.Enrolled(**document)
+
+
+@gallery_router.get(
+    "/gallery/prints", summary="The enrolled prints of a subject", dependencies=_READ
+)
+async def list_prints(
+    run: Run, audit: Audit, settings: ServerSettings, subject: Subject
+) -> models.EnrolledPrints:
+    """Return what `fpmatch gallery list --subject --json` prints."""
+    audit(subject=subject)
+    found = await run(gallery_work.list_prints, settings.gallery, subject)
+    return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in found])
+
+
+@gallery_router.post(
+    "/gallery/verify",
+    summary="Decide whether a probe comes from a claimed subject",
+    dependencies=_VERIFY,
+)
+async def verify_claim(
+    request: Request,
+    run: Run,
+    audit: Audit,
+    settings: ServerSettings,
+    probe: UploadedFile,
+    subject: LabelPart,
+    reading: OneReading,
+    options: Options,
+    finger: LabelPart = "",
+) -> models.CheckedClaim:
+    """Return what `fpmatch verify --gallery --subject --json` prints."""
+    upload = await read_upload(request, probe, "probe")
+    audit(subject=subject)
+    arguments = (upload, reading, settings.gallery, subject, finger or None, options)
+    document = await run(gallery_work.verify_claim, *arguments)
+    audit(match=document["match"], score=document["score"])
+    return models.CheckedClaim(**document)
+
+
+@gallery_router.delete(
+    "/gallery/prints", summary="Remove all enrolled prints of a subject", dependencies=_ADMIN
+)
+async def remove_subject(
+    run: Run, audit: Audit, settings: ServerSettings, subject: Subject
+) -> models.Removed:
+    """Remove the templates of all prints of a subject."""
+    audit(subject=subject)
+    removed = await run(gallery_work.remove_subject, settings.gallery, subject)
+    audit(entries=removed)
+    return models.Removed(removed=len(removed))
+
+
+@gallery_router.delete(
+    "/gallery/{number}", summary="Remove one enrolled print", dependencies=_ADMIN
+)
+async def remove_print(
+    run: Run, audit: Audit, settings: ServerSettings, number: int
+) -> models.Removed:
+    """Remove the template of entry `number`."""
+    audit(entries=[number])
+    await run(gallery_work.remove_print, settings.gallery, number)
+    return models.Removed(removed=1)

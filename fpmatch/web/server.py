@@ -24,22 +24,12 @@ _GRACE_S: Final = 5  # for requests to end when the server is stopped
 
 
 class ServeError(FpmatchError):
-    """A server cannot be started on a host and port, or with a token."""
+    """A server cannot be started on a host and port."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoundServer:
-    """Hold a listening socket, and what clients need.
-
-    Parameters
-    ----------
-    listener : socket
-        Bound and listening.
-    address : str
-        Address to open in a browser, with the token if there is one.
-    settings : Settings
-        Those given, completed with the hosts and the client of the token.
-    """
+    """Hold a listening socket, its address for browsers, and settings with hosts and clients."""
 
     listener: socket.socket
     address: str
@@ -54,28 +44,11 @@ def bind_server(
     token: str | None = None,
     allowed_hosts: Sequence[str] = (),
 ) -> BoundServer:
-    """Listen on a host and port; connections wait until `serve` answers.
+    """Listen on a host and a port (0: any that is free); connections wait until `serve` answers.
 
-    Parameters
-    ----------
-    host : str
-        Name or address; one that other machines can reach needs a token.
-    port : int
-        0 for any free port.
-    settings : Settings
-        The other settings.
-    token : str, optional
-        Token of a client that may request everything, besides the clients of `settings` (default:
-        a random one if other machines can reach the host and there are no clients, else none).
-    allowed_hosts : sequence of str
-        Other names of this server in requests.
-
-    Raises
-    ------
-    ServeError
-        If the host is unknown or the port taken.
-    TokenError
-        If the token is too short, or cannot be sent.
+    The `token` is that of a client that may request everything; if other machines can reach the
+    host, and there is neither a token nor a client, a random one is made. `allowed_hosts` are other
+    names of this server in requests.
     """
     if token is not None:
         check_token(token)
@@ -109,16 +82,9 @@ def bind_server(
 def serve(
     bound: BoundServer, *, log: str = "none", ready: Callable[[], None] = lambda: None
 ) -> None:
-    """Answer requests until the process gets SIGINT or SIGTERM.
+    """Answer requests until SIGINT or SIGTERM; `ready` is called once, when they are answered.
 
-    Parameters
-    ----------
-    bound : BoundServer
-        From `bind_server`.
-    log : str
-        Format of the log of requests, as for `fpmatch.web.observer.set_up_logging`.
-    ready : callable
-        Called once, when requests are answered.
+    `log` is the format of the log, as for `fpmatch.web.observer.set_up_logging`.
     """
     import uvicorn  # noqa: PLC0415
 

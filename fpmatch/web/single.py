@@ -39,13 +39,7 @@ STAGE_TEXTS: Final = {
 
 
 def extract_template(upload: Upload, reading: PrintOptions, file_format: str) -> tuple[bytes, str]:
-    """Return the template of a print as the content of a file, and its suffix.
-
-    Raises
-    ------
-    FpmatchError
-        If the print cannot be read, or the format is unknown or cannot hold it.
-    """
+    """Return the template of a print as the content of a file, and its suffix."""
     codec = codec_of_name(file_format)
     if codec.encode is None:
         raise RequestError(f"{codec.title} is only read, not written")
@@ -54,18 +48,7 @@ def extract_template(upload: Upload, reading: PrintOptions, file_format: str) ->
 
 
 def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
-    """Return the stages of an extraction as pictures.
-
-    Returns
-    -------
-    dict
-        ``name``, and ``stages``, each with ``name``, ``words``, ``range`` and ``picture``.
-
-    Raises
-    ------
-    FpmatchError
-        If the upload is no image of a print.
-    """
+    """Return the stages of an extraction as pictures; see `fpmatch.web.models.Stages`."""
     recorder = StageRecorder()
     given = open_upload(upload, reading, recorder)
     if given.image is None:

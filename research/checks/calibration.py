@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.evaluation.dataset import with_unique_names
-from fpmatch.evaluation.impostors import impostors_among
 from fpmatch.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.output import check_writable
+from research.all_pairs import impostors_among
 from research.commands import Command, folders, json_file, synthetic_folder, workers, write_json
 from research.experiments.calibration_check import (
     CalibrationCheck,

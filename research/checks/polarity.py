@@ -17,15 +17,15 @@ from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import common_polarity, is_inverted, polarity_evidence
 from fpmatch.image.recorder import StageRecorder
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.synthesis.background import other_background
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.text_table import markdown_table
 from research.commands import PATH, Command, folders
 from research.marked_blocks import write_marked_block
+from research.training.background import other_background
+from research.training.ridge_target import ridge_target
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -17,7 +17,6 @@ import click
 import numpy as np
 
 from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, Trials, bootstrap_rates
-from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.intervals import interval_of
 from fpmatch.evaluation.rates import error_rates
@@ -26,6 +25,7 @@ from fpmatch.matching import score
 from fpmatch.matching.score_model import ScoreWeights
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.output import check_writable
+from research.all_pairs import compare_all_pairs
 from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json
 from research.synthetic_sets import TRAINING_SEED, make_synthetic_sets
 from research.tables.accuracy import FORMS, format_ablation

@@ -16,7 +16,6 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.rates import threshold_at_fmr
 from fpmatch.image.extract import extract
 from fpmatch.matching.calibration import load_calibration
@@ -28,6 +27,7 @@ from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.synthesis.presets import preset_named
 from fpmatch.synthesis.sensor import SENSORS
+from research.all_pairs import compare_all_pairs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

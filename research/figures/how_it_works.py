@@ -10,22 +10,12 @@ import cv2
 import numpy as np
 
 import fpmatch
+from fpmatch.drawing import palette
 from fpmatch.drawing.fonts import wrapped
-from fpmatch.drawing.overlay.marks import REFERENCE_PAIRED, marks
+from fpmatch.drawing.overlay.marks import PAIRED, marks
 from fpmatch.drawing.overlay.page import Print, frame
 from fpmatch.drawing.overlay.superposed import inks, minutiae_and_pairs
-from fpmatch.drawing.palette import (
-    BAND,
-    NEUTRAL_INK,
-    PAPER,
-    PROBE_INK,
-    PROBE_MARK,
-    REFERENCE_INK,
-    REFERENCE_MARK,
-    TEXT,
-    TEXT_MUTED,
-    Colour,
-)
+from fpmatch.drawing.paper_figures.marks import MESH, TINTS, Tint
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Pen, Scene, Text
 from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
@@ -41,6 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import MarkStyle
+    from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Item, Point
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.pointset.delaunay.triangulation import Triangulation
@@ -74,18 +65,7 @@ CAPTIONS: Final = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Tint:
-    """Hold the colours of one side: of its ridges and of its marks."""
-
-    ink: Colour
-    mark: Colour
-
-
 SKELETON_INK: Final[Colour] = (170, 173, 178)
-MESH: Final[Colour] = (150, 154, 160)
-PROBE: Final = Tint(PROBE_INK, PROBE_MARK)
-REFERENCE: Final = Tint(REFERENCE_INK, REFERENCE_MARK)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,7 +188,7 @@ def panel(place: Box, items: list[Item]) -> list[Item]:
 
 def print_panel(side: Side, place: Box, view: Box) -> list[Item]:
     """Draw the image of the print."""
-    ink = Ink(np.invert(side.pixels), TEXT, into(place, view))
+    ink = Ink(np.invert(side.pixels), palette.TEXT, into(place, view))
     label = Text(
         place.x + 12, place.y + 30, side.name, CAPTION_SIZE, side.tint.mark, bold=0.5, halo=4.0
     )
@@ -225,7 +205,9 @@ def ridge_panel(side: Side, place: Box, view: Box) -> list[Item]:
 
 
 def _small(colour: Colour) -> MarkStyle:
-    return replace(REFERENCE_PAIRED, colour=colour, radius=5.0, tick_px=10.0, width=2.4, halo=1.6)
+    return replace(
+        PAIRED["reference"], colour=colour, radius=5.0, tick_px=10.0, width=2.4, halo=1.6
+    )
 
 
 def mesh_panel(side: Side, place: Box, view: Box, i: int, numbers: dict[int, int]) -> list[Item]:
@@ -240,7 +222,7 @@ def mesh_panel(side: Side, place: Box, view: Box, i: int, numbers: dict[int, int
     )
     items += [Line((points[i], points[k]), replace(strong, width=2.2)) for k in ring]
     items.append(Line(tuple(points[k] for k in ring), strong, closed=True))
-    items += [Circle(p, 3.6, Pen(fill=NEUTRAL_INK)) for p in points]
+    items += [Circle(p, 3.6, Pen(fill=palette.NEUTRAL_INK)) for p in points]
     middle = np.mean([points[k] for k in ring], axis=0)
     for k in ring:
         items.append(Circle(points[k], 5.5, Pen(fill=side.tint.mark)))
@@ -254,7 +236,7 @@ def _number(n: int, at: Point, away: NDArray[Any], distance: float) -> Text:
     """Write a neighbour's number beside it, on the side that points `away`."""
     dx, dy = np.asarray(away) / np.hypot(*away) * distance
     x, y = at[0] + float(dx), at[1] + float(dy) + LABEL_SIZE * 0.36
-    return Text(x, y, str(n), LABEL_SIZE, TEXT, "middle", bold=0.5, halo=3.0)
+    return Text(x, y, str(n), LABEL_SIZE, palette.TEXT, "middle", bold=0.5, halo=3.0)
 
 
 def circle_panel(
@@ -265,16 +247,18 @@ def circle_panel(
     circle = side.circle(i)
     spots, image = _on_page(circle[:2], centre), _on_page(circle[:2] @ circle[2:].T, centre)[0]
     spoke, outline = Pen(side.tint.mark, width=1.4), Pen(side.tint.mark, width=2.6)
-    items: list[Item] = [Circle(centre, CIRCLE_RADIUS, Pen(NEUTRAL_INK, BAND, width=2.0))]
+    items: list[Item] = [
+        Circle(centre, CIRCLE_RADIUS, Pen(palette.NEUTRAL_INK, palette.BAND, width=2.0))
+    ]
     items += [Line((image, spot), spoke) for spot in spots]
     items.append(Line(tuple(spots), outline, closed=True))
     for spot, weight, k in zip(spots, circle[2], side.neighbours(i), strict=True):
-        items.append(Circle(spot, _dot(weight), Pen(PAPER, side.tint.mark, width=1.5)))
+        items.append(Circle(spot, _dot(weight), Pen(palette.PAPER, side.tint.mark, width=1.5)))
         away = np.subtract(spot, centre)
         items.append(_number(numbers[k], spot, away, _dot(weight) + LABEL_SIZE))
     if beside is not None:
         for spot, weight in zip(_on_page(beside[:2], centre), beside[2], strict=True):
-            items.append(Circle(spot, _dot(weight) + 2, Pen(PROBE_INK, width=3.0)))
+            items.append(Circle(spot, _dot(weight) + 2, Pen(palette.PROBE_INK, width=3.0)))
     ahead = np.subtract((centre[0] + CIRCLE_RADIUS, centre[1]), image)
     items += _pointer(image, (ahead / np.hypot(*ahead)).tolist())
     return panel(place, items)
@@ -292,8 +276,9 @@ def _on_page(xy: NDArray[np.float64], centre: Point) -> list[Point]:
 
 def _pointer(at: Point, direction: Point) -> list[Item]:
     """Draw the minutia that is followed, and its direction."""
-    pen = Pen(TEXT, width=4.0, halo=1.6)
-    return [*arrow(at, direction, 44.0, pen, 15.0), Circle(at, 7.0, Pen(TEXT, PAPER, width=3.0))]
+    dot = Pen(palette.TEXT, palette.PAPER, width=3.0)
+    pen = Pen(palette.TEXT, width=4.0, halo=1.6)
+    return [*arrow(at, direction, 44.0, pen, 15.0), Circle(at, 7.0, dot)]
 
 
 def overlay_panel(
@@ -316,8 +301,8 @@ def overlay_panel(
 
 def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     """Draw the whole method, from two prints on the left to their overlay on the right."""
-    probe = Side.of("probe", PROBE, probe_path)
-    reference = Side.of("reference", REFERENCE, reference_path)
+    probe = Side.of("probe", TINTS["P"], probe_path)
+    reference = Side.of("reference", TINTS["Q"], reference_path)
     found = fpmatch.verify(probe.template, reference.template)
     i, j = followed_pair(probe, reference, found.pairs)
     numbers = numbered(probe, i)
@@ -347,12 +332,12 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     items += overlay_panel(probe, reference, found, place)
     foot = bottom
     for x, width, title, caption in zip(lefts, widths, TITLES, CAPTIONS, strict=True):
-        items.append(Text(x, MARGIN + TITLE_SIZE, title, TITLE_SIZE, TEXT, bold=0.4))
+        items.append(Text(x, MARGIN + TITLE_SIZE, title, TITLE_SIZE, palette.TEXT, bold=0.4))
         for n, line in enumerate(wrapped(caption, CAPTION_SIZE, width), start=1):
-            items.append(Text(x, bottom + 8 + n * LEADING, line, CAPTION_SIZE, TEXT_MUTED))
+            items.append(Text(x, bottom + 8 + n * LEADING, line, CAPTION_SIZE, palette.TEXT_MUTED))
             foot = max(foot, bottom + 8 + n * LEADING)
     for x in lefts[1:]:
         start = (x - GAP + 8, (top + bottom) / 2)
-        items += arrow(start, (1.0, 0.0), GAP - 16, Pen(TEXT_MUTED, width=4.0), 16.0)
+        items += arrow(start, (1.0, 0.0), GAP - 16, Pen(palette.TEXT_MUTED, width=4.0), 16.0)
     page_width = lefts[-1] + widths[-1] + MARGIN
     return paint(Scene(math.ceil(page_width), math.ceil(foot + MARGIN), tuple(items)))

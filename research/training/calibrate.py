@@ -9,10 +9,11 @@ import click
 
 from fpmatch.evaluation.calibrate import calibrate_on
 from fpmatch.evaluation.extraction import ExtractedSet, extract_datasets
-from fpmatch.evaluation.impostors import ImpostorSet, impostors_among, impostors_of_report
+from fpmatch.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from research.all_pairs import impostors_among
 from research.commands import PATH, Command, folders, synthetic_folder, workers
 from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
 

@@ -16,15 +16,14 @@ import numpy as np
 
 from fpmatch.image.extract import resample
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.synthesis.contact import PressureParameters
+from fpmatch.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.noise import smooth_noise
 from fpmatch.synthesis.presets import PRESETS, Preset
-from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import SENSORS
-from fpmatch.synthesis.smear import SmearParameters
 from research.training.platen import vary_platen
+from research.training.ridge_target import ridge_target
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

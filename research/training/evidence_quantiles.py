@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.partial import fragment, thinned, window
 from fpmatch.matching.compare import MIN_MINUTIAE, Workspace
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import available
@@ -39,6 +38,7 @@ from fpmatch.matching.score_model import (
     WITH_RIDGES,
     amount_terms,
 )
+from research.partial_templates import fragment, thinned, window
 from research.training.rounding import round_significant
 
 if TYPE_CHECKING:

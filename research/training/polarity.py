@@ -23,15 +23,15 @@ from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.polarity import FARTHEST_CUE, WEIGHTS_FILE, evidence_of_cues
 from fpmatch.output import atomic_write_bytes, check_writable
-from fpmatch.synthesis.background import BACKGROUNDS, other_background
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.noise import smooth_noise
 from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import SENSORS
 from research.commands import PATH, Command, workers
+from research.training.background import BACKGROUNDS, other_background
 from research.training.platen import vary_platen
+from research.training.ridge_target import ridge_target
 from research.training.rounding import round_significant
 
 if TYPE_CHECKING:

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.partial import window
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
     FEATURES,
@@ -28,6 +27,7 @@ from fpmatch.matching.score_model import (
     ScoreModel,
     ScoreWeights,
 )
+from research.partial_templates import window
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.evaluation.partial import fragment
 from fpmatch.image.extract import extract, resample
 from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+from research.partial_templates import fragment
 from research.wolves.probes import grey_of
 from research.wolves.scores import FORMS
 from research.wolves.search import SearchSpace

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.evaluation.cropping import crop_at
-from fpmatch.evaluation.partial import fragment
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.compare import MIN_MINUTIAE
+from research.partial_templates import fragment
 from research.wolves.scores import FORMS, Probe, in_form
 from research.wolves.table import WHOLE
 from research.wolves.templates import FEW, MANY, Wave, with_ridges

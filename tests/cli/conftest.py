@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.engine.engine import serial
+from fpmatch.gallery.enrol import enrol
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.prints import find_prints
 
 Run = Callable[..., Result]
 
@@ -20,8 +27,8 @@ Run = Callable[..., Result]
 def run() -> Run:
     """Return a function that runs ``fpmatch`` with the given words, in this process."""
 
-    def run_words(*words: object) -> Result:
-        return CliRunner().invoke(main, [str(word) for word in words], prog_name="fpmatch")
+    def run_words(*words: object, **options: Any) -> Result:
+        return CliRunner().invoke(main, [*map(str, words)], prog_name="fpmatch", **options)
 
     return run_words
 
@@ -53,4 +60,30 @@ def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.ui
     whole = (folder / "1_1.png").read_bytes()
     (folder / "truncated.png").write_bytes(whole[: len(whole) // 2])
     (folder / "folder.png").mkdir()
+    return folder
+
+
+@pytest.fixture(scope="session")
+def gallery(tmp_path_factory: pytest.TempPathFactory, prints: Path) -> Path:
+    """Return a gallery of two prints of finger 1 and one of finger 2."""
+    place = tmp_path_factory.mktemp("gallery") / "prints.db"
+    with open_gallery(place, create=True) as opened:
+        files = find_prints(prints / name for name in ("1_1.png", "2_1.png", "1_2.png"))
+        assert enrol(opened, files, engine=serial()).enrolled == 3
+    return place
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a CSV file."""
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def copied(prints: Path, folder: Path, *names: str, **renamed: str) -> Path:
+    """Make a folder of copies of prints, those of `renamed` under other names."""
+    folder.mkdir()
+    for name in names:
+        shutil.copy(prints / name, folder)
+    for stem, name in renamed.items():
+        shutil.copy(prints / name, folder / f"{stem.removeprefix('_')}{Path(name).suffix}")
     return folder

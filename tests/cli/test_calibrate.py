@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,37 +11,22 @@ from fpmatch.matching.calibration import load_calibration
 
 from .conftest import assert_refused
 
-EVALUATION_TESTS = Path(__file__).parents[1] / "evaluation"
-
 
 @pytest.fixture
-def known_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
-    monkeypatch.syspath_prepend(str(EVALUATION_TESTS))
-    fake_bench = importlib.import_module("fake_bench")
-    monkeypatch.setattr(impostors, "get_matcher", lambda name: fake_bench.MATCHER)
     known = impostors.evaluate
+    monkeypatch.setattr(impostors, "get_matcher", lambda name: bench.MATCHER)
 
-    def evaluate(folders: Any, **options: Any) -> Any:
-        return known(folders, **{**options, "extractor": fake_bench.extractor})
+    def evaluate(folders, **options):
+        return known(folders, **{**options, "extractor": bench.extractor})
 
     monkeypatch.setattr(impostors, "evaluate", evaluate)
 
 
-@pytest.fixture
-def database(tmp_path: Path) -> Path:
-    folder = tmp_path / "ours"
-    folder.mkdir()
-    for finger in range(1, 11):
-        for number in range(1, 6):
-            (folder / f"{finger}_{number}.tif").write_text("print")
-    return folder
-
-
 @pytest.mark.usefixtures("known_answers")
-def test_the_file_is_a_calibration_and_the_reach_is_told(
-    run: Any, database: Path, tmp_path: Path
-) -> None:
+def test_the_file_is_a_calibration_and_the_reach_is_told(run, make_database, tmp_path):
+    database = make_database(fingers=10, impressions=5)
     output = tmp_path / "calibration.json"
     result = run("calibrate", database, "-o", output, "--matcher", "fake", "--workers", 1)
     assert (result.exit_code, result.stderr) == (0, "")
@@ -61,28 +43,21 @@ def test_the_file_is_a_calibration_and_the_reach_is_told(
     )
 
 
-def test_too_few_comparisons_leave_no_file(run: Any, tmp_path: Path) -> None:
-    scores, output = tmp_path / "scores.csv", tmp_path / "calibration.json"
-    scores.write_text("set,probe,reference,genuine,similarity\na,1_1,2_1,0,0.5\n")
-    result = run("calibrate", scores, "-o", output)
-    assert_refused(result, "1 impostor comparisons are too few")
-    assert not output.exists()
-
-
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (["{root}/nowhere", "-o", "{root}/c.json"], "nowhere: no such folder"),
-        (["{root}/notes.txt", "-o", "{root}/c.json"], "notes.txt: not a file of scores"),
-        (["{root}", "-o", "{root}/c.json"], "holds no prints named"),
-        (["{root}", "-o", "{root}/no/c.json"], "c.json: cannot be written"),
-        (["{root}", "-o", "{root}"], "is a folder"),
-        (["{root}", "-o", "{root}/c.json", "--matcher", "nobody"], "unknown matcher 'nobody'"),
+        ("nowhere -o c.json", "nowhere: no such folder"),
+        ("notes.txt -o c.json", "notes.txt: not a file of scores"),
+        ("few.csv -o c.json", "1 impostor comparisons are too few"),
+        (". -o c.json", "holds no prints named"),
+        (". -o no/c.json", "c.json: cannot be written"),
+        (". -o .", "is a folder"),
+        (". -o c.json --matcher nobody", "unknown matcher 'nobody'"),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(
-    run: Any, tmp_path: Path, words: list[str], reason: str
-) -> None:
+def test_bad_input_is_one_line_and_leaves_no_file(run, tmp_path, monkeypatch, words, reason):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "notes.txt").write_text("x\n")
-    result = run("calibrate", *(word.format(root=tmp_path) for word in words))
-    assert_refused(result, reason)
+    (tmp_path / "few.csv").write_text("set,probe,reference,genuine,similarity\na,1_1,2_1,0,0.5\n")
+    assert_refused(run("calibrate", *words.split()), reason)
+    assert not (tmp_path / "c.json").exists()

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import shutil
 
 import pytest
 from PIL import Image, ImageOps
@@ -12,19 +11,14 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.reading import ASSUMED_DPI
 
-from .conftest import assert_refused
+from .conftest import assert_refused, copied
 
 
 @pytest.fixture
 def folder(tmp_path, prints):
     """Return a folder with three prints, one of them without a resolution, and two failures."""
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    shutil.copy(prints / "1_1.png", folder / "1_1.png")
-    shutil.copy(prints / "2_1.png", folder / "2_1.png")
-    shutil.copy(prints / "untagged.tif", folder / "3_1.tif")
-    shutil.copy(prints / "truncated.png", folder / "4_1.png")
-    shutil.copy(prints / "blank.png", folder / "5_1.png")
+    renamed = {"_3_1": "untagged.tif", "_4_1": "truncated.png", "_5_1": "blank.png"}
+    folder = copied(prints, tmp_path / "folder", "1_1.png", "2_1.png", **renamed)
     (folder / "README.md").touch()
     return folder
 
@@ -60,22 +54,19 @@ def test_enrol_and_again(run, tmp_path, folder):
 
 
 def test_prints_below_the_quality_asked_for_are_refused(run, tmp_path, prints):
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    shutil.copy(prints / "1_1.png", folder / "1_1.png")
+    folder = copied(prints, tmp_path / "folder", "1_1.png")
     whole = Image.open(prints / "2_1.png")
     whole.crop((60, 60, 140, 140)).save(folder / "2_1.png", dpi=(500, 500))
     score, small = (assess(folder / f"{name}.png").quality.score for name in ("1_1", "2_1"))
     assert small < score
-    place = tmp_path / "prints.db"
-    result = run("enrol", place, folder, "--workers", 1, "--min-quality", score)
+    words = ("enrol", tmp_path / "prints.db", folder, "--workers", 1)
+    result = run(*words, "--min-quality", score)
     assert result.exit_code == 1
     assert result.stdout.startswith("enrolled 1 of 2 pictures, 1 failed")
-    assert result.stderr.startswith(
-        f"fpmatch: failed: {folder}/2_1.png: quality {small}; too small: "
-    )
+    failed = f"fpmatch: failed: {folder}/2_1.png: quality {small}; too small: "
+    assert result.stderr.startswith(failed)
     assert result.stderr.endswith(f"({score} is required)\n")
-    assert run("enrol", place, folder, "--workers", 1).exit_code == 0
+    assert run(*words).exit_code == 0
 
 
 def test_what_was_noticed_on_reading_is_said_once(run, tmp_path, pressed):
@@ -106,7 +97,7 @@ def test_options_reach_the_work(run, tmp_path, folder):
 
 
 def test_many_failures_are_counted(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("fpmatch.cli.enrol"), "FAILURES_SHOWN", 2)
+    monkeypatch.setattr(importlib.import_module("fpmatch.cli.notes"), "MOST_SHOWN", 2)
     for k in range(5):
         (tmp_path / f"x{k}.png").touch()
     place = tmp_path / "prints.db"
@@ -119,28 +110,27 @@ def test_many_failures_are_counted(run, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (["{db}", "{root}/nowhere"], "nowhere: no such file or folder"),
-        (["{db}", "{root}/empty"], "empty: the folder holds no images"),
-        (["{db}", "{print}", "--dpi", "3"], "3 dpi is outside"),
-        (["{db}", "{print}", "--pattern", "("], "pattern '(': not a regular expression"),
-        (["{db}", "{print}", "--pattern", "x"], "must have a group (?P<subject>...)"),
-        (["{root}/no/g.db", "{print}"], "g.db: cannot be made: no such folder"),
-        (["{root}/text", "{print}"], "text: not a gallery"),
-        (["mysql://host/x", "{print}"], "galleries are SQLite files or PostgreSQL databases"),
+        ("{db} {root}/nowhere", "nowhere: no such file or folder"),
+        ("{db} {root}/empty", "empty: the folder holds no images"),
+        ("{db} {print} --dpi 3", "3 dpi is outside"),
+        ("{db} {print} --pattern (", "pattern '(': not a regular expression"),
+        ("{db} {print} --pattern x", "must have a group (?P<subject>...)"),
+        ("{root}/no/g.db {print}", "g.db: cannot be made: no such folder"),
+        ("{root}/text {print}", "text: not a gallery"),
+        ("mysql://host/x {print}", "galleries are SQLite files or PostgreSQL databases"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(run, tmp_path, prints, words, reason):
     (tmp_path / "empty").mkdir()
     (tmp_path / "text").write_text("something else entirely\n")
     names = {"db": tmp_path / "g.db", "root": tmp_path, "print": prints / "1_1.png"}
-    result = run("enrol", *(word.format(**names) for word in words))
+    result = run("enrol", *(word.format(**names) for word in words.split()))
     assert_refused(result, reason)
 
 
 def test_strict_refuses_what_does_not_match_its_finger(run, prints, tmp_path):
-    for source, name in (("1_1", "1_1"), ("1_2", "1_2"), ("2_1", "1_3")):
-        shutil.copy(prints / f"{source}.png", tmp_path / f"{name}.png")
-    result = run("enrol", tmp_path / "g.db", tmp_path, "--strict", "--json", "--workers", 1)
+    folder = copied(prints, tmp_path / "folder", "1_1.png", "1_2.png", _1_3="2_1.png")
+    result = run("enrol", tmp_path / "g.db", folder, "--strict", "--json", "--workers", 1)
     assert result.exit_code == 1
     document = json.loads(result.stdout)
     assert (document["enrolled"], document["failed"], document["impressions"]) == (2, 1, 2)

@@ -1,54 +1,42 @@
 from __future__ import annotations
 
-import csv
 import importlib
 import json
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from fpmatch.cli.group import fpmatch as main
-from fpmatch.evaluation import comparison, cropping, extraction, run
-from fpmatch.evaluation.protocol import PROTOCOLS
+from fpmatch.evaluation import comparison, cropping, extraction
+from fpmatch.evaluation import run as work
 from fpmatch.matching.calibration import Calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER
 
-from .conftest import assert_refused
+from .conftest import assert_refused, rows_of
 
 KEYS = ["sets", "mean", "pooled", "intervals", "dpi_assumed", "notes"]
-EVALUATION_TESTS = Path(__file__).parents[1] / "evaluation"
 
 
 @pytest.fixture
-def fpmatch():
-    return lambda *arguments: CliRunner().invoke(main, ["evaluate", *map(str, arguments)])
+def evaluate(run):
+    """Return a function that runs the command, on one process."""
+    return lambda *words: run("evaluate", "--workers", 1, *words)
 
 
 @pytest.fixture
-def known_answers(monkeypatch):
+def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
-    monkeypatch.syspath_prepend(str(EVALUATION_TESTS))
-    fake_bench = importlib.import_module("fake_bench")
-    monkeypatch.setattr(run, "get_matcher", lambda name: fake_bench.MATCHER)
-    monkeypatch.setattr(extraction, "extractor_of", lambda *_: fake_bench.extractor)
+    monkeypatch.setattr(work, "get_matcher", lambda name: bench.MATCHER)
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_: bench.extractor)
 
 
 @pytest.fixture
-def database(tmp_path):
-    folder = tmp_path / "prints"
-    folder.mkdir()
-    for finger in range(1, 6):
-        for number in range(1, 5):
-            (folder / f"{finger}_{number}.tif").write_text("print")
-    (folder / "3_3.tif").write_text("broken")
-    (folder / "dataset.toml").write_text('name = "Five fingers"\ndpi = 500\n')
-    return folder
+def database(make_database):
+    """Return a database of five fingers, four prints of each, one of which cannot be extracted."""
+    toml = 'name = "Five fingers"\ndpi = 500\n'
+    return make_database("prints", contents={"3_3": "broken"}, toml=toml)
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
-    result = fpmatch(database, "--workers", 1)
+def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database):
+    result = evaluate(database)
     assert result.exit_code == 1
     rates, intervals = result.stdout.split("\n\n")
     head, row, mean, pooled = rates.splitlines()
@@ -57,84 +45,68 @@ def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
     assert (mean.split()[0], pooled.split()[0]) == ("mean", "pooled")
     assert intervals.startswith("95 % intervals ")
     assert len(intervals.splitlines()) == 4
-    assert result.stderr.splitlines() == [
-        f"fpmatch: note: no template: {database / '3_3.tif'}: broken"
-    ]
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_json_is_one_object_with_fractions(fpmatch, database):
-    result = fpmatch(database, "--json", "--workers", 1)
-    document = json.loads(result.stdout)
+    assert result.stderr == f"fpmatch: note: no template: {database / '3_3.tif'}: broken\n"
+    document = json.loads(evaluate(database, "--json").stdout)
     assert list(document) == KEYS
     assert (document["dpi_assumed"], document["notes"]) == (0, [])
     low, high = document["intervals"]["pooled"]["eer"]
     assert low <= document["pooled"]["eer"] <= high
+    assert 0 < document["pooled"]["eer"] < 1
     assert document["sets"][0]["name"] == "Five fingers"
     assert document["sets"][0]["failures"] == 1
-    assert 0 < document["pooled"]["eer"] < 1
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_squares_are_compared_with_whole_prints(fpmatch, database, monkeypatch):
-    sides = []
+def test_squares_are_compared_with_whole_prints(evaluate, database, bench, monkeypatch):
+    sides, failed = [], []
+    monkeypatch.setattr(cropping, "failed_crops", lambda sets: failed)
 
     def squares(side_px, enhance, reader):
-        sides.append((side_px, enhance))
-        return extraction.extractor_of()
+        sides.append(side_px)
+        return bench.extractor
 
     monkeypatch.setattr(cropping, "crop_extractor_of", squares)
     (database / "3_3.tif").write_text("print")
-    result = fpmatch(database, "--crop", 160, "--workers", 1)
+    result = evaluate(database, "--crop", 160)
     assert result.exit_code == 0
     assert result.stdout.startswith("Probes: squares of 160 by 160 px at 500 dpi.\n\ndatabase ")
-    whole = fpmatch(database, "--workers", 1)
+    whole = evaluate(database)
     assert result.stdout.split("\n\n", 1)[1].split("\n")[2:] == whole.stdout.split("\n")[2:]
-    document = json.loads(fpmatch(database, "--crop", 128, "--workers", 1, "--json").stdout)
+    document = json.loads(evaluate(database, "--crop", 128, "--json").stdout)
     assert document["crop"] == {"side_px": 128, "failures": []}
-    assert "crop" not in json.loads(fpmatch(database, "--workers", 1, "--json").stdout)
-    assert [side for side, _ in sides] == [160, 128]
+    assert "crop" not in json.loads(evaluate(database, "--json").stdout)
+    failed.append(database / "1_1.tif")
+    bad = evaluate(database, "--crop", 64)
+    assert bad.exit_code == 1
+    assert bad.stderr == f"fpmatch: note: no template of the square: {failed[0]}\n"
+    assert sides == [160, 128, 64]
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_several_impressions_are_enrolled_as_one_finger(fpmatch, database, monkeypatch, tmp_path):
+def test_several_impressions_are_enrolled_as_one_finger(evaluate, database, monkeypatch, tmp_path):
     curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
     monkeypatch.setattr(comparison, "load_calibration", lambda name: curve)
     others = tmp_path / "others"
     others.mkdir()
     for name in ("1_1.tif", "9_1.tif", "9_2.tif"):
         (others / name).write_text("print")
-    words = (database, "--enrol", 3, "--impostors", others, "--workers", 1)
-    document = json.loads(fpmatch(*words, "--json").stdout)
+    words = (database, "--enrol", 3, "--impostors", others)
+    document = json.loads(evaluate(*words, "--json").stdout)
     assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (5, 35)
     assert document["enrol"]["impressions"] == 3
     assert document["enrol"]["impostors"] == ["others"]
     assert [row["score"] for row in document["enrol"]["scores"]] == [20, 30, 40]
-    text = fpmatch(*words, "--enrol-seed", 1).stdout
+    text = evaluate(*words, "--enrol-seed", 1).stdout
     assert text.startswith("Enrolled: 3 impressions of each finger, drawn at random. ")
-    twice = fpmatch(database, "--enrol", 3, "--impostors", database, "--workers", 1)
-    assert twice.exit_code == 2
-    assert "database given twice" in twice.stderr
+    twice = evaluate(database, "--enrol", 3, "--impostors", database)
+    assert_refused(twice, "database given twice")
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_squares_without_a_template_are_named(fpmatch, database, monkeypatch):
-    bench = importlib.import_module("fake_bench")
-    monkeypatch.setattr(cropping, "failed_crops", lambda sets: [database / "1_1.tif"])
-    monkeypatch.setattr(cropping, "crop_extractor_of", lambda *_: bench.extractor)
-    (database / "3_3.tif").write_text("print")
-    result = fpmatch(database, "--crop", 64, "--workers", 1)
-    assert result.exit_code == 1
-    assert result.stderr.splitlines() == [
-        f"fpmatch: note: no template of the square: {database / '1_1.tif'}"
-    ]
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_report_is_one_page(fpmatch, database, tmp_path):
+def test_report_is_one_page(evaluate, database, tmp_path):
     pytest.importorskip("matplotlib")
     folder = tmp_path / "made" / "report"
-    result = fpmatch(database, "--report", folder, "--workers", 1, "--bootstrap", 50)
+    result = evaluate(database, "--report", folder, "--bootstrap", 50)
     assert result.exit_code == 1
     assert [path.name for path in folder.iterdir()] == ["index.html"]
     assert f"fpmatch: note: report: {folder / 'index.html'}" in result.stderr
@@ -143,60 +115,46 @@ def test_report_is_one_page(fpmatch, database, tmp_path):
     assert "3_3.tif: broken" in page
 
 
-def test_a_report_without_matplotlib_is_refused_before_any_work(fpmatch, database, monkeypatch):
+def test_a_report_without_matplotlib_is_refused_before_any_work(evaluate, database, monkeypatch):
     style = importlib.import_module("fpmatch.drawing.plots.style")
     monkeypatch.setattr(style, "find_spec", lambda name: None)
-    result = fpmatch(database, "--report", database / "report")
-    assert_refused(result, "matplotlib")
+    assert_refused(evaluate(database, "--report", database / "report"), "matplotlib")
     assert not (database / "report").exists()
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_a_baseline_is_compared_pair_by_pair(fpmatch, database, tmp_path):
+def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
     path = tmp_path / "scores.csv"
-    fpmatch(database, "--scores", path, "--workers", 1)
-    result = fpmatch(database, "--baseline", path, "--workers", 1, "--bootstrap", 100)
+    evaluate(database, "--scores", path)
+    result = evaluate(database, "--baseline", path, "--bootstrap", 100)
     assert result.exit_code == 1
     _, _, paired = result.stdout.split("\n\n")
     assert paired.startswith(f"fake compared with {path}: 190 pairs in both, 190 with the same")
     assert "no change" in paired
-    as_json = fpmatch(database, "--baseline", path, "--workers", 1, "--json")
+    as_json = evaluate(database, "--baseline", path, "--json")
     assert json.loads(as_json.stdout)["baseline"]["pooled"]["pairs"] == 190
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_a_baseline_of_other_prints_is_refused(fpmatch, database, tmp_path):
-    path = tmp_path / "scores.csv"
     path.write_text("set,probe,reference,genuine,similarity\nother,1_1,2_1,0,0.5\n")
-    result = fpmatch(database, "--baseline", path, "--workers", 1)
-    assert result.exit_code == 2
-    assert result.stderr.splitlines()[-1] == (
+    other = evaluate(database, "--baseline", path)
+    assert other.exit_code == 2
+    assert other.stderr.splitlines()[-1] == (
         "fpmatch: error: the two runs have no database in common: other; Five fingers"
     )
 
 
-@pytest.fixture
-def two_matchers(monkeypatch, known_answers):
-    """Let `--matcher` name two, the second blind to all but the first finger."""
-    bench = importlib.import_module("fake_bench")
-
-    class Blind(bench.Fake):
+@pytest.mark.usefixtures("known_answers")
+def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkeypatch):
+    class Blind(bench.Fake):  # to all but the first finger
         name = "blind"
 
         def prepare(self, template):
             return min(super().prepare(template), 150.0)
 
     named = {"fake": bench.MATCHER, "blind": Blind()}
-    monkeypatch.setattr(run, "get_matcher", named.__getitem__)
-    monkeypatch.setattr(
-        importlib.import_module("fpmatch.cli.evaluate"), "matcher_names", lambda: list(named)
-    )
-
-
-@pytest.mark.usefixtures("two_matchers")
-def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
+    command = importlib.import_module("fpmatch.cli.evaluate")
+    monkeypatch.setattr(work, "get_matcher", named.__getitem__)
+    monkeypatch.setattr(command, "matcher_names", lambda: list(named))
     path = tmp_path / "scores.csv"
-    result = fpmatch(database, "--matcher", "all", "--workers", 1, "--scores", path)
+    result = evaluate(database, "--matcher", "all", "--scores", path)
     assert result.exit_code == 1
     fake, _, blind, _, both, against = result.stdout.split("\n\n")
     assert fake.startswith("matcher fake\ndatabase ")
@@ -204,135 +162,84 @@ def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
     assert [line.split()[0] for line in both.splitlines()] == ["side", "fake", "blind"]
     assert against.startswith("blind compared with fake: 190 pairs in both")
     assert "worse" in against
-    with path.open(newline="") as stream:
-        assert [row["matcher"] for row in csv.DictReader(stream)] == ["fake"] * 190 + [
-            "blind"
-        ] * 190
+    assert [row["matcher"] for row in rows_of(path)] == ["fake"] * 190 + ["blind"] * 190
     words = ["--matcher", "fake", "--matcher", "blind", "--matcher", "fake", "--json"]
-    document = json.loads(fpmatch(database, *words, "--workers", 1).stdout)
+    document = json.loads(evaluate(database, *words).stdout)
     assert [one["matcher"] for one in document["matchers"]] == ["fake", "blind"]
     assert document["against_first"][0]["pooled"]["eer"]["verdict"] == "worse"
 
 
 @pytest.mark.parametrize(
-    ("arguments", "reason"),
+    ("words", "reason"),
     [
-        (["{root}/nowhere"], "nowhere: no such folder"),
-        (["{root}/notes.txt"], "notes.txt: not a folder of prints"),
-        (["{root}"], "holds no prints named FFF_M.tif"),
-        (["{db}", "{db}"], "prints: database given twice"),
-        (["{db}", "--matcher", "nobody"], "unknown matcher 'nobody'"),
-        (["{db}", "--scores", "{root}/nowhere/s.csv"], "s.csv: cannot be written"),
-        (["{db}", "--scores", "{root}"], "is a folder"),
-        (["{db}", "--report", "{root}/notes.txt"], "notes.txt: no folder can be made"),
-        (["{db}", "--baseline", "{root}/nowhere.csv"], "nowhere.csv: cannot be read: no such file"),
-        (["{db}", "--baseline", "{root}/notes.txt"], "notes.txt: not a file of scores"),
+        ("nowhere", "nowhere: no such folder"),
+        ("notes.txt", "notes.txt: not a folder of prints"),
+        (".", "holds no prints named FFF_M.tif"),
+        ("prints prints", "prints: database given twice"),
+        ("prints --matcher nobody", "unknown matcher 'nobody'"),
+        ("prints --scores nowhere/s.csv", "s.csv: cannot be written"),
+        ("prints --scores .", "is a folder"),
+        ("prints --report notes.txt", "notes.txt: no folder can be made"),
+        ("prints --baseline nowhere.csv", "nowhere.csv: cannot be read: no such file"),
+        ("prints --baseline notes.txt", "notes.txt: not a file of scores"),
+        ("prints --ground-truth", "1.json: no such file"),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(fpmatch, database, tmp_path, arguments, reason):
-    if "--report" in arguments:
+@pytest.mark.usefixtures("database")
+def test_bad_input_is_one_line_and_status_2(evaluate, tmp_path, monkeypatch, words, reason):
+    if "--report" in words:
         pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "notes.txt").write_text("")
-    assert_refused(fpmatch(*(a.format(root=tmp_path, db=database) for a in arguments)), reason)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["x", "--workers", "0"],
-        ["x", "--protocol", "all"],
-        ["x", "--crop", "31"],
-        ["x", "--crop", "160", "--ground-truth"],
-        ["x", "--crop", "160", "--report", "y"],
-        ["x", "--enrol", "0"],
-        ["x", "--enrol", "2", "--crop", "160"],
-        ["x", "--enrol", "2", "--scores", "y"],
-        ["x", "--impostors", "y"],
-        ["x", "--enrol-seed", "1"],
-    ],
-)
-def test_wrong_usage(fpmatch, arguments):
-    result = fpmatch(*arguments)
-    assert result.exit_code == 2
-    assert "Usage:" in result.stderr
-
-
-def test_help_names_what_there_is(fpmatch):
-    text = fpmatch("--help").stdout
-    assert f"[{'|'.join(PROTOCOLS)}]" in text
-    assert f"[default:{DEFAULT_MATCHER}]" in "".join(text.split())
-    assert "  fpmatch evaluate fvc2002/DB1_B\n" in text
+    assert_refused(evaluate(*words.split()), reason)
 
 
 @pytest.mark.usefixtures("known_answers")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_what_was_noticed_on_reading_is_said_once(fpmatch, database, monkeypatch, workers):
-    fake_bench = importlib.import_module("fake_bench")
-    monkeypatch.setattr(extraction, "extractor_of", lambda *_: fake_bench.noting_extractor)
+def test_what_was_noticed_on_reading_is_said_once(evaluate, database, bench, monkeypatch, workers):
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_: bench.noting_extractor)
     (database / "dataset.toml").unlink()
-    notes = fpmatch(database, "--workers", workers).stderr.splitlines()
-    assert notes == [
+    result = evaluate(database, "--workers", workers, "--json")
+    assert result.stderr.splitlines() == [
         f"fpmatch: note: {database}/1_1.tif and 18 others: 500 dpi assumed; the resolution is "
         "unknown (dpi in dataset.toml sets it)",
         f"fpmatch: note: {database}/2_1.tif and 3 others: its ridges are green",
         f"fpmatch: note: no template: {database}/3_3.tif: broken",
     ]
-    document = json.loads(fpmatch(database, "--workers", workers, "--json").stdout)
+    document = json.loads(result.stdout)
     assert document["dpi_assumed"] == 19
-    ((note, prints),) = [(one["note"], one["prints"]) for one in document["notes"]]
-    assert note == "its ridges are green"
-    assert prints == [str(database / f"2_{number}.tif") for number in range(1, 5)]
+    prints = [str(database / f"2_{number}.tif") for number in range(1, 5)]
+    assert document["notes"] == [{"note": "its ridges are green", "prints": prints}]
 
 
 @pytest.fixture
 def truth(database):
-    """Write a truth beside the prints that tells of one minutia in each."""
+    """Write a truth beside the prints that contains one minutia of each."""
     folder = database / "truth"
     folder.mkdir()
+    minutiae = {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]}
+    impression = {"transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0}, "minutiae": minutiae}
     for finger in range(1, 6):
-        impressions = {
-            path.stem: {
-                "transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0},
-                "minutiae": {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]},
-            }
-            for path in database.glob(f"{finger}_*.tif")
-        }
+        impressions = {path.stem: impression for path in database.glob(f"{finger}_*.tif")}
         document = {"minutiae": {"x": [100 * finger], "y": [0]}, "impressions": impressions}
         (folder / f"{finger}.json").write_text(json.dumps(document))
     return folder / "3.json"
 
 
-@pytest.mark.usefixtures("known_answers", "truth")
-def test_minutiae_adds_tables_and_json(fpmatch, database):
-    rates, minutiae, false, transforms = fpmatch(
-        database, "--ground-truth", "--workers", 1, "--bootstrap", 0
-    ).stdout.split("\n\n")
+@pytest.mark.usefixtures("known_answers")
+def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
+    result = evaluate(database, "--ground-truth", "--bootstrap", 0)
+    rates, minutiae, false, transforms = result.stdout.split("\n\n")
     assert rates.startswith("database ")
     assert minutiae.startswith("minutiae ")
     assert len(minutiae.splitlines()) == 4
     assert false.startswith("false positives within 12 px, 22.5° ")
     assert transforms.startswith("transforms ")
-    document = json.loads(fpmatch(database, "--ground-truth", "--json", "--workers", 1).stdout)
+    # by the names of the options in 0.1.0
+    document = json.loads(evaluate(database, "--minutiae", "--resamples", 9, "--json").stdout)
     assert list(document) == [*KEYS, "ground_truth"]
+    assert document["intervals"]["bootstrap"] == 9
     assert document["ground_truth"]["pooled"]["extracted"] == 19
     assert document["ground_truth"]["pooled"]["true"] == 20
-
-
-@pytest.mark.usefixtures("known_answers", "truth")
-def test_the_option_names_of_0_1_0_still_work(fpmatch, database):
-    old = fpmatch(database, "--minutiae", "--resamples", 9, "--json", "--workers", 1)
-    document = json.loads(old.stdout)
-    assert document["intervals"]["bootstrap"] == 9
-    assert "ground_truth" in document
-
-
-def test_minutiae_need_a_truth_and_say_so_before_any_work(fpmatch, database):
-    path = database / "truth" / "1.json"
-    assert_refused(fpmatch(database, "--ground-truth"), f"{path}: no such file")
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_a_malformed_truth_is_one_line_and_status_2(fpmatch, database, truth):
     truth.write_text("{")
-    assert_refused(fpmatch(database, "--ground-truth"), f"{truth}: not a readable JSON file")
+    assert_refused(evaluate(database, "--ground-truth"), f"{truth}: not a readable JSON file")

@@ -30,7 +30,7 @@ def place(tmp_path):
     return tmp_path / "prints.db"
 
 
-def test_info(run, place):
+def test_info(run, place, tmp_path):
     result = run("gallery", "info", place)
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
@@ -44,33 +44,26 @@ def test_info(run, place):
     ]
     document = json.loads(run("gallery", "info", place, "--json").stdout)
     assert document["impressions"] == 3
-    assert document["dpi"] == [
-        {"dpi": 500.0, "impressions": 2},
-        {"dpi": 569.0, "impressions": 1},
-    ]
-
-
-def test_info_of_an_empty_gallery(run, tmp_path):
+    assert document["dpi"] == [{"dpi": 500.0, "impressions": 2}, {"dpi": 569.0, "impressions": 1}]
     open_gallery(tmp_path / "empty.db", create=True).close()
-    text = run("gallery", "info", tmp_path / "empty.db").stdout
-    assert "Impressions 0 of 0 subjects" in text
-    assert "Resolution  none" in text
+    empty = run("gallery", "info", tmp_path / "empty.db").stdout
+    assert "Impressions 0 of 0 subjects" in empty
+    assert "Resolution  none" in empty
 
 
 def test_list(run, place):
-    lines = run("gallery", "list", place).stdout.splitlines()
-    assert [line.split() for line in lines] == [
+    words = ("gallery", "list", place)
+    assert [line.split() for line in run(*words).stdout.splitlines()] == [
         ["1", "1_1", "569", "1", "/prints/0.tif"],
         ["2", "1_2", "500", "1", "/prints/1.tif"],
         ["3", "a/b_thumb_1", "500", "1", "/prints/2.tif"],
     ]
-    rows = json.loads(run("gallery", "list", place, "--subject", "1", "--json").stdout)
+    rows = json.loads(run(*words, "--subject", "1", "--json").stdout)
     assert [row["impression"] for row in rows] == ["1", "2"]
     assert rows[0]["sha256"] == 64 * "0"
-    assert json.loads(run("gallery", "list", place, "--subject", "7", "--json").stdout) == []
-    failures = run("gallery", "list", place, "--failures")
-    assert failures.stdout == "/prints/9.tif: no minutiae found\n"
-    rows = json.loads(run("gallery", "list", place, "--failures", "--json").stdout)
+    assert json.loads(run(*words, "--subject", "7", "--json").stdout) == []
+    assert run(*words, "--failures").stdout == "/prints/9.tif: no minutiae found\n"
+    rows = json.loads(run(*words, "--failures", "--json").stdout)
     assert rows == [{"source": "/prints/9.tif", "reason": "no minutiae found"}]
 
 
@@ -87,29 +80,20 @@ def test_remove(run, place):
 
 
 def test_export(run, place, tmp_path):
-    result = run("gallery", "export", place, "-o", tmp_path / "out", "--format", "both")
-    assert result.stdout == f"3 templates: {tmp_path / 'out'}\n"
-    names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert names == [
-        "1_1.csv",
-        "1_1.json",
-        "1_2.csv",
-        "1_2.json",
-        "a%2Fb_thumb_1.csv",
-        "a%2Fb_thumb_1.json",
-    ]
-    with open_gallery(place) as gallery:
-        templates = dict(gallery.templates())
-    assert load_template(tmp_path / "out" / "1_2.json") == templates[2]
-
-
-def test_export_in_a_format_of_others(run, place, tmp_path):
     out = tmp_path / "out"
-    result = run("gallery", "export", place, "-o", out, "--format", "iso2005", "--subject", "1")
-    assert result.stdout == f"2 templates: {out}\n"
-    assert sorted(path.name for path in out.iterdir()) == ["1_1.iso", "1_2.iso"]
+    result = run("gallery", "export", place, "-o", out, "--format", "both")
+    assert result.stdout == f"3 templates: {out}\n"
+    stems = ("1_1", "1_2", "a%2Fb_thumb_1")
+    assert {path.name for path in out.iterdir()} == {
+        f"{stem}.{suffix}" for stem in stems for suffix in ("csv", "json")
+    }
+    with open_gallery(place) as gallery:
+        assert load_template(out / "1_2.json") == dict(gallery.templates())[2]
+    iso = run("gallery", "export", place, "-o", out, "--format", "iso2005", "--subject", "1")
+    assert iso.stdout == f"2 templates: {out}\n"
+    assert sorted(path.name for path in out.glob("*.iso")) == ["1_1.iso", "1_2.iso"]
     assert load_record(out / "1_1.iso").format == "iso2005"
-    assert all(line.startswith(f"fpmatch: note: {out}") for line in result.stderr.splitlines())
+    assert all(line.startswith(f"fpmatch: note: {out}") for line in iso.stderr.splitlines())
 
 
 def test_export_does_not_mix_up_names(run, place, tmp_path):
@@ -117,39 +101,26 @@ def test_export_does_not_mix_up_names(run, place, tmp_path):
         template = Template(Minutiae([1], [1], [0]), 300, 300)
         gallery.add([NewEntry(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
     result = run("gallery", "export", place, "-o", tmp_path / "out")
-    assert result.exit_code == 2
-    assert "entries 3 and 4 would both be written as A%2FB_thumb_1" in result.stderr
+    assert_refused(result, "entries 3 and 4 would both be written as A%2FB_thumb_1")
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (["info", "{root}/no.db"], "no.db: no such gallery; `fpmatch enrol` makes one"),
-        (["list", "{root}"], "is a folder, not a gallery"),
-        (["remove", "{db}", "1", "9"], "no entry has the number 9"),
-        (["remove", "{db}", "--subject", "9"], "no impression of subject 9"),
-        (["export", "{db}", "-o", "{db}"], "prints.db: cannot be made a folder"),
+        ("info {root}/no.db", "no.db: no such gallery; `fpmatch enrol` makes one"),
+        ("list {root}", "is a folder, not a gallery"),
+        ("check {db} --subject x", "no impression of subject x"),
+        ("remove {db} 1 9", "no entry has the number 9"),
+        ("remove {db} --subject 9", "no impression of subject 9"),
+        ("export {db} -o {db}", "prints.db: cannot be made a folder"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(run, place, tmp_path, words, reason):
-    result = run("gallery", *(word.format(root=tmp_path, db=place) for word in words))
+    result = run("gallery", *words.format(root=tmp_path, db=place).split())
     assert_refused(result, reason)
     with open_gallery(place) as gallery:
         assert len(gallery) == 3
-
-
-@pytest.mark.parametrize("words", [["remove", "x"], ["list", "x", "--failures", "--subject", "1"]])
-def test_wrong_usage(run, words):
-    result = run("gallery", *words)
-    assert result.exit_code == 2
-    assert "Usage:" in result.stderr
-
-
-@pytest.mark.parametrize("command", ["info", "list", "remove", "export"])
-def test_help_shows_examples(run, command):
-    text = run("gallery", command, "--help").stdout
-    assert f"  fpmatch gallery {command} " in text
 
 
 def test_check_tells_which_fingers_disagree(run, place):
@@ -163,6 +134,3 @@ def test_check_tells_which_fingers_disagree(run, place):
     assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])
     other = run("gallery", "check", place, "--subject", "a/b")
     assert (other.exit_code, other.stdout[:9]) == (0, "0 fingers")
-    nobody = run("gallery", "check", place, "--subject", "x")
-    assert nobody.exit_code == 2
-    assert nobody.stderr.endswith("no impression of subject x\n")

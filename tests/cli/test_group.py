@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
@@ -18,56 +17,110 @@ from PIL import Image
 import fpmatch
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.errors import FpmatchError
+from fpmatch.evaluation.points.matchers import MATCHER_NAMES
+from fpmatch.evaluation.protocol import PROTOCOLS
+from fpmatch.image.enhancement.enhancers import ENHANCERS
+from fpmatch.image.quality.polarity import POLARITIES
+from fpmatch.pointset.match import POINT_MATCHERS
+from fpmatch.pointset.random_sets import POINT_MODELS
+from fpmatch.synthesis.presets import PRESETS
 
 FPMATCH = [sys.executable, "-m", "fpmatch"]
 
 
-def test_version(run: Any) -> None:
+def test_version(run):
     assert run("--version").output == f"fpmatch {fpmatch.__version__}\n"
 
 
-def test_help_lists_every_command_with_its_summary(run: Any) -> None:
+def test_help_lists_every_command_with_its_summary(run):
     output = run("--help").output
     for name, summary in SUMMARIES.items():
         assert name in output
         assert summary in output
 
 
-@pytest.mark.parametrize("name", SUMMARIES)
-def test_every_command_has_help_with_examples(run: Any, name: str) -> None:
-    result = run(name, "--help")
+SUBCOMMANDS = {
+    "gallery": ["check", "export", "info", "list", "remove"],
+    "points": ["bench", "draw", "match"],
+}
+
+
+@pytest.mark.parametrize(
+    "words", [*([n] for n in SUMMARIES), *([n, s] for n in SUBCOMMANDS for s in SUBCOMMANDS[n])]
+)
+def test_every_command_has_help_with_examples(run, words):
+    result = run(*words, "--help")
     assert result.exit_code == 0
-    assert f"Usage: fpmatch {name} [OPTIONS]" in result.output
-    assert f"  fpmatch {name} " in result.output.split("Examples:")[1]
+    assert f"Usage: fpmatch {' '.join(words)} [OPTIONS]" in result.output
+    assert f"  fpmatch {' '.join(words)} " in result.output.split("Examples:")[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "choices"),
+    [
+        ("verify", POLARITIES),
+        ("verify", tuple(ENHANCERS)),
+        ("evaluate", PROTOCOLS),
+        ("points match", POINT_MATCHERS),
+        ("points bench", MATCHER_NAMES),
+        ("points bench", POINT_MODELS),
+        ("synth", tuple(PRESETS)),
+    ],
+)
+def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
+    assert f"[{'|'.join(choices)}]" in "".join(run(*words.split(), "--help").stdout.split())
 
 
 @pytest.mark.parametrize("name", SUMMARIES)
-def test_the_summaries_are_those_of_the_commands(name: str) -> None:
+def test_the_summaries_are_those_of_the_commands(name):
     command = getattr(importlib.import_module(f"fpmatch.cli.{name}"), name)
     assert isinstance(command, click.Command)
     assert command.callback is not None
 
 
+WRONG_USAGE = {
+    "": "verifie | evaluate | synth | points draw | points match | points match p.csv",
+    "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
+    "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
+    "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
+    "--impostors y | --enrol-seed 1 | --enhance gabor",
+    "gallery": "remove x | list x --failures --subject 1",
+    "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
+    "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
+    "--matcher his | --model aloud | --workers 0 | --seed -1",
+    "points draw -o x": "--seed -1 | --ring -1 | --format pdf | --y-axis up",
+    "points match": "p q --matcher best | - -",
+    "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
+    "stages a -o b": "--enhance gabor",
+    "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "
+    "--dpi 500 | --size 400x400 --sensor plain-288x384 | --workers 0 | --fingers many",
+}
+
+
 @pytest.mark.parametrize(
-    "words", [["verifie"], ["verify", "only-one.png"], ["verify", "a", "b", "--dpi", "many"]]
+    "words",
+    [f"{command} {rest}" for command in WRONG_USAGE for rest in WRONG_USAGE[command].split(" | ")],
 )
-def test_words_it_does_not_know_are_bad_input(run: Any, words: list[str]) -> None:
-    result = run(*words)
-    assert result.exit_code == 2
+def test_wrong_usage(run, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    result = run(*words.split())
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "Usage: fpmatch" in result.stderr
     assert "Error: " in result.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
-def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+def failing(monkeypatch, error):
     """Make `fpmatch stages` raise `error`."""
 
-    def fail(*_: object, **__: object) -> None:
+    def fail(*_, **__):
         raise error
 
     stages = importlib.import_module("fpmatch.cli.stages").stages
     monkeypatch.setattr(stages, "callback", fail)
 
 
-def test_an_error_of_ours_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_of_ours_is_one_line(run, monkeypatch):
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     result = run("stages", "odd.png", "-o", "out")
     assert result.exit_code == 2
@@ -75,25 +128,25 @@ def test_an_error_of_ours_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch)
     assert result.stdout == ""
 
 
-def test_ctrl_c_is_quiet(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_is_quiet(run, monkeypatch):
     failing(monkeypatch, KeyboardInterrupt())
     result = run("stages", "a.png", "-o", "out")
     assert result.exit_code == 130
     assert result.output == ""
 
 
-def test_a_fault_of_ours_is_not_hidden(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_ours_is_not_hidden(run, monkeypatch):
     failing(monkeypatch, ZeroDivisionError())
     assert isinstance(run("stages", "a.png", "-o", "out").exception, ZeroDivisionError)
 
 
-def start(command: list[str], **options: Any) -> subprocess.CompletedProcess[str]:
+def start(command, **options):
     """Run a command in another process."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     return subprocess.run(command, text=True, check=False, timeout=60, **options)
 
 
-def test_a_reader_that_leaves_is_met_in_silence() -> None:
+def test_a_reader_that_leaves_is_met_in_silence():
     read_end, write_end = os.pipe()
     os.close(read_end)
     done = start([*FPMATCH, "extract", "no-such-file.png", "-o", "."], stdout=write_end)
@@ -104,7 +157,7 @@ def test_a_reader_that_leaves_is_met_in_silence() -> None:
 
 
 @pytest.mark.parametrize("closed", [False, True], ids=["stderr open", "stderr closed"])
-def test_decoders_keep_silent_about_a_damaged_file(tmp_path: Path, closed: bool) -> None:
+def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     path = tmp_path / "print.tif"
     noise = np.random.default_rng(3).integers(0, 256, (90, 80), dtype=np.uint8)
     Image.fromarray(noise).save(path, compression="tiff_lzw")
@@ -119,7 +172,7 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path: Path, closed: bool)
     assert ("damaged TIFF image" in done.stderr) is not closed
 
 
-def test_the_module_runs_as_the_command(tmp_path: Path) -> None:
+def test_the_module_runs_as_the_command(tmp_path):
     done = start([*FPMATCH, "verify", "gone.png", "gone.png"], cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr == "fpmatch: error: gone.png: no such file\n"
@@ -127,7 +180,7 @@ def test_the_module_runs_as_the_command(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full here")
-def test_output_that_cannot_be_written_is_one_line_and_status_2() -> None:
+def test_output_that_cannot_be_written_is_one_line_and_status_2():
     with Path("/dev/full").open("w") as full:
         points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
         done = start([*FPMATCH, "points", "match", str(points), str(points)], stdout=full)

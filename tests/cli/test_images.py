@@ -1,110 +1,198 @@
-"""What commands say of the images that they are given: bare pixels, negatives, odd resolutions."""
+"""What commands make of images: bare pixels, ``--polarity``, ``--enhance``, wrong resolutions."""
 
 from __future__ import annotations
 
 import json
+import pickle
 import re
-from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
-from fpmatch import load_template
+from fpmatch import load_template, reading
+from fpmatch.cli.options import ENHANCEMENTS
+from fpmatch.evaluation import extraction
+from fpmatch.image import extract as extraction_of_one
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.quality.polarity import INVERTED
 
-Pixels = NDArray[np.uint8]
+from .conftest import assert_refused, copied
+
+
+def first_score(result):
+    """Return the score of the first candidate of the first probe."""
+    return json.loads(result.stdout)["probes"][0]["candidates"][0]["score"]
 
 
 @pytest.fixture
-def bare(tmp_path: Path, fingers: list[Pixels]) -> Path:
+def bare(tmp_path, fingers):
     """Return a file that is the pixels of a print, 280 x 300."""
     path = tmp_path / "1_1.dat"
     path.write_bytes(fingers[0].tobytes())
     return path
 
 
-def test_bare_pixels_are_the_print_that_they_are(run: Any, prints: Path, bare: Path) -> None:
-    words = ("--raw", "100x100", "--raw", "280x300", "--dpi", 500)
-    result = run("verify", bare, prints / "1_1.png", *words, "--json")
-    assert result.exit_code == 0
-    assert result.stderr == ""
+def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
+    size = ("--raw", "280x300", "--dpi", 500)
+    result = run("verify", bare, prints / "1_1.png", "--raw", "100x100", *size, "--json")
+    assert (result.exit_code, result.stderr) == (0, "")
     itself = run("verify", prints / "1_1.png", prints / "1_1.png", "--json")
     assert json.loads(result.stdout)["score"] == json.loads(itself.stdout)["score"] >= 40
-
-
-@pytest.mark.parametrize("command", ["extract", "stages"])
-def test_every_command_takes_bare_pixels(
-    run: Any, bare: Path, tmp_path: Path, command: str
-) -> None:
-    result = run(command, bare, "-o", tmp_path / "out", "--raw", "280x300", "--dpi", 500)
-    assert (result.exit_code, result.stderr) == (0, "")
-    if command == "extract":
-        assert load_template(tmp_path / "out" / "1_1.json").width == 280
-
-
-def test_galleries_take_bare_pixels(run: Any, bare: Path, tmp_path: Path) -> None:
+    for command in ("extract", "stages"):
+        written = run(command, bare, "-o", tmp_path / command, *size)
+        assert (written.exit_code, written.stderr) == (0, "")
+    assert load_template(tmp_path / "extract" / "1_1.json").width == 280
     gallery = tmp_path / "prints.db"
-    words = ("--raw", "280x300", "--dpi", 500, "--workers", 1)
-    assert run("enrol", gallery, bare, *words).exit_code == 0
-    found = run("identify", gallery, bare, *words, "--json")
-    assert found.exit_code == 0
-    assert '"subject": "1"' in found.stdout
+    assert run("enrol", gallery, bare, *size, "--workers", 1).exit_code == 0
+    assert first_score(run("identify", gallery, bare, *size, "--workers", 1, "--json")) > 40
+    assert "280 x 300 px" in run("inspect", bare, "--raw", "280x300").stdout
 
 
-def test_a_size_that_does_not_fit_is_one_line(run: Any, prints: Path, bare: Path) -> None:
-    result = run("verify", bare, prints / "1_1.png", "--raw", "100x100")
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == (
-        f"fpmatch: error: {bare}: not an image of a known format; "
-        "its 84000 bytes are no raw 100x100 (10000)\n"
+def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
+    assert_refused(
+        run("verify", bare, prints / "1_1.png", "--raw", "100x100"),
+        f"{bare}: not an image of a known format; its 84000 bytes are no raw 100x100 (10000)",
     )
     wrong = run("verify", bare, bare, "--raw", "280")
     assert wrong.exit_code == 2
     assert "WIDTHxHEIGHT, as in 388x374, not '280'" in wrong.stderr
 
 
-def test_what_was_noticed_on_reading_is_said_once(
-    run: Any, tmp_path: Path, pressed: list[Pixels]
-) -> None:
-    for name in ("a.png", "b.png"):
-        Image.fromarray(255 - pressed[0]).save(tmp_path / name, dpi=(500, 500))
-    (tmp_path / "plain").mkdir()
-    Image.fromarray(pressed[0]).save(tmp_path / "plain" / "c.png", dpi=(500, 500))
-    result = run("extract", tmp_path / "a.png", tmp_path / "b.png", "-o", tmp_path / "out")
-    assert result.exit_code == 0
-    assert result.stderr == f"fpmatch: note: {tmp_path / 'a.png'} and 1 other: {INVERTED}\n"
-    run("extract", tmp_path / "plain" / "c.png", "-o", tmp_path / "out")
-    turned, plain = (load_template(tmp_path / "out" / f"{name}.json") for name in ("a", "c"))
-    assert turned.minutiae == plain.minutiae
-
-
-def test_a_wrong_resolution_is_told_match_or_not(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
     pair = prints / "1_2.png", prints / "1_1.png"
-    right = run("verify", *pair)
-    assert "Scale " not in right.stdout
-    wrong = run("verify", *pair, "--probe-dpi", 569)
-    assert wrong.stdout.startswith("MATCH\n")
-    told = re.search(
-        r"Scale .* about (\d+) dpi, not 569, or .* about (\d+), not 500$",
-        wrong.stdout,
-        re.MULTILINE,
-    )
-    assert told is not None
-    assert [int(dpi) for dpi in told.groups()] == [
-        pytest.approx(500, abs=15),
-        pytest.approx(569, abs=15),
-    ]
+    assert "Scale " not in run("verify", *pair).stdout
+    wrong = run("verify", *pair, "--probe-dpi", 569).stdout
+    assert wrong.startswith("MATCH\n")
+    scale = re.search(r"Scale .* about (\d+) dpi, not 569, or .* about (\d+), not 500\n", wrong)
+    assert scale is not None
+    assert list(map(int, scale.groups())) == pytest.approx([500, 569], abs=15)
     run("extract", prints / "1_2.png", "-o", tmp_path)
-    template = json.loads((tmp_path / "1_2.json").read_text())
-    (tmp_path / "1_2.json").write_text(json.dumps(template | {"dpi": 1000}))
-    twice = run("verify", tmp_path / "1_2.json", prints / "1_1.png")
-    assert twice.stdout.startswith("NO MATCH\n")
-    assert twice.stdout.endswith("not 500; at that scale they match\n")
-    scale = json.loads(run("verify", tmp_path / "1_2.json", prints / "1_1.png", "--json").stdout)[
-        "scale"
-    ]
-    assert scale["ratio"] == pytest.approx(2, rel=0.03)
-    assert scale["differs"] is True
+    double = tmp_path / "1_2.json"
+    double.write_text(json.dumps(json.loads(double.read_text()) | {"dpi": 1000}))
+    twice = run("verify", double, prints / "1_1.png").stdout
+    assert twice.startswith("NO MATCH\n")
+    assert twice.endswith("not 500; at that scale they match\n")
+    found = json.loads(run("verify", double, prints / "1_1.png", "--json").stdout)["scale"]
+    assert found["ratio"] == pytest.approx(2, rel=0.03)
+    assert found["differs"] is True
+
+
+@pytest.fixture
+def darks(tmp_path, pressed):
+    """Return a folder of two prints with dark ridges."""
+    folder = tmp_path / "darks"
+    folder.mkdir()
+    for number, pixels in enumerate(pressed[:2], start=1):
+        Image.fromarray(pixels).save(folder / f"{number}_1.png", dpi=(500, 500))
+    return folder
+
+
+@pytest.mark.parametrize("command", ["verify", "extract", "stages", "enrol", "score"])
+def test_the_polarity_asked_for_is_taken_and_said(run, darks, tmp_path, command):
+    image, output = darks / "1_1.png", tmp_path / "out"
+    words = {
+        "verify": (image, image),
+        "extract": (image, "-o", output),
+        "stages": (image, "-o", output),
+        "enrol": (output, image, "--workers", 1),
+        "score": ("--references", darks, "--probes", darks, "-o", tmp_path / "scores.csv"),
+    }[command]
+    asked = run(command, *words, "--polarity", "white")
+    assert asked.exit_code == 0, asked.stderr
+    assert INVERTED in asked.stderr
+    if command in {"verify", "extract"}:
+        assert INVERTED not in run(command, *words).stderr
+
+
+def test_a_gallery_is_searched_with_the_polarity_asked_for(run, darks, tmp_path):
+    gallery, image = tmp_path / "prints.db", darks / "1_1.png"
+    run("enrol", gallery, image, "--workers", 1)
+    auto, white = (
+        first_score(run("identify", gallery, image, "--polarity", asked, "--json"))
+        for asked in ("auto", "white")
+    )
+    assert auto > 60
+    assert white < auto
+
+
+def test_a_folder_says_its_polarity(run, darks, tmp_path):
+    (darks / "dataset.toml").write_text('polarity = "white"\n')
+    result = run("enrol", tmp_path / "prints.db", darks, "--workers", 1)
+    assert f"{darks}/1_1.png and 1 other: {INVERTED}" in result.stderr
+    (darks / "dataset.toml").write_text('polarity = "pink"\n')
+    for words in (("enrol", tmp_path / "prints.db", darks), ("inspect", darks / "1_1.png")):
+        reason = f"{darks}/dataset.toml: no polarity 'pink': there are auto, dark, white"
+        assert_refused(run(*words), reason)
+
+
+def test_images_that_are_read_at_once_decide_together(run, tmp_path, pressed, stripes):
+    folder, plain = tmp_path / "white", tmp_path / "4.png"
+    folder.mkdir()
+    for number, pixels in enumerate((*pressed, stripes)):
+        Image.fromarray(255 - pixels).save(folder / f"{number}.png", dpi=(500, 500))
+    Image.fromarray(stripes).save(plain, dpi=(500, 500))
+    noted = run("extract", *sorted(folder.iterdir()), "-o", tmp_path / "turned")
+    assert noted.stderr.startswith(f"fpmatch: note: {folder}/0.png and 4 others: {INVERTED}\n")
+    run("extract", plain, "-o", tmp_path / "plain")
+    turned, as_it_is = (load_template(tmp_path / name / "4.json") for name in ("turned", "plain"))
+    assert turned.minutiae == as_it_is.minutiae
+    assert INVERTED not in run("inspect", folder / "4.png", "--json").stdout
+    together = run("inspect", *sorted(folder.iterdir()), "--json")
+    assert together.stdout.count(INVERTED) == len(pressed) + 1
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Return the list of the enhancements by which prints are extracted from now on."""
+    ways = []
+
+    def noted(*arguments, enhance="", **others):
+        ways.append(enhance)
+        return extract(*arguments, enhance=enhance, **others)
+
+    monkeypatch.setattr(extraction_of_one, "extract", noted)
+    monkeypatch.setattr(reading, "extract", noted)
+    return ways
+
+
+@pytest.mark.parametrize("words", [[], ["--enhance", "filters"], ["--enhance", "learned"]])
+@pytest.mark.parametrize("command", ["verify", "overlay", "extract", "stages", "evaluate"])
+def test_every_command_enhances_as_it_is_told(run, prints, tmp_path, asked, command, words):
+    print_, out = prints / "1_1.png", tmp_path / "out.png"
+    arguments = {
+        "verify": (print_, print_),
+        "overlay": (print_, print_, "-o", out),
+        "extract": (print_, "-o", out),
+        "stages": (print_, "-o", out),
+        "evaluate": ("--workers", 1, "--bootstrap", 0),
+    }[command]
+    if command == "evaluate":
+        folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png", "2_1.png")
+        arguments = (folder, *arguments)
+    result = run(command, *arguments, *words)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert set(asked) == {words[1] if words else DEFAULT_ENHANCEMENT}
+    assert len(asked) == {"verify": 2, "overlay": 2, "evaluate": 3}.get(command, 1)
+
+
+def test_enhancements_differ_and_a_template_is_taken_as_it_is(run, prints, tmp_path):
+    assert ENHANCEMENTS[0] == DEFAULT_ENHANCEMENT
+    for way in ENHANCEMENTS:
+        run("stages", prints / "1_1.png", "-o", tmp_path / "stages" / way, "--enhance", way)
+        drawn = {file.stem.partition("_")[2] for file in (tmp_path / "stages" / way).iterdir()}
+        assert {"enhanced", "mask", "orientation", "coherence"} < drawn
+        assert ("period" in drawn) == (way == "filters")
+        run("extract", prints / "1_1.png", "-o", tmp_path / way, "--enhance", way)
+    one, other = (load_template(tmp_path / way / "1_1.json") for way in ENHANCEMENTS)
+    assert one != other
+    again = tmp_path / "again"
+    run("extract", tmp_path / "learned" / "1_1.json", "-o", again, "--enhance", "filters")
+    assert load_template(again / "1_1.json") == one
+
+
+def test_an_extractor_can_be_named_for_other_processes():
+    read = reading.PrintReader(quiet=True).image
+    extractor = pickle.loads(pickle.dumps(extraction.extractor_of("filters", read)))
+    assert extractor.func is extraction.extract_image
+    assert extractor.keywords["enhance"] == "filters"
+    assert extractor.keywords["reader"].__self__ == read.__self__

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 from PIL import Image
@@ -17,13 +15,11 @@ from fpmatch.minutiae import Minutiae, Template
 
 
 @pytest.fixture
-def small() -> Template:
+def small():
     return Template(Minutiae([10, 20, 30], [5, 6, 7], [0, 1, 4], [1, 2, 2], [50, 60, 70]), 300, 400)
 
 
-def test_an_image_and_a_template_are_a_line_each(
-    run: Any, prints: Path, tmp_path: Path, small: Template
-) -> None:
+def test_an_image_and_a_template_are_a_line_each(run, prints, tmp_path, small):
     path = tmp_path / "odd name.tif"
     save_template(path, small, file_format="iso2005")
     quality = assess(prints / "1_1.png").quality
@@ -37,7 +33,7 @@ def test_an_image_and_a_template_are_a_line_each(
     assert result.stderr == ""
 
 
-def test_what_a_file_does_not_tell_is_unknown(run: Any, tmp_path: Path, small: Template) -> None:
+def test_what_a_file_does_not_tell_is_unknown(run, tmp_path, small):
     path = tmp_path / "print.xyt"
     save_template(path, small)
     assert run("inspect", path).stdout == (
@@ -46,7 +42,7 @@ def test_what_a_file_does_not_tell_is_unknown(run: Any, tmp_path: Path, small: T
     )
 
 
-def test_prints_of_one_file_stand_between_bars(run: Any, tmp_path: Path, small: Template) -> None:
+def test_prints_of_one_file_stand_between_bars(run, tmp_path, small):
     path = tmp_path / "hand.iso2011"
     views = (
         View(small, finger=2, quality=80),
@@ -71,7 +67,7 @@ def test_prints_of_one_file_stand_between_bars(run: Any, tmp_path: Path, small: 
     assert found[0]["image"] is None
 
 
-def test_json_of_an_image(run: Any, prints: Path) -> None:
+def test_json_of_an_image(run, prints):
     (found,) = json.loads(run("inspect", prints / "untagged.tif", "--json").stdout)
     assert found["format"] == "TIFF"
     quality = assess(prints / "untagged.tif").quality.as_dict()
@@ -80,7 +76,7 @@ def test_json_of_an_image(run: Any, prints: Path) -> None:
     assert found["prints"] == []
 
 
-def test_what_is_wrong_with_an_image_follows(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_what_is_wrong_with_an_image_follows(run, prints, tmp_path):
     few = tmp_path / "few.png"  # 1000 dpi: too few pixels for a print
     Image.new("L", (50, 50), 200).save(few, dpi=(1000, 1000))
     result = run("inspect", prints / "blank.png", few)
@@ -91,7 +87,7 @@ def test_what_is_wrong_with_an_image_follows(run: Any, prints: Path, tmp_path: P
     assert "; no print: resampled from 1000 to 500 dpi, " in small
 
 
-def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run: Any, prints: Path) -> None:
+def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run, prints):
     bad = [prints / name for name in ("text.png", "gone.png", "truncated.png", "folder.png")]
     result = run("inspect", *bad[:2], prints / "1_1.png", *bad[2:])
     assert result.exit_code == 1
@@ -103,14 +99,7 @@ def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run: Any, pri
     assert run("inspect", *bad).exit_code == 2
 
 
-def test_bare_pixels_take_a_size(run: Any, tmp_path: Path) -> None:
-    path = tmp_path / "scan.raw"
-    path.write_bytes(bytes(range(256)) * 30)
-    assert run("inspect", path).exit_code == 2
-    assert "96 x 80 px" in run("inspect", path, "--raw", "96x80").stdout
-
-
-def test_a_line_is_a_line_whatever_the_name(run: Any, tmp_path: Path, small: Template) -> None:
+def test_a_line_is_a_line_whatever_the_name(run, tmp_path, small):
     odd, bad = tmp_path / "two\nlines.iso", tmp_path / "bad\n.iso"
     save_template(odd, small)
     bad.write_bytes(odd.read_bytes()[:20])

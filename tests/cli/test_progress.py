@@ -7,7 +7,7 @@ from fpmatch.cli.progress import ProgressBars
 
 
 class Terminal(io.StringIO):
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
 

@@ -9,14 +9,11 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from pathlib import Path
 
 import pytest
 
-from .conftest import Run
 
-
-def test_without_the_extra_one_line_says_so(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_extra_one_line_says_so(run, monkeypatch):
     found = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name: None if name == "uvicorn" else found(name)
@@ -26,7 +23,7 @@ def test_without_the_extra_one_line_says_so(run: Run, monkeypatch: pytest.Monkey
     assert done.stderr == "fpmatch: error: serve needs uvicorn: pip install 'fpmatch[web]'\n"
 
 
-def test_bad_options_are_one_line(run: Run, tmp_path: Path) -> None:
+def test_bad_options_are_one_line(run, tmp_path):
     pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
     (tmp_path / "no.db").write_text("no gallery")
     for words in (["--token", "short"], ["--gallery", tmp_path / "no.db"], ["--pattern", "("]):
@@ -36,7 +33,7 @@ def test_bad_options_are_one_line(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
-def test_it_opens_answers_and_ends(tmp_path: Path) -> None:
+def test_it_opens_answers_and_ends(tmp_path):
     pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
     gallery = tmp_path / "prints.db"
     command = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0"]

@@ -25,12 +25,6 @@ def test_the_sense_of_a_rotation_is_that_on_screen(compared):
     assert rotation(1e-9) == "0.0°"
 
 
-def test_without_a_transform_there_are_no_facts_of_it(compared):
-    nothing = compared(transform=None)
-    assert transform_facts(nothing) == []
-    assert "Overlap" not in dict(evidence(nothing))
-
-
 def test_ridge_agreement_is_shown_where_it_is_known(compared):
     shown = dict(evidence(compared(compared=Compared(44, 93.4, 0.562, 86.2, 14.04))))
     assert shown["Overlap"] == "90 %, 93 mm2"
@@ -40,7 +34,10 @@ def test_ridge_agreement_is_shown_where_it_is_known(compared):
     assert dict(evidence(compared()))["Overlap"] == "90 %"
 
 
-def test_unknown_values_are_dashes(compared):
+def test_unknown_values_are_dashes_or_left_out(compared):
+    nothing = compared(transform=None)
+    assert transform_facts(nothing) == []
+    assert "Overlap" not in dict(evidence(nothing))
     unsure = compared(rms_px=math.nan, agreement=math.nan)
     assert dict(transform_facts(unsure))["Residual"] == "-"
     assert dict(evidence(unsure))["Agreement"] == "-"

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
+from fpmatch.drawing.ink import grey_pixels, ink_coverage, ridge_picture, shrunk, thinned_off_print
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import RidgeField
+from fpmatch.image.extract import extract
+from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 
 def stripes(contrast, level=128.0, period=9.0, shape=(120, 140)):
@@ -29,9 +30,7 @@ def test_ridges_are_covered_and_valleys_bare():
 def test_neither_contrast_nor_light_matters():
     slope = np.linspace(0, 90, 120)[:, None]
     uneven = (stripes(50, level=60) + slope).astype(np.uint8)
-    for one, other in (
-        (stripes(90), stripes(12, level=200)), (stripes(50), uneven)
-    ):  # fmt: skip
+    for one, other in ((stripes(90), stripes(12, level=200)), (stripes(50), uneven)):
         difference = np.abs(ink_coverage(one, 500).astype(int) - ink_coverage(other, 500))
         assert difference[20:-20, 20:-20].mean() < 15
 
@@ -69,6 +68,19 @@ def test_shrinking_averages():
     assert (small == 100).all()
     assert shrunk(checkers, 1.0) is checkers
     assert shrunk(checkers, 1e-9).shape == (1, 1)
+
+
+@pytest.mark.parametrize("dpi", [500, 700])
+def test_ridges_of_a_template_lie_where_the_picture_has_them(fingers, dpi):
+    picture = ridge_picture(extract(fingers[0], dpi))
+    assert picture.shape == fingers[0].shape
+    assert (picture < 255).mean() > 0.2
+    inside = np.s_[60:240, 60:220]
+    assert np.corrcoef(picture[inside].ravel(), fingers[0][inside].ravel())[0, 1] > 0.6
+
+
+def test_without_ridges_the_paper_is_white():
+    assert (ridge_picture(Template(Minutiae.empty(), width=30, height=20)) == 255).all()
 
 
 def test_pixels_are_taken_from_arrays_and_from_what_holds_them():

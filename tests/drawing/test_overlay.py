@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 import base64
-import dataclasses
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -12,25 +12,32 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.draw import draw, overlay_file, save_overlay
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
+from fpmatch.drawing.overlay.side_by_side import place_numbers
 from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
+from fpmatch.drawing.scene.items import Box
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 
+PANEL = Box(0, 0, 600, 600)
+RIGHT = (1.0, 0.0)
 SVG = "{http://www.w3.org/2000/svg}"
 NO_PAIRS = np.empty((0, 2), dtype=np.int32)
 
 
+def changed(verification, **changes):
+    """Return a verification with fields of its comparison replaced."""
+    return replace(verification, comparison=replace(verification.comparison, **changes))
+
+
 def without_minutiae(verification):
-    return dataclasses.replace(
-        verification,
-        comparison=dataclasses.replace(verification.comparison, pairs=NO_PAIRS),
-        probe=dataclasses.replace(verification.probe, minutiae=Minutiae.empty()),
-        reference=dataclasses.replace(verification.reference, minutiae=Minutiae.empty()),
-    )
+    sides = (verification.probe, verification.reference)
+    probe, reference = (replace(side, minutiae=Minutiae.empty()) for side in sides)
+    return changed(replace(verification, probe=probe, reference=reference), pairs=NO_PAIRS)
 
 
 def panel_of(picture):
@@ -39,6 +46,7 @@ def panel_of(picture):
 
 
 def svg_of(sides, verification, **options):
+    options = {"side_by_side": False} | options
     return ElementTree.fromstring(overlay_file(".svg", *sides, verification, **options))
 
 
@@ -46,9 +54,9 @@ def of_class(root, tag, *words):
     return [e for e in root.iter(SVG + tag) if set(words) <= set(e.get("class", "").split())]
 
 
-def prints_of(root):
+def prints_of(sides, verification):
     """Return the part of an overlay that shows the prints, without caption and legend."""
-    return of_class(root, "g", "prints")[0]
+    return of_class(svg_of(sides, verification), "g", "prints")[0]
 
 
 @pytest.mark.parametrize("side_by_side", [False, True])
@@ -56,22 +64,21 @@ def test_is_an_rgb_picture_and_the_same_every_time(sides, compared, side_by_side
     before = [image.copy() for image in sides]
     first = draw(*sides, compared(), side_by_side=side_by_side)
     assert (first.dtype, first.shape[2:]) == (np.uint8, (3,))
-    np.testing.assert_array_equal(first, draw(*sides, compared(), side_by_side=side_by_side))
+    holders = (SimpleNamespace(pixels=image) for image in sides)
+    np.testing.assert_array_equal(first, draw(*holders, compared(), side_by_side=side_by_side))
     assert all((old == new).all() for old, new in zip(before, sides, strict=True))
 
 
 def test_small_prints_are_magnified(sides, reference_image, compared):
-    height, width, _ = draw(*sides, compared()).shape
-    assert height > 2 * reference_image.shape[0]
-    assert width > 2 * reference_image.shape[1]
+    assert np.all(
+        np.array(draw(*sides, compared()).shape[:2]) > 2 * np.array(reference_image.shape)
+    )
 
 
 def test_ridges_that_agree_turn_dark_and_others_do_not(sides, compared):
     right = without_minutiae(compared())
-    off = dataclasses.replace(right.transform, tx=right.transform.tx + 4.5)
-    half_a_ridge_off = dataclasses.replace(
-        right, comparison=dataclasses.replace(right.comparison, transform=off)
-    )
+    off = replace(right.transform, tx=right.transform.tx + 4.5)
+    half_a_ridge_off = changed(right, transform=off)
 
     def dark_share(verification):
         panel = panel_of(draw(*sides, verification))
@@ -83,26 +90,21 @@ def test_ridges_that_agree_turn_dark_and_others_do_not(sides, compared):
 
 
 def test_marks_of_a_pair_lie_where_picture_and_transform_say(sides, compared):
-    verification = compared()
-    root = svg_of(sides, verification)
-    picture = draw(*sides, verification)
-    probe_dots = of_class(prints_of(root), "circle", "probe", "paired", "ending")
-    reference_rings = of_class(prints_of(root), "circle", "reference", "paired", "ending")
-    assert len(probe_dots) == len(reference_rings) == 1  # pair (1, 1) is the one of two endings
-    x, y = (float(probe_dots[0].get(k)) for k in ("cx", "cy"))
-    ring_x, ring_y = (float(reference_rings[0].get(k)) for k in ("cx", "cy"))
+    root, picture = prints_of(sides, compared()), draw(*sides, compared())
+    (dot,) = of_class(root, "circle", "probe", "paired", "ending")
+    (ring,) = of_class(root, "circle", "reference", "paired", "ending")
+    x, y = (float(dot.get(k)) for k in ("cx", "cy"))
+    ring_x, ring_y, radius = (float(ring.get(k)) for k in ("cx", "cy", "r"))
     assert tuple(picture[int(y), int(x)]) == PROBE_MARK
-    radius = float(reference_rings[0].get("r"))
-    above = picture[int(ring_y - radius), int(ring_x)]
-    assert tuple(above) == REFERENCE_MARK
+    assert tuple(picture[int(ring_y - radius), int(ring_x)]) == REFERENCE_MARK
     # The reference is at (1, -2) from the moved probe, at the zoom of 3 that so small a print gets.
     assert (ring_x - x, ring_y - y) == pytest.approx((3.0, -6.0), abs=0.05)
 
 
 def test_ticks_point_in_the_moved_direction(sides, compared):
-    root = svg_of(sides, compared())
-    ticks = of_class(prints_of(root), "line", "tick", "probe", "paired")
-    reference_ticks = of_class(prints_of(root), "line", "tick", "reference", "paired")
+    root = prints_of(sides, compared())
+    ticks = of_class(root, "line", "tick", "probe", "paired")
+    reference_ticks = of_class(root, "line", "tick", "reference", "paired")
     assert len(ticks) == len(reference_ticks) == 3
 
     def angle(tick):
@@ -116,9 +118,8 @@ def test_ticks_point_in_the_moved_direction(sides, compared):
 
 
 def test_unpaired_minutiae_are_fainter(sides, compared):
-    root = svg_of(sides, compared())
-    paired = of_class(prints_of(root), "line", "tick", "paired")
-    unpaired = of_class(prints_of(root), "line", "tick", "unpaired")
+    root = prints_of(sides, compared())
+    paired, unpaired = (of_class(root, "line", "tick", word) for word in ("paired", "unpaired"))
     assert (len(paired), len(unpaired)) == (6, 4)
     assert {e.get("opacity") for e in paired} == {None}
     assert all(float(e.get("opacity")) < 1 for e in unpaired)
@@ -128,22 +129,19 @@ def test_unpaired_minutiae_are_fainter(sides, compared):
 def test_svg_joins_every_pair_once(sides, compared, side_by_side):
     root = svg_of(sides, compared(), side_by_side=side_by_side)
     assert len(of_class(root, "line", "pair")) == 3
+    numbers = [element.text for element in of_class(root, "text", "number")]
+    assert numbers == (["1", "2", "3"] * 2 if side_by_side else [])
 
 
 def test_svg_embeds_both_prints_and_what_they_share(sides, probe_image, reference_image, compared):
     root = svg_of(sides, compared())
     images = list(root.iter(SVG + "image"))
     assert [e.get("class") for e in images] == ["reference ridges", "probe ridges", "agreement"]
-    shapes = []
-    for image in images:
+    for image, shown in zip(images, (reference_image, probe_image, probe_image), strict=True):
         head, data = image.get("href").split(",")
         assert head == "data:image/png;base64"
-        decoded = cv2.imdecode(
-            np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_UNCHANGED
-        )
-        assert decoded.shape[2] == 4
-        shapes.append(decoded.shape[:2])
-    assert shapes == [reference_image.shape, probe_image.shape, probe_image.shape]
+        stored = np.frombuffer(base64.b64decode(data), np.uint8)
+        assert cv2.imdecode(stored, cv2.IMREAD_UNCHANGED).shape == (*shown.shape, 4)
 
 
 def test_svg_escapes_text_and_drops_what_xml_cannot_hold(sides, compared):
@@ -157,6 +155,8 @@ def test_stands_side_by_side_where_there_is_no_transform(sides, compared):
     nothing = compared(match=False, transform=None, pairs=NO_PAIRS, reason="no common region")
     beside = draw(*sides, nothing, side_by_side=True)
     np.testing.assert_array_equal(draw(*sides, nothing), beside)
+    blank = draw(*(np.full_like(image, 200) for image in sides), without_minutiae(nothing))
+    assert (blank[blank.shape[0] // 2, 60 : blank.shape[1] // 2 - 60] == 255).all()
 
 
 @settings(
@@ -190,55 +190,26 @@ def test_images_of_any_shape_are_drawn(shape, side_by_side, compared):
     assert max(picture.shape) <= 2 * LARGEST_PANEL_SIDE + 200
 
 
-def test_prints_of_unlike_resolution_agree_when_scaled(
-    sides, probe_image, reference_image, compared
-):
+def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_image, compared):
     double = cv2.resize(probe_image, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
     verification = without_minutiae(compared())
     half = Similarity(0.5, 0.0, -0.25, -0.25)
     coarse = draw(probe_image, reference_image, verification)
-    fine = draw(
-        double,
-        reference_image,
-        dataclasses.replace(
-            verification,
-            comparison=dataclasses.replace(
-                verification.comparison, transform=verification.transform.after(half)
-            ),
-            probe=Template(Minutiae.empty(), double.shape[1], double.shape[0], dpi=1000),
-        ),
-    )
+    probe = Template(Minutiae.empty(), double.shape[1], double.shape[0], dpi=1000)
+    scaled = changed(verification, transform=verification.transform.after(half))
+    fine = draw(double, reference_image, replace(scaled, probe=probe))
     assert coarse.shape == fine.shape
     assert np.abs(panel_of(coarse) - panel_of(fine)).mean() < 6
-
-
-def test_blank_prints_leave_the_paper_bare(compared):
-    blank = np.full((170, 180), 200, np.uint8)
-    template = Template(Minutiae.empty(), 180, 170)
-    verification = compared(probe=template, reference=template, pairs=NO_PAIRS, transform=None)
-    picture = draw(blank, blank, verification)
-    middle = picture[picture.shape[0] // 2, 60 : picture.shape[1] // 2 - 60]
-    assert (middle == 255).all()
-
-
-def test_takes_objects_that_hold_pixels(sides, compared):
-    held = draw(*(SimpleNamespace(pixels=image) for image in sides), compared())
-    np.testing.assert_array_equal(held, draw(*sides, compared()))
 
 
 @pytest.mark.parametrize(
     "image",
     [
-        np.zeros((170, 180)),
-        np.full((170, 180), np.nan),
-        np.zeros((170, 180, 3), np.uint8),
-        np.zeros((0, 180), np.uint8),
-        np.zeros((180, 170), np.uint8),
-        None,
-        "101_1.tif",
+        np.full((170, 180), np.nan), np.zeros((170, 180, 3), np.uint8),
+        np.zeros((0, 180), np.uint8), np.zeros((180, 170), np.uint8), None, "101_1.tif",
     ],
-    ids=["float", "nan", "rgb", "empty", "other-size", "none", "path"],
-)
+    ids=["float", "rgb", "empty", "other-size", "none", "path"],
+)  # fmt: skip
 def test_refuses_what_is_not_the_image_of_the_template(image, reference_image, compared):
     with pytest.raises(ImageError, match="probe image: "):
         draw(image, reference_image, compared())
@@ -257,3 +228,28 @@ def test_refuses_to_write_elsewhere_or_otherwise(sides, tmp_path, compared, name
     with pytest.raises(OutputError, match="overlay"):
         save_overlay(tmp_path / name, *sides, compared())
     assert not any(tmp_path.iterdir())
+
+
+def boxes_of(marks, obstacles=()):
+    """Return the extents of the numbers of marks that point to the right."""
+    numbers = place_numbers([(mark, RIGHT) for mark in marks], obstacles, PANEL, (0, 0, 0))
+    return [Box(n.x, n.y - 10, text_width(n.text, n.size), 10) for n in numbers]
+
+
+def test_numbers_keep_off_ticks_obstacles_and_the_edge():
+    (lone,) = boxes_of([(300.0, 300.0)])
+    assert lone.right < 300
+    wall = Box(0, 280, 299, 40)
+    (beside,) = boxes_of([(300.0, 300.0)], [wall])
+    assert beside.overlap(wall) < 1
+    (cornered,) = boxes_of([(1.0, 1.0)])
+    assert cornered.x >= 0
+    assert cornered.y >= -1
+
+
+def test_numbers_of_neighbours_do_not_cover_each_other(rng):
+    grid = np.stack(np.meshgrid(np.arange(60, 540, 40), np.arange(60, 540, 40)), -1).reshape(-1, 2)
+    points = [(float(x), float(y)) for x, y in grid + rng.uniform(-8, 8, grid.shape)]
+    boxes = boxes_of(points)
+    assert len(boxes) == len(points)
+    assert not [1 for i, a in enumerate(boxes) for b in boxes[:i] if a.overlap(b) > 1]

@@ -6,7 +6,6 @@ import io
 import math
 import sys
 from itertools import combinations
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -28,11 +27,14 @@ from fpmatch.drawing.paper_figures.pair import (
     rotated_point_pair,
 )
 from fpmatch.drawing.paper_figures.rings import Ring, RingPair, choose_ring_pair
-from fpmatch.drawing.paper_figures.rotation import rotation
-from fpmatch.drawing.paper_figures.sheet import PX, STYLE, PointFigure, write_point_figures
-from fpmatch.drawing.paper_figures.two_circles import two_circles
-from fpmatch.drawing.paper_figures.unit_circle import unit_circle
-from fpmatch.drawing.paper_figures.weights import shares_table, sub_triangles, weights
+from fpmatch.drawing.paper_figures.rotation import rotation, two_circles
+from fpmatch.drawing.paper_figures.sheet import PX, STYLE, PointFigure
+from fpmatch.drawing.paper_figures.unit_circle import (
+    shares_table,
+    sub_triangles,
+    unit_circle,
+    weights,
+)
 from fpmatch.drawing.plots.style import plain_style
 from fpmatch.drawing.words import degrees, number
 from fpmatch.errors import OutputError, PointSetError
@@ -82,19 +84,13 @@ def test_the_ring_is_the_one_that_the_matcher_maps(rings: RingPair, side: str) -
     np.testing.assert_allclose(mapped.weight[entries], ring.circle.weights, atol=1e-12)
     np.testing.assert_allclose(mapped.image[:, i], ring.circle.image, atol=1e-12)
     np.testing.assert_allclose(mapped.circle[:, entries].T, ring.circle.boundary, atol=1e-12)
-    assert mapped.area[i] == pytest.approx(ring.circle.area)
+    assert mapped.area[i] == pytest.approx(ring.circle.area) == ring.sectors.sum()
+    assert ring.circle.weights.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(ring.circle.weights @ ring.points, ring.middle, atol=1e-12)
+    np.testing.assert_allclose(ring.arcs / ring.sides, 2 * math.pi / ring.sides.sum())
 
 
-def test_weights_arcs_and_sectors_add_up(rings: RingPair) -> None:
-    for ring in (rings.p, rings.q):
-        assert ring.circle.weights.sum() == pytest.approx(1.0)
-        assert math.degrees(ring.arcs.sum()) == pytest.approx(360.0)
-        assert ring.sectors.sum() == pytest.approx(ring.circle.area)
-        np.testing.assert_allclose(ring.circle.weights @ ring.points, ring.middle, atol=1e-12)
-        np.testing.assert_allclose(ring.arcs / ring.sides, 2 * math.pi / ring.sides.sum())
-
-
-def test_the_move_is_the_one_that_the_matcher_proposes(pair: PointPair, rings: RingPair) -> None:
+def test_the_move_is_the_one_that_the_matcher_proposes(pair, rings) -> None:
     p, q = pair.p.prepared, pair.q.prepared
     i = p.rings.centre.tolist().index(rings.p.centre)
     j = q.rings.centre.tolist().index(rings.q.centre)
@@ -104,9 +100,7 @@ def test_the_move_is_the_one_that_the_matcher_proposes(pair: PointPair, rings: R
     assert (tx, ty) == pytest.approx((move.tx, move.ty))
 
 
-def test_the_default_ring_is_easy_to_read_and_truly_paired(
-    pair: PointPair, rings: RingPair
-) -> None:
+def test_the_default_ring_is_easy_to_read_and_truly_paired(pair, rings) -> None:
     assert 5 <= len(rings.p) == len(rings.q) <= 7
     assert rings.shift == rings.true_shift
     partners = dict(pair.pairs.tolist())
@@ -118,9 +112,7 @@ def test_the_default_ring_is_easy_to_read_and_truly_paired(
 
 @settings(max_examples=15)
 @given(st.integers(0, 10_000), st.floats(-300, 300).map(lambda x: 2.0 ** (x / 2)))
-def test_the_circles_of_a_rotated_copy_are_the_same_and_rotate_as_it_does(
-    seed: int, unit: float
-) -> None:
+def test_the_circles_of_a_rotated_copy_are_the_same_and_rotate_as_it_does(seed, unit) -> None:
     pair = rotated_point_pair(SPIRAL * unit, "spiral", seed)
     rings = choose_ring_pair(pair)
     angle = pair.transform.rotation
@@ -151,7 +143,7 @@ def test_sub_triangles_hold_the_centre_and_their_mean_is_the_weight(d: int, seed
     np.testing.assert_allclose(mean, shape_preserving_weights(ring, (0.0, 0.0)), atol=1e-12)
 
 
-def test_two_given_sets_are_paired_by_the_matcher() -> None:
+def test_two_given_sets_are_paired_by_the_matcher_or_refused() -> None:
     p = np.random.default_rng(5).uniform(0, 10, (30, 2))
     move = Similarity(1.7, 0.9, 30.0, -8.0)
     pair = matched_point_pair(p, np.vstack([[[20.0, -14.0]], move.apply(p)]), "p.csv", "q.csv")
@@ -160,6 +152,9 @@ def test_two_given_sets_are_paired_by_the_matcher() -> None:
     assert rings.transform.rotation == pytest.approx(0.9)
     assert rings.transform.scale == pytest.approx(1.7)
     assert numbers_drawn(pair, rings)["matched"] == len(p)
+    unrelated = np.random.default_rng(3).uniform(0, 1, (20, 2))
+    with pytest.raises(PointSetError, match=r"^p\.csv and q\.csv: they do not match"):
+        matched_point_pair(SPIRAL[:20], unrelated, "p.csv", "q.csv")
 
 
 def test_the_caption_of_a_regular_ring_has_the_true_partner() -> None:
@@ -191,9 +186,7 @@ def test_there_are_seven_files_of_the_six_figures(figures: dict[str, PointFigure
         assert all(word in shown for word in figure.caption.split())
 
 
-def test_the_numbers_are_written_into_the_figures(
-    figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
-) -> None:
+def test_the_numbers_are_written_into_the_figures(figures, pair, rings) -> None:
     texts = {key: texts_of(figure.content) for key, figure in figures.items()}
     ring, circle = rings.p, rings.p.circle
     for weight, arc, sector in zip(circle.weights, ring.arcs, ring.sectors, strict=True):
@@ -210,9 +203,7 @@ def test_the_numbers_are_written_into_the_figures(
     assert decisions == texts["7"].count("yes") == texts["7"].count("no") == 5
 
 
-def test_the_same_points_make_the_same_file_whatever_the_user_s_settings(
-    figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
-) -> None:
+def test_the_same_points_make_the_same_file_whatever_the_settings(figures, pair, rings) -> None:
     mpl = pytest.importorskip("matplotlib")
     with mpl.rc_context({"font.size": 31, "svg.fonttype": "path", "lines.linewidth": 9}):
         again = draw_point_figures(pair, rings)
@@ -234,31 +225,32 @@ def test_png_is_twice_as_large_and_always_the_same(rings: RingPair) -> None:
         assert image.info["Title"] == sheet.title
 
 
-def test_labels_are_large_and_do_not_overlap(pair: PointPair, rings: RingPair) -> None:
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda _, rings: one_rings(rings), lambda _, rings: unit_circle(rings.p),
+        lambda _, rings: weights(rings.p), lambda _, rings: two_circles(rings), rotation,
+        lambda *_: flow_chart(),
+    ],
+    ids=["3", "4", "5", "6a", "6b", "7"],
+)  # fmt: skip
+def test_labels_are_large_and_do_not_overlap(pair, rings, draw) -> None:
     backend = pytest.importorskip("matplotlib.backends.backend_agg")
     annotation = pytest.importorskip("matplotlib.text").Annotation
     with plain_style(STYLE):
-        for sheet in (
-            one_rings(rings),
-            unit_circle(rings.p),
-            weights(rings.p),
-            two_circles(rings),
-            rotation(pair, rings),
-            flow_chart(),
-        ):
-            figure = sheet.figure
-            renderer = backend.FigureCanvasAgg(figure).get_renderer()
-            for axes in figure.axes:
-                labels = [text for text in axes.texts if isinstance(text, annotation)]
-                boxes = [text.get_window_extent(renderer) for text in labels]
-                frame = axes.get_window_extent(renderer)
-                for text, box in zip(labels, boxes, strict=True):
-                    assert text.get_fontsize() / PX > LEAST_LETTERS_PX
-                    assert frame.x0 < box.x0 < box.x1 < frame.x1, text
-                    assert frame.y0 < box.y0 < box.y1 < frame.y1, text
-                for (one, a), (two, b) in combinations(zip(labels, boxes, strict=True), 2):
-                    apart = a.x1 <= b.x0 or b.x1 <= a.x0 or a.y1 <= b.y0 or b.y1 <= a.y0
-                    assert apart, (sheet.title, one.get_text(), two.get_text())
+        figure = draw(pair, rings).figure
+        renderer = backend.FigureCanvasAgg(figure).get_renderer()
+        for axes in figure.axes:
+            labels = [text for text in axes.texts if isinstance(text, annotation)]
+            boxes = [text.get_window_extent(renderer) for text in labels]
+            frame = axes.get_window_extent(renderer)
+            for text, box in zip(labels, boxes, strict=True):
+                assert text.get_fontsize() / PX > LEAST_LETTERS_PX
+                assert frame.x0 < box.x0 < box.x1 < frame.x1, text
+                assert frame.y0 < box.y0 < box.y1 < frame.y1, text
+            for (one, a), (two, b) in combinations(zip(labels, boxes, strict=True), 2):
+                apart = a.x1 <= b.x0 or b.x1 <= a.x0 or a.y1 <= b.y0 or b.y1 <= a.y0
+                assert apart, (one.get_text(), two.get_text())
 
 
 # Bad input
@@ -308,27 +300,9 @@ def test_a_ring_without_its_partner_is_refused() -> None:
         choose_ring_pair(other, i)
 
 
-def test_sets_that_do_not_match_are_refused() -> None:
-    unrelated = np.random.default_rng(3).uniform(0, 1, (20, 2))
-    with pytest.raises(PointSetError, match=r"^p\.csv and q\.csv: they do not match"):
-        matched_point_pair(SPIRAL[:20], unrelated, "p.csv", "q.csv")
-
-
-def test_without_matplotlib_one_line_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, pair: PointPair, rings: RingPair
-) -> None:
+def test_unknown_formats_and_a_missing_matplotlib_are_named(monkeypatch, pair, rings) -> None:
+    with pytest.raises(OutputError, match="unknown format 'pdf': expected svg or png"):
+        draw_point_figures(pair, rings, "pdf")  # type: ignore[arg-type]
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(OutputError, match="needs matplotlib: pip install"):
         draw_point_figures(pair, rings)
-
-
-def test_an_unknown_format_is_refused(pair: PointPair, rings: RingPair) -> None:
-    with pytest.raises(OutputError, match="unknown format 'pdf': expected svg or png"):
-        draw_point_figures(pair, rings, "pdf")  # type: ignore[arg-type]
-
-
-def test_files_are_written_into_a_new_folder(tmp_path: Path) -> None:
-    figures = [PointFigure("a.svg", "", "", b"<svg/>"), PointFigure("b.svg", "", "", b"<svg />")]
-    folder = tmp_path / "new" / "folder"
-    assert write_point_figures(figures, folder) == [folder / "a.svg", folder / "b.svg"]
-    assert (folder / "b.svg").read_bytes() == b"<svg />"

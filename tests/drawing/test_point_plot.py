@@ -13,14 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fpmatch.drawing.palette import (
-    PROBE_INK,
-    PROBE_MARK,
-    REFERENCE_INK,
-    REFERENCE_MARK,
-    Colour,
-    hexadecimal,
-)
+from fpmatch.drawing import palette
+from fpmatch.drawing.palette import PROBE_MARK, hexadecimal
 from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
 from fpmatch.errors import OutputError
 from fpmatch.pointset.point_match import PointMatch
@@ -33,7 +27,7 @@ PAIRED = 8
 
 
 @pytest.fixture
-def sets(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sets(rng: np.random.Generator) -> Any:
     """Return 10 points and 12, of which the first eight of both are partners."""
     p = rng.uniform(0, [100, 60], (10, 2))
     return p, np.vstack([MOVE.apply(p[:PAIRED]), rng.uniform(300, 400, (4, 2))])
@@ -56,7 +50,7 @@ def words_of(svg: str) -> list[str]:
     return [node.text or "" for node in root.iter("{http://www.w3.org/2000/svg}text")]
 
 
-def marks_of(svg: str, colour: Colour) -> NDArray[np.float64]:
+def marks_of(svg: str, colour: palette.Colour) -> NDArray[np.float64]:
     """Return the places of all marks of a colour, in SVG's units, those of the legend left out."""
     legend = svg.index('<g id="legend_')
     found = re.findall(
@@ -69,9 +63,9 @@ def marks_of(svg: str, colour: Colour) -> NDArray[np.float64]:
 def test_every_point_has_its_mark(tmp_path: Path, sets: Any, match: PointMatch) -> None:
     p, q = sets
     svg = drawn(tmp_path / "plot.svg", p, q, match)
-    rings, dots = marks_of(svg, REFERENCE_MARK), marks_of(svg, PROBE_MARK)
+    rings, dots = marks_of(svg, palette.REFERENCE_MARK), marks_of(svg, PROBE_MARK)
     np.testing.assert_allclose(rings, dots, atol=1e-3)  # an exact match: dots amid their rings
-    squares, crosses = marks_of(svg, REFERENCE_INK), marks_of(svg, PROBE_INK)
+    squares, crosses = marks_of(svg, palette.REFERENCE_INK), marks_of(svg, palette.PROBE_INK)
     places = np.vstack([rings, squares, crosses])
     truth = np.vstack([q[:PAIRED], q[PAIRED:], MOVE.apply(p[PAIRED:])])
     truth[:, 1] *= -1  # in SVG, y points down
@@ -97,9 +91,7 @@ def test_sets_that_do_not_match_are_drawn_side_by_side(tmp_path: Path, sets: Any
     assert "Q (b): 12 points" in words
 
 
-def test_the_picture_does_not_depend_on_settings(
-    tmp_path: Path, sets: Any, match: PointMatch
-) -> None:
+def test_the_picture_does_not_depend_on_settings(tmp_path: Path, sets: Any, match: Any) -> None:
     plain = drawn(tmp_path / "plot.svg", *sets, match)
     with mpl.rc_context({"font.size": 30, "axes.facecolor": "red"}):
         assert drawn(tmp_path / "plot.svg", *sets, match) == plain
@@ -115,9 +107,7 @@ def test_any_name_can_be_written(tmp_path: Path, sets: Any, match: PointMatch, n
 
 @pytest.mark.parametrize("factor", [1e-310, 1e-40, 1e12, 1e40, 1e300])
 @pytest.mark.parametrize("move", [Similarity(), None])
-def test_points_of_any_magnitude_are_drawn(
-    tmp_path: Path, sets: Any, factor: float, move: Similarity | None
-) -> None:
+def test_points_of_any_magnitude_are_drawn(tmp_path: Path, sets: Any, factor, move) -> None:
     pairs = np.array([[0, 0]] if move else np.empty((0, 2)), np.int32)
     match = PointMatch(move, pairs, 0.1, 0.0, 1)
     p, q = (points * factor for points in sets)
@@ -133,14 +123,12 @@ def test_points_without_width_are_drawn(tmp_path: Path) -> None:
         assert len(marks_of(svg, PROBE_MARK)) == 1
 
 
-def test_many_marks_are_one_image_in_an_svg(
-    tmp_path: Path, sets: Any, match: PointMatch, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch) -> None:
     monkeypatch.setattr("fpmatch.drawing.plots.point_plot._MOST_VECTORS", 7)
     svg = drawn(tmp_path / "plot.svg", *sets, match)
     assert "<image" in svg
     assert len(marks_of(svg, PROBE_MARK)) == 0
-    assert len(marks_of(svg, PROBE_INK)) == 2
+    assert len(marks_of(svg, palette.PROBE_INK)) == 2
 
 
 def test_a_png_is_a_picture_of_the_same(tmp_path: Path, sets: Any, match: PointMatch) -> None:
@@ -148,7 +136,8 @@ def test_a_png_is_a_picture_of_the_same(tmp_path: Path, sets: Any, match: PointM
     save_point_plot(path, *sets, match)
     picture = cv2.imread(str(path))
     assert picture.shape[1] == 1380
-    for colour in (PROBE_MARK, PROBE_INK, REFERENCE_MARK, REFERENCE_INK):
+    kinds = (PROBE_MARK, palette.PROBE_INK, palette.REFERENCE_MARK, palette.REFERENCE_INK)
+    for colour in kinds:
         near = np.abs(picture[..., ::-1].astype(int) - colour).max(axis=2) < 12
         assert near.sum() > 10, colour
 
@@ -162,9 +151,7 @@ def test_a_png_is_a_picture_of_the_same(tmp_path: Path, sets: Any, match: PointM
         ("folder.png", "cannot be written: it is a folder"),
     ],
 )
-def test_where_no_plot_can_go(
-    tmp_path: Path, sets: Any, match: PointMatch, name: str, reason: str
-) -> None:
+def test_where_no_plot_can_go(tmp_path: Path, sets: Any, match: PointMatch, name, reason) -> None:
     (tmp_path / "folder.png").mkdir()
     for refuse in (check_plot, lambda path: save_point_plot(path, *sets, match)):
         with pytest.raises(OutputError) as caught:
@@ -173,9 +160,7 @@ def test_where_no_plot_can_go(
     assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
 
 
-def test_without_matplotlib_the_error_names_the_extra(
-    tmp_path: Path, sets: Any, match: PointMatch, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_matplotlib_the_error_names_the_extra(tmp_path, sets, match, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(OutputError, match=r"needs matplotlib: pip install 'fpmatch\[plot\]'"):
         save_point_plot(tmp_path / "plot.png", *sets, match)

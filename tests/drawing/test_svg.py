@@ -51,9 +51,8 @@ def test_shapes_become_the_elements_of_their_kind():
 
 def test_a_halo_is_a_wider_white_copy_beneath():
     halo, line = parsed(Path(((0, 0), (9, 9)), Pen(BLACK, width=2.0, halo=1.0))).iter(SVG + "line")
-    assert (halo.get("class"), halo.get("stroke"), halo.get("stroke-width")) == (
-        "halo", "#ffffff", "4",
-    )  # fmt: skip
+    found = halo.get("class"), halo.get("stroke"), halo.get("stroke-width")
+    assert found == ("halo", "#ffffff", "4")
     assert line.get("stroke") == "#000000"
 
 

@@ -13,6 +13,16 @@ from fpmatch.pointset.similarity import Similarity
 SPREAD = 30.0
 
 
+def write_database(folder, fingers=5, impressions=4, contents=None, toml=None):
+    """Write a database of prints that `extractor` understands; `contents` are those of stems."""
+    folder.mkdir()
+    for stem in (f"{f}_{n}" for f in range(1, fingers + 1) for n in range(1, impressions + 1)):
+        (folder / f"{stem}.tif").write_text((contents or {}).get(stem, "print"))
+    if toml is not None:
+        (folder / "dataset.toml").write_text(toml)
+    return folder
+
+
 def extractor(path, dpi):
     """Place one minutia near 100 times the finger's number; obey what the file says."""
     content = path.read_text()

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 
 import pytest
@@ -13,32 +11,22 @@ def touch(folder, *names):
         (folder / name).write_bytes(b"")
 
 
-def test_prints_are_sorted_by_number_not_by_text(tmp_path):
+def test_prints_are_sorted_by_number_and_other_files_passed_over(tmp_path):
     touch(tmp_path, "10_1.tif", "9_10.png", "9_2.JPG", "009_001.bmp")
+    touch(tmp_path, "README.md", "101_2.txt", "101_2.json", "x_1.tif", "1_2_3.tif")
+    touch(tmp_path, "١٠١_١.tif", ".101_3.tif", "101_4")
+    (tmp_path / "101_5.tif").mkdir()
     found = [(i.finger, i.number, i.path.name) for i in load_dataset(tmp_path).impressions]
     assert found == [
-        (9, 1, "009_001.bmp"),
-        (9, 2, "9_2.JPG"),
-        (9, 10, "9_10.png"),
+        *((9, 1, "009_001.bmp"), (9, 2, "9_2.JPG"), (9, 10, "9_10.png")),
         (10, 1, "10_1.tif"),
     ]
 
 
-def test_other_files_are_passed_over(tmp_path):
-    touch(tmp_path, "101_1.tif", "README.md", "101_2.txt", "101_2.json", "x_1.tif", "1_2_3.tif")
-    touch(tmp_path, "١٠١_١.tif", ".101_3.tif", "101_4")
-    (tmp_path / "101_5.tif").mkdir()
-    assert [i.path.name for i in load_dataset(tmp_path).impressions] == ["101_1.tif"]
-
-
-def test_description_is_optional(tmp_path):
+def test_description_is_optional_and_read(tmp_path):
     touch(tmp_path, "1_1.tif")
     dataset = load_dataset(tmp_path)
     assert (dataset.name, dataset.dpi, dataset.sensor) == (tmp_path.name, None, "")
-
-
-def test_description_is_read(tmp_path):
-    touch(tmp_path, "1_1.tif")
     (tmp_path / "dataset.toml").write_text('name = "A"\ndpi = 569\nsensor = "optical"\nyear = 2002')
     dataset = load_dataset(tmp_path)
     assert (dataset.name, dataset.dpi, dataset.sensor) == ("A", 569.0, "optical")
@@ -48,6 +36,7 @@ def test_description_is_read(tmp_path):
     ("toml", "reason"),
     [
         ("dpi = ", "not a readable TOML file"),
+        (b"name = '\xff'", "not a readable TOML file"),
         ('dpi = "500"', "dpi must be a number"),
         ("dpi = true", "dpi must be a number"),
         ("dpi = 50", "50 dpi is outside"),
@@ -63,18 +52,11 @@ def test_description_is_read(tmp_path):
 )
 def test_bad_description_names_the_file(tmp_path, toml, reason):
     touch(tmp_path, "1_1.tif")
-    (tmp_path / "dataset.toml").write_text(toml)
+    (tmp_path / "dataset.toml").write_bytes(toml if isinstance(toml, bytes) else toml.encode())
     with pytest.raises(DatasetError, match=re.escape(reason)) as caught:
         load_dataset(tmp_path)
     assert str(tmp_path / "dataset.toml") in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_description_that_is_not_text(tmp_path):
-    touch(tmp_path, "1_1.tif")
-    (tmp_path / "dataset.toml").write_bytes(b"name = '\xff'")
-    with pytest.raises(DatasetError, match=r"dataset\.toml: not a readable TOML file"):
-        load_dataset(tmp_path)
 
 
 @pytest.mark.parametrize("twin", ["101_1.png", "0101_1.tif", "101_01.tiff"])
@@ -86,12 +68,9 @@ def test_one_impression_twice_is_refused(tmp_path, twin):
     assert twin in str(caught.value)
 
 
-def test_folder_without_prints(tmp_path):
+def test_what_is_no_database(tmp_path):
     with pytest.raises(DatasetError, match="holds no prints"):
         load_dataset(tmp_path)
-
-
-def test_missing_folder_and_file_instead_of_folder(tmp_path):
     touch(tmp_path, "1_1.tif")
     with pytest.raises(DatasetError, match=r"nowhere: no such folder"):
         load_dataset(tmp_path / "nowhere")

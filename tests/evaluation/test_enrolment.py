@@ -1,7 +1,5 @@
 """Which impressions are enrolled, and what is compared with them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -44,12 +42,9 @@ def extracted(name, places):
 
 
 @pytest.fixture
-def fake(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
-    import fake_bench
-
+def fake(bench, monkeypatch):
     monkeypatch.setattr(comparison, "load_calibration", lambda name: CURVE)
-    return fake_bench.MATCHER
+    return bench.MATCHER
 
 
 @given(st.integers(1, 4), st.integers(1, 5), st.one_of(st.none(), st.integers(0, 99)))
@@ -99,13 +94,8 @@ def test_a_probe_has_the_score_of_the_finger(fake):
     one = extracted("one", prints)
     report = run.evaluate_templates([one], matcher=fake, enrolment=Enrolment(2), workers=1)
     (row,) = report.sets
-    outcomes = dict(
-        zip(
-            zip(row.pairs.probe.tolist(), row.pairs.reference.tolist(), strict=True),
-            row.outcomes["similarity"].tolist(),
-            strict=True,
-        )
-    )
+    pairs = zip(row.pairs.probe.tolist(), row.pairs.reference.tolist(), strict=True)
+    outcomes = dict(zip(pairs, row.outcomes["similarity"].tolist(), strict=True))
     assert outcomes[2, 0] == pytest.approx(fused_score([100 / 2, 100 / 9]))
     assert outcomes[5, 3] == pytest.approx(50.0)  # the other impression has no template
     assert row.genuine == 2
@@ -125,10 +115,7 @@ def test_a_finger_without_any_template_scores_nothing(fake):
     assert np.isfinite(report.sets[0].outcomes["similarity"]).all()
 
 
-def test_a_matcher_without_calibration_is_refused(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
-    import fake_bench
-
+def test_a_matcher_without_calibration_is_refused(bench):
     one = extracted("one", [(1, 1.0), (1, 2.0)])
     with pytest.raises(MatcherError, match="no calibration"):
-        run.evaluate_templates([one], matcher=fake_bench.MATCHER, enrolment=Enrolment(1), workers=1)
+        run.evaluate_templates([one], matcher=bench.MATCHER, enrolment=Enrolment(1), workers=1)

@@ -1,7 +1,5 @@
 """An interrupted evaluation ends at once, and its workers with it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

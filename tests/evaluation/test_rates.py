@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from itertools import pairwise
@@ -80,19 +78,12 @@ def test_curves_agree_with_the_definition(genuine, impostor):
     assert curves.fnmr.tolist() == [float(fnmr(genuine, t)) for t in curves.threshold]
 
 
-def test_separated_scores_have_no_errors():
-    rates = error_rates([5] * 10, [4] * 1000)
-    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (0, 0, 0, 0)
-
-
-def test_swapped_scores_are_all_errors():
-    rates = error_rates([4] * 10, [5] * 1000)
-    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (1, 1, 1, 1)
-
-
-def test_all_scores_tied_is_a_coin_toss():
-    rates = error_rates([0] * 10, [0] * 1000)
-    assert (rates.eer, rates.fmr100) == (0.5, 1.0)
+@pytest.mark.parametrize(
+    ("genuine", "impostor", "eer", "others"), [(5, 4, 0, 0), (4, 5, 1, 1), (0, 0, 0.5, 1)]
+)
+def test_separated_swapped_and_tied_scores(genuine, impostor, eer, others):
+    rates = error_rates([genuine] * 10, [impostor] * 1000)
+    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (eer, *[others] * 3)
 
 
 def test_by_hand():
@@ -102,14 +93,8 @@ def test_by_hand():
     assert rates.fmr100 == 0.1
     assert rates.fmr1000 == 0.3
     assert rates.zero_fmr == 0.5
-
-
-def test_tied_impostors_fall_on_one_side_together():
     # Of 100 impostors one may match; two share the top score, so neither may.
     assert error_rates([7, 8, 9], [1] * 98 + [8, 8]).fmr100 == pytest.approx(2 / 3)
-
-
-def test_eer_is_interpolated_between_thresholds():
     # At t = 2: FMR 1/2, FNMR 0. At t = 3: FMR 0, FNMR 1/4. They meet at a third of 1/2.
     assert error_rates([2, 3, 4, 5], [0, 1, 2, 2]).eer == pytest.approx(1 / 6)
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -12,15 +10,14 @@ from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import evaluate
+from fpmatch.evaluation.tables import format_report
+
+RATES = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]
 
 
 @pytest.fixture
-def run(bench):
-    def with_fakes(folders, **options):
-        given = {"matcher": bench.MATCHER, "extractor": bench.extractor, "workers": 1, **options}
-        return evaluate(folders, **given)
-
-    return with_fakes
+def run(options):
+    return lambda folders, **changes: evaluate(folders, **{**options, **changes})
 
 
 def slow_similarities(bench, dataset, pairs):
@@ -35,7 +32,7 @@ def slow_similarities(bench, dataset, pairs):
 
 @pytest.mark.parametrize("protocol", ["extended", "fvc"])
 def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol):
-    folders = [make_database("a"), make_database("b", fingers=3)]
+    folders = [make_database("a", toml="dpi = 569"), make_database("b", fingers=3)]
     report = run(folders, protocol=protocol)
     everything, genuine = [], []
     for row, folder in zip(report.sets, folders, strict=True):
@@ -49,23 +46,15 @@ def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol)
     pooled, is_genuine = np.concatenate(everything), np.concatenate(genuine)
     assert report.pooled == error_rates(pooled[is_genuine], pooled[~is_genuine])
     assert report.mean.eer == pytest.approx(np.mean([row.rates.eer for row in report.sets]))
+    assert {e.template.dpi for e in report.sets[0].extracted.extractions} == {569.0}
 
 
-def test_the_same_processes_extract_and_compare(run, make_database, monkeypatch):
-    started, start = [], local._start
-
-    def noting(workers):
-        started.append(workers)
-        return start(workers)
-
-    monkeypatch.setattr(local, "_start", noting)
-    run([make_database(fingers=8, impressions=4)], workers=2)
-    assert started == [2]
-
-
-def test_results_do_not_depend_on_the_workers(run, make_database):
+def test_results_do_not_depend_on_the_workers(run, make_database, monkeypatch):
     folders = [make_database("a", fingers=8, contents={"2_2": "broken"}), make_database("b")]
+    started, start = [], local._start
+    monkeypatch.setattr(local, "_start", lambda n: started.append(n) or start(n))
     alone, together = (run(folders, workers=workers) for workers in (1, 3))
+    assert started == [3]  # the same processes extract and compare
     assert (alone.mean, alone.pooled) == (together.mean, together.pooled)
     for one, other in zip(alone.sets, together.sets, strict=True):
         assert one.failures == other.failures
@@ -81,85 +70,76 @@ def test_prints_without_template_score_0_in_all_their_pairs(run, make_database):
     assert reasons["2_1.tif"].endswith("2_1.tif: broken")
     assert "no minutiae" in reasons["3_4.tif"]
     stems = [i.path.stem for i in load_dataset(folder).impressions]
-    lost = np.isin(row.pairs.probe, [stems.index("2_1"), stems.index("3_4")])
-    lost |= np.isin(row.pairs.reference, [stems.index("2_1"), stems.index("3_4")])
+    failed = [stems.index("2_1"), stems.index("3_4")]
+    lost = np.isin(row.pairs.probe, failed) | np.isin(row.pairs.reference, failed)
     assert lost.sum() == 19 + 18
     assert (row.outcomes["similarity"] == 0).tolist() == lost.tolist()
     assert (row.outcomes["reason"][lost] == "no template").all()
 
 
 def test_database_of_failures_only(run, make_database):
-    folder = make_database(
-        fingers=2, impressions=2, contents=dict.fromkeys(("1_1", "1_2", "2_1", "2_2"), "broken")
-    )
-    report = run([folder])
+    broken = dict.fromkeys(("1_1", "1_2", "2_1", "2_2"), "broken")
+    report = run([make_database(fingers=2, impressions=2, contents=broken)])
     assert report.sets[0].rates.eer == 0.5
     assert report.as_json()["sets"][0]["match_us"] is None
 
 
-def test_json_has_the_promised_shape(run, make_database):
-    report = run([make_database(toml='name = "first"'), make_database("other")])
+def test_json_has_the_promised_shape(report):
     document = json.loads(json.dumps(report.as_json()))
     assert list(document) == ["sets", "mean", "pooled"]
-    rates = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]
     for entry in document["sets"]:
-        counts = ["name", "genuine", "impostor"]
         prints = ["rank_one", "prints", "failures", "failure_rate"]
-        assert list(entry) == [*counts, *rates, *prints, "extract_ms", "match_us"]
-    assert (document["sets"][0]["prints"], document["sets"][0]["failure_rate"]) == (20, 0)
-    assert [entry["name"] for entry in document["sets"]] == ["first", "other"]
-    assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (30, 160)
-    assert set(rates) < set(document["mean"])
-    assert (document["pooled"]["genuine"], document["pooled"]["impostor"]) == (60, 320)
+        counts = ["name", "genuine", "impostor"]
+        assert list(entry) == [*counts, *RATES, *prints, "extract_ms", "match_us"]
+    first, second = document["sets"]
+    assert (first["name"], first["prints"], first["failure_rate"]) == ("set, one", 24, 1 / 24)
+    assert (first["genuine"], first["impostor"]) == (24, 252)
+    assert second["name"] == "b"
+    assert set(RATES) < set(document["mean"])
+    assert (document["pooled"]["genuine"], document["pooled"]["impostor"]) == (60, 492)
+
+
+def test_rows_in_percent_with_dashes_for_what_is_undefined(report):
+    head, a, b, mean, pooled = format_report(report).splitlines()
+    assert head.split()[:4] == ["database", "genuine", "impostor", "EER"]
+    assert b.split()[:5] == ["b", "36", "240", f"{100 * report.sets[1].rates.eer:.2f}", "%"]
+    assert " - " in a
+    assert "FMR10000" not in head  # no database has impostors enough for it
+    assert a.split()[-7:-4] == [f"{100 * report.sets[0].rank_one:.2f}", "%", "1"]
+    assert f"{100 * report.mean.eer:.2f} %" in mean
+    assert (pooled.split()[:3], pooled.split()[-1]) == (["pooled", "60", "492"], "1")
+    assert len({line.index("%", 24) for line in (a, b, mean, pooled)}) == 1
 
 
 def test_rate_that_one_set_lacks_has_no_mean(run, make_database):
     report = run([make_database("large", fingers=15), make_database("small", fingers=2)])
-    assert report.sets[0].rates.fmr100 is not None
-    assert report.sets[1].rates.fmr100 is None
-    assert report.mean.fmr100 is None
-    assert report.pooled.fmr100 is not None
+    rates = (*(row.rates for row in report.sets), report.mean, report.pooled)
+    assert [one.fmr100 is None for one in rates] == [False, True, True, False]
 
 
-def test_resolution_of_the_set_reaches_the_extractor(run, make_database):
-    report = run([make_database(toml="dpi = 569")])
-    assert {e.template.dpi for e in report.sets[0].extracted.extractions} == {569.0}
+def test_progress_reaches_the_end_of_both_stages_and_opencv_its_threads(run, make_database):
+    import cv2
 
-
-def test_progress_reaches_the_end_of_both_stages(run, make_database):
-    calls = []
+    calls, before = [], cv2.getNumThreads()
     run([make_database()], progress=lambda *call: calls.append(call))
     for stage, total in (("extract", 20), ("compare", 190)):
         done = [call[1] for call in calls if call[0] == stage]
         assert done == sorted(done)
         assert (done[0], done[-1]) == (0, total)
         assert {call[2] for call in calls if call[0] == stage} == {total}
-
-
-def test_opencv_gets_its_threads_back(run, make_database):
-    import cv2
-
-    before = cv2.getNumThreads()
-    run([make_database(fingers=2, impressions=1)])
     assert cv2.getNumThreads() == before
 
 
-def test_dead_worker_is_one_clear_error(run, bench, make_database):
-    with pytest.raises(FpmatchError, match="a worker process ended before"):
-        run([make_database(fingers=6, impressions=5)], matcher=bench.DYING, workers=2)
-
-
-def test_bad_requests(run, make_database):
+def test_bad_requests(run, bench, make_database):
     folder, single = make_database(), make_database("single", fingers=1, impressions=1)
-    with pytest.raises(DatasetError, match="no database given"):
-        run([])
-    with pytest.raises(DatasetError, match="database given twice"):
-        run([folder, folder / ".." / folder.name])
-    with pytest.raises(DatasetError, match="single: has no two prints"):
-        run([single])
-    with pytest.raises(DatasetError, match="unknown protocol"):
-        run([folder], protocol="all")
-    with pytest.raises(MatcherError, match="unknown matcher 'none'"):
-        run([folder], matcher="none")
-    with pytest.raises(ValueError, match="workers must be at least 1"):
-        run([folder], workers=0)
+    for folders, changes, error, reason in (
+        ([], {}, DatasetError, "no database given"),
+        ([folder, folder / ".." / folder.name], {}, DatasetError, "database given twice"),
+        ([single], {}, DatasetError, "single: has no two prints"),
+        ([folder], {"protocol": "all"}, DatasetError, "unknown protocol 'all'"),
+        ([folder], {"matcher": "none"}, MatcherError, "unknown matcher 'none'"),
+        ([folder], {"workers": 0}, ValueError, "workers must be at least 1"),
+        ([folder], {"matcher": bench.DYING, "workers": 2}, FpmatchError, "a worker process ended"),
+    ):
+        with pytest.raises(error, match=reason):
+            run(folders, **changes)

@@ -1,47 +1,42 @@
-from __future__ import annotations
-
 import csv
 
+import numpy as np
 import pytest
 
-from fpmatch.errors import OutputError
+from fpmatch.errors import DatasetError, OutputError
 from fpmatch.evaluation import score_file
-from fpmatch.evaluation.run import evaluate
+from fpmatch.evaluation.intervals import trials_of
 from fpmatch.evaluation.score_file import COLUMNS, DETAILS, write_scores
+from fpmatch.evaluation.scores import choose_matcher, read_scores
 from fpmatch.matching.calibration import Calibration
 
 
-@pytest.fixture
-def report(bench, make_database):
-    folder = make_database(toml='name = "set, one"', contents={"1_2": "broken"})
-    return evaluate([folder], matcher=bench.MATCHER, extractor=bench.extractor, workers=1)
-
-
-def read(path):
+def rows_of(path):
     with path.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
 
 
-def test_a_row_a_comparison(report, tmp_path):
-    path = tmp_path / "scores.csv"
+@pytest.fixture(scope="module")
+def scores(report, tmp_path_factory):
+    path = tmp_path_factory.mktemp("scores") / "scores.csv"
     write_scores(path, report)
-    rows, outcomes = read(path), report.sets[0].outcomes
-    assert len(rows) == 190
+    return path
+
+
+def test_a_row_a_comparison(report, scores):
+    rows = rows_of(scores)
     assert set(rows[0]) == {*COLUMNS, *DETAILS}
-    assert {row["set"] for row in rows} == {"set, one"}
-    similarities = [float(row["similarity"] or 0) for row in rows]
-    assert similarities == outcomes["similarity"].tolist()
-    assert sum(row["genuine"] == "1" for row in rows) == 30
-    assert all(
-        (row["probe"].split("_")[0] == row["reference"].split("_")[0]) == (row["genuine"] == "1")
-        for row in rows
-    )
+    assert {row["set"] for row in rows} == {"set, one", "b"}
+    expected = [value for row in report.sets for value in row.outcomes["similarity"].tolist()]
+    assert [float(row["similarity"] or 0) for row in rows] == expected
+    assert sum(row["genuine"] == "1" for row in rows) == report.genuine
+    for row in rows:
+        fingers = [row[side].split("_")[0] for side in ("probe", "reference")]
+        assert (fingers[0] == fingers[1]) == (row["genuine"] == "1")
 
 
-def test_what_does_not_exist_is_left_empty(report, tmp_path):
-    path = tmp_path / "scores.csv"
-    write_scores(path, report)
-    rows = {(row["probe"], row["reference"]): row for row in read(path)}
+def test_what_does_not_exist_is_left_empty(scores):
+    rows = {(row["probe"], row["reference"]): row for row in rows_of(scores)[: 24 * 23 // 2]}
     near, far = rows["1_1.tif", "1_3.tif"], rows["1_1.tif", "5_1.tif"]
     lost = rows["1_1.tif", "1_2.tif"]
     assert float(near["rotation_deg"]) == pytest.approx(5.72958)
@@ -51,52 +46,108 @@ def test_what_does_not_exist_is_left_empty(report, tmp_path):
     assert {row["score"] for row in rows.values()} == {""}
 
 
-def test_a_reason_stands_beside_what_does_not_match_alone(report, tmp_path, monkeypatch):
-    write_scores(tmp_path / "before.csv", report)
+def test_a_calibration_makes_scores_and_a_match_has_no_reason(
+    report, scores, tmp_path, monkeypatch
+):
+    calibration = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
+    monkeypatch.setattr(score_file, "calibration_of", lambda name: calibration)
     monkeypatch.setattr(score_file, "decide", lambda matcher, similarity: similarity > 0.01)
     write_scores(tmp_path / "after.csv", report)
-    files = [read(tmp_path / f"{name}.csv") for name in ("before", "after")]
-    for before, after in zip(*files, strict=True):
-        matches = float(before["similarity"] or 0) > 0.01
-        assert after["reason"] == ("" if matches else before["reason"])
-    assert any(row["reason"] for row in files[0])
+    before, after = rows_of(scores), rows_of(tmp_path / "after.csv")
+    for old, new in zip(before, after, strict=True):
+        similarity = float(new["similarity"] or 0)
+        assert new["reason"] == ("" if similarity > 0.01 else old["reason"])
+        assert float(new["score"] or 0) == pytest.approx(50 * similarity, rel=1e-5)
+    assert any(row["reason"] for row in before)
 
 
-def test_scores_come_from_the_calibration(report, tmp_path, monkeypatch):
-    calibration = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
-    monkeypatch.setattr(score_file, "calibrated_matchers", lambda: ["fake"])
-    monkeypatch.setattr(score_file, "load_calibration", lambda name: calibration)
-    write_scores(tmp_path / "scores.csv", report)
-    for row in read(tmp_path / "scores.csv"):
-        assert float(row["score"] or 0) == pytest.approx(
-            50 * float(row["similarity"] or 0), rel=1e-5
-        )
+@pytest.mark.parametrize("old", ["old", None])
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(
+    report, tmp_path, monkeypatch, old, error
+):
+    path = tmp_path / "scores.csv"
+    if old:
+        path.write_text(old)
 
+    def fail(*_):
+        raise error
 
-def test_failed_write_leaves_the_old_file_and_nothing_else(report, tmp_path, monkeypatch):
-    folder = tmp_path / "out"
-    folder.mkdir()
-    path = folder / "scores.csv"
-    path.write_text("old")
-
-    def fill_the_disk(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(score_file, "_rows", fill_the_disk)
-    with pytest.raises(OutputError, match=r"scores\.csv: cannot be written: no space left"):
+    monkeypatch.setattr(score_file, "_rows", fail)
+    with pytest.raises((OutputError, KeyboardInterrupt)) as caught:
         write_scores(path, report)
-    assert [p.name for p in folder.iterdir()] == ["scores.csv"]
-    assert path.read_text() == "old"
+    assert caught.type is KeyboardInterrupt or str(caught.value).endswith("no space left on device")
+    assert [p.read_text() for p in tmp_path.iterdir()] == ([old] if old else [])
 
 
-def test_interrupted_write_leaves_nothing(report, tmp_path, monkeypatch):
-    folder = tmp_path / "out"
-    folder.mkdir()
+def test_what_was_written_is_read(report, scores):
+    found = read_scores(scores)
+    assert [(s.matcher, s.name) for s in found] == [("fake", "set, one"), ("fake", "b")]
+    for row, again in zip(report.sets, found, strict=True):
+        expected = trials_of(row)
+        assert again.trials.similarity.tolist() == expected.similarity.tolist()
+        assert again.trials.genuine.tolist() == row.pairs.genuine.tolist()
+        assert again.trials.fingers == expected.fingers
+        np.testing.assert_array_equal(again.trials.probe, expected.probe)
+        names = [i.path.name for i in row.extracted.dataset.impressions]
+        assert [again.prints[i] for i in again.probe] == [names[i] for i in row.pairs.probe]
+        assert (again.compared == (row.outcomes["reason"] != "no template")).all()
+    with pytest.raises(DatasetError, match=r"s\.csv: holds scores of fake, none of paper"):
+        choose_matcher(found, "paper", "s.csv")
 
-    def interrupt(*_):
-        raise KeyboardInterrupt
 
-    monkeypatch.setattr(score_file, "_rows", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        write_scores(folder / "scores.csv", report)
-    assert list(folder.iterdir()) == []
+def test_a_file_without_matchers_is_anybodys(scores, tmp_path):
+    with (tmp_path / "old.csv").open("w", newline="") as stream:
+        names = ["set", "probe", "reference", "genuine", "similarity"]
+        writer = csv.DictWriter(stream, names, extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows_of(scores))
+    found = read_scores(tmp_path / "old.csv")
+    assert {s.matcher for s in found} == {""}
+    assert choose_matcher(found, "any", "old.csv") == found
+
+
+HEAD = "set,probe,reference,genuine,similarity\n"
+GOOD = "a,1_1.tif,1_2.tif,1,0.5\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("", "no column 'probe'"),
+        (HEAD.replace("similarity", "score"), "no column 'similarity'"),
+        (HEAD, "holds no comparison"),
+        (HEAD + GOOD + "\na,1_1.tif,2_1.tif,yes,1\n", "line 4: genuine must be 0 or 1, not 'yes'"),
+        (HEAD + "a,1_1.tif,2_1.tif,1,0.5\n", "line 2: genuine is 1, which 1_1.tif and 2_1.tif"),
+        (HEAD + "a,left.tif,2_1.tif,0,0.5\n", "line 2: 'left.tif' is not named FFF_M"),
+        (HEAD + "a,1_1.tif,2_1.tif,0,high\n", "line 2: could not convert string to float"),
+        (HEAD + "a,1_1.tif,2_1.tif,0,nan\n", "line 2: similarity must be a finite number"),
+        (HEAD + GOOD + "a,1_2.tif,1_1.tif,1,0\n", "1_2.tif and 1_1.tif are compared twice"),
+        (b"\xff\xfe\x00", "not a CSV file of scores"),
+        (HEAD + 'a,"' + "x" * 200_000 + '",2,0,1\n', "not a CSV file of scores"),
+        (None, "cannot be read: no such file"),
+    ],
+    ids=str,
+)
+def test_a_file_that_is_none_is_named(tmp_path, content, reason):
+    path = tmp_path / "scores.csv"
+    if content is not None:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(DatasetError, match=r"^.*scores\.csv: ") as caught:
+        read_scores(path)
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_of_score_has_each_pair_once(tmp_path):
+    path = tmp_path / "db.csv"
+    path.write_text(
+        "probe,reference,similarity,score,reason\n"
+        "1_1,1_1,9,9,\n1_1,1_2,3,3,\n1_2,1_1,3,3,\n1_2,2_1,,,reference: torn\n"
+    )
+    (found,) = read_scores(path)
+    assert (found.name, found.matcher, found.prints) == ("db", "", ("1_1", "1_2", "2_1"))
+    assert found.trials.similarity.tolist() == [3, 0]
+    assert found.compared.tolist() == [True, False]
+    with pytest.raises(DatasetError, match="cannot be read: is a directory"):
+        read_scores(tmp_path)

@@ -1,21 +1,16 @@
 """Make the truth about prints that never were, as a file tells it and as it is read."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-from fpmatch.minutiae import Minutiae
 from fpmatch.pointset.similarity import Similarity
 
 IDENTITY = {"scale": 1.0, "rotation": 0.0, "tx": 0.0, "ty": 0.0}
 
 
-def truth_document(*names: str, **changes: Any) -> dict[str, Any]:
+def truth_document(*names, **changes):
     """Return the truth about a finger that has three minutiae, two in each impression."""
     columns = {
         **{"x": [10.0, 50.0], "y": [20.0, 60.0], "angle_deg": [0.0, 90.0]},
@@ -28,7 +23,7 @@ def truth_document(*names: str, **changes: Any) -> dict[str, Any]:
     }
 
 
-def write_truth(folder: Path, document: object, finger: int = 101) -> Path:
+def write_truth(folder, document, finger=101):
     """Write the truth about a finger."""
     path = folder / "truth" / f"{finger}.json"
     path.parent.mkdir(exist_ok=True)
@@ -36,12 +31,7 @@ def write_truth(folder: Path, document: object, finger: int = 101) -> Path:
     return path
 
 
-def truth_of(
-    minutiae: Minutiae,
-    visible: list[bool] | None = None,
-    transform: Similarity | None = None,
-    hidden: list[list[float]] | None = None,
-) -> ImpressionTruth:
+def truth_of(minutiae, visible=None, transform=None, hidden=None):
     """Return a truth whose minutiae are the finger's own, in order."""
     seen = np.ones(len(minutiae), bool) if visible is None else np.array(visible, bool)
     unlisted = np.array(hidden or [], dtype=np.float64).reshape(-1, 2)

@@ -10,45 +10,44 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.formats.registry import CODECS, codec_of_name
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
 from fpmatch.minutiae import Minutiae, Template
 
 FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN: Final = [codec.name for codec in CODECS if codec.encode is not None]
 FMR: Final = ["iso2005", "iso2011", "ansi2004", "ansi2009", "ansi2009am1"]
 ANGLE_STEP_DEG: Final = {
-    "iso2005": 360 / 256,
-    "iso2011": 360 / 256,
-    "ansi2004": 2.0,
-    "ansi2009": 2.0,
-    "ansi2009am1": 2.0,
-    "xyt-m1": 2.0,
-    "xyt": 1.0,
-    "min": 11.25,
-    "csv": 1e-4,
-    "minutiae-csv": 1e-4,
-    "json": 0.0,
+    **dict.fromkeys(["iso2005", "iso2011"], 360 / 256),
+    **dict.fromkeys(["ansi2004", "ansi2009", "ansi2009am1", "xyt-m1"], 2.0),
+    **dict.fromkeys(["csv", "minutiae-csv"], 1e-4),
+    **{"xyt": 1.0, "min": 11.25, "json": 0.0},
 }
+
+
+def read(data: bytes, *, file_format: str | None = None, **options: Any) -> TemplateRecord:
+    """Return the record in the bytes of a file, under the `ReadingOptions`."""
+    codec = codec_of_name(file_format) if file_format else codec_of_content(data)
+    return codec.decode(data, ReadingOptions(**options))
+
+
+def only_view(data: bytes, **options: Any) -> View:
+    """Return the only view in the bytes of a file, as `read` does."""
+    return read(data, **options).single()
+
+
+def columns(count: int, *position: st.SearchStrategy[float]) -> st.SearchStrategy[Any]:
+    """Return the columns of minutiae, of two strategies for x and y."""
+    values = (*position, st.floats(0, 6.25, width=32), st.integers(0, 2), st.integers(0, 100))
+    return st.tuples(*(st.lists(column, min_size=count, max_size=count) for column in values))
 
 
 @st.composite
 def templates(draw: st.DrawFn, most: int = 12, fewest: int = 0) -> Template:
     """Return a template whose minutiae lie inside it."""
-    n = draw(st.integers(fewest, most))
     width, height = draw(st.tuples(st.integers(2, 3000), st.integers(2, 3000)))
-
-    def column(values: st.SearchStrategy[Any]) -> list[Any]:
-        return draw(st.lists(values, min_size=n, max_size=n))
-
-    minutiae = Minutiae(
-        column(st.floats(0, width - 1, width=32)),
-        column(st.floats(0, height - 1, width=32)),
-        column(st.floats(0, 6.25, width=32)),
-        column(st.integers(0, 2)),
-        column(st.integers(0, 100)),
-    )
+    position = (st.floats(0, side - 1, width=32) for side in (width, height))
+    minutiae = Minutiae(*draw(columns(draw(st.integers(fewest, most)), *position)))
     return Template(minutiae, width, height, draw(st.integers(100, 4000)))
 
 
@@ -72,16 +71,27 @@ def records(draw: st.DrawFn, views: int = 1, fewest: int = 0) -> TemplateRecord:
     return TemplateRecord("", tuple(found))
 
 
-def written(codec: Codec, record: TemplateRecord) -> bytes:
+def encoded(name: str, record: TemplateRecord) -> Encoded:
+    """Return a record as a file of a format that can be written, and notes."""
+    encode = codec_of_name(name).encode
+    assert encode is not None
+    return encode(record)
+
+
+def written(name: str, record: TemplateRecord) -> bytes:
     """Return a record as a file of a format that can be written."""
-    assert codec.encode is not None
-    return codec.encode(record).data
+    return encoded(name, record).data
 
 
-def reading_of(record: TemplateRecord) -> ReadingOptions:
-    """Return what a reader must be told of a record whose format keeps neither size nor dpi."""
+def record_of(*templates: Template) -> TemplateRecord:
+    """Return a record of templates about which nothing else is known."""
+    return TemplateRecord("", tuple(map(View, templates)))
+
+
+def frame_of(record: TemplateRecord) -> dict[str, Any]:
+    """Return the reading options for a format that keeps neither size nor resolution."""
     template = record.views[0].template
-    return ReadingOptions(dpi=template.dpi, size=(template.width, template.height))
+    return {"dpi": template.dpi, "size": (template.width, template.height)}
 
 
 def turn_deg(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -107,8 +117,7 @@ def sample_record(count: int = 20) -> TemplateRecord:
 def sample_files() -> dict[str, bytes]:
     """Return a file of every format that can be written, by name, and one of AN2."""
     record = sample_record()
-    files = {name: written(codec_of_name(name), record) for name in WRITTEN}
-    return files | {"an2": an2_file()}
+    return {name: written(name, record) for name in WRITTEN} | {"an2": an2_file()}
 
 
 def an2_file(block: str = "standard", image: str = "13", resolution: str = "19.69") -> bytes:

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import warnings
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_records import sample_files
+from made_records import read, sample_files
 
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import ReadingOptions, ReadLimits, TemplateRecord
-from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
+from fpmatch.formats.files import load_template, save_template
+from fpmatch.formats.record import ReadLimits, TemplateRecord
+from fpmatch.formats.registry import CODECS
+from fpmatch.minutiae import Template
 
 FILES = sample_files()
-STARTS = [b"", *(data[:40] for data in FILES.values()), *(data[:8] for data in FILES.values())]
+STARTS = [b"", *(data[:n] for data in FILES.values() for n in (8, 20, 40))]
 
 
-def read(data: bytes, codec: Codec | None = None) -> TemplateRecord | None:
-    """Return what a codec (by default the one that takes them) reads in some bytes.
-
-    None where it refuses them, in one line.
-    """
+def attempt(data: bytes, file_format: str | None = None) -> TemplateRecord | None:
+    """Return the record in some bytes; None where they are refused, in one line."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return (codec or codec_of_content(data)).decode(data, ReadingOptions())
+            return read(data, file_format=file_format)
         except FpmatchError as error:
             words = str(error)
     assert words
@@ -37,13 +39,13 @@ def read(data: bytes, codec: Codec | None = None) -> TemplateRecord | None:
 @given(st.binary(max_size=300), st.sampled_from(STARTS))
 @settings(max_examples=300)
 def test_any_bytes_are_read_or_refused(data: bytes, start: bytes) -> None:
-    read(start + data)
+    attempt(start + data)
 
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(st.binary(max_size=200))
-def test_a_codec_that_is_named_refuses_what_is_not_its_own(codec: Codec, data: bytes) -> None:
-    read(data, codec)
+def test_a_codec_that_is_named_refuses_what_is_not_its_own(codec: Any, data: bytes) -> None:
+    attempt(data, codec.name)
 
 
 @st.composite
@@ -60,16 +62,14 @@ def damaged(draw: st.DrawFn) -> bytes:
 @given(damaged())
 @settings(max_examples=250)
 def test_a_damaged_file_is_read_or_refused(data: bytes) -> None:
-    read(data)
+    attempt(data)
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_no_beginning_of_a_file_passes_for_more_than_it_is(name: str) -> None:
-    whole = read(FILES[name])
-    assert whole is not None
-    most = len(whole.views[0].template.minutiae)
+    most = len(read(FILES[name]).views[0].template.minutiae)
     for end in range(0, len(FILES[name]), max(1, len(FILES[name]) // 60)):
-        part = read(FILES[name][:end])
+        part = attempt(FILES[name][:end])
         if part is not None:
             assert part.format in {name, "xyt", "xyt-m1", "csv"}
             assert len(part.views[0].template.minutiae) <= most
@@ -77,31 +77,115 @@ def test_no_beginning_of_a_file_passes_for_more_than_it_is(name: str) -> None:
 
 @pytest.mark.parametrize("name", FILES)
 def test_limits_hold_for_every_format(name: str) -> None:
-    codec = codec_of_name(name)
-    few = ReadingOptions(limits=ReadLimits(max_minutiae=2))
     with pytest.raises(TemplateError, match="more than 2 minutiae"):
-        codec.decode(FILES[name], few)
-    small = ReadingOptions(limits=ReadLimits(max_side_px=100))
+        read(FILES[name], file_format=name, limits=ReadLimits(max_minutiae=2))
     with pytest.raises(TemplateError, match="more than 100 pixels"):
-        codec.decode(FILES[name], small)
+        read(FILES[name], file_format=name, limits=ReadLimits(max_side_px=100))
+
+
+CSV = b"# fpmatch-template 1 width=9 height=9 dpi=500\n"
+ROW = CSV + b"x,y,angle_deg,kind,quality\n"
+MIN = b"Image (w,h) 9 9\n\n"
 
 
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
+        (b"", "the file is empty"),
+        (b"hello\n", "not a template file of a known format"),
+        (b"\x00" * 100, "not a template file of a known format"),
+        (b" " * (ReadLimits().max_bytes + 1), "too large"),
+        (b"{", "not JSON"),
+        (b'{"a": NaN}', "NaN is not a number"),
+        (b'{"a": ' + b"[" * 100_000, "not JSON"),
+        (b"{}", "expected the member"),
+        (b'{"format": "fpmatch-template", "version": 9}', "unknown version"),
+        (b"# fpmatch-template 9 width=9 height=9 dpi=500", "line 1: unknown version"),
+        (b"# fpmatch-template 1 width=9 dpi=500", "line 1: expected width="),
+        (CSV, "line 1: expected the columns"),
+        (CSV + b"\xff\xfe", "not UTF-8"),
+        (ROW + b"1,2,3,ending", "line 3: expected 5 values, found 4"),
+        (ROW + b"1,2,3,loop,50", "line 3: unknown kind of minutia 'loop'"),
+        (ROW + b"1,2,three,ending,50", "line 3: could not convert string to float: 'three'"),
+        (ROW + b"nan,2,3,ending,50", "line 3: a value is not finite"),
+        (ROW + b"1e300,2,3,ending,50", "line 3: a value is not finite"),
+        (ROW + b"1,2,3,ending,101", "line 3: a value is not finite, or a quality not in 0..100"),
+        (b"x,y,theta,x\n1,2,3,4\n", "each once"),
+        (b"x,y,theta\n1,2\n", "line 2: expected 3 values, found 2"),
+        (b"x,y,theta\n1,2,east\n", "line 2: could not convert"),
+        (b"x,y,theta\n1,nan,3\n", "line 2: a value is not finite"),
+        (b"x,y,theta,quality\n1,2,3,101\n", "quality not in 0..100"),
+        (b"x,y,theta,type\n1,2,3,loop\n", "line 2: unknown type of minutia 'loop'"),
+        (b"x,y,theta\n\xff,2,3\n", "not UTF-8 text"),
         (b"FMR\x00 99\x00" + bytes(40), "of version '99', which is not known"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(11), "cut short"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(12), "holds no print"),
         (b"1.001:99\x1d1.003:1\x1f1\x1e9\x1f01\x1c", "cut short"),
         (b"1.001:26\x1d1.003:1\x1f1\x1e9\x1f01\x1c99", "no record of type 9"),
-        (b"Image (w,h) 9 9\n\n2 Minutiae Detected\n\n", "declares 2 minutiae and has 0"),
-        (b"Image (w,h) 9 9\n\n1 Minutiae Detected\n\nx\n", "line 5: not a minutia"),
+        (MIN + b"2 Minutiae Detected\n\n", "declares 2 minutiae and has 0"),
+        (MIN + b"1 Minutiae Detected\n\nx\n", "line 5: not a minutia"),
         (b"1 2 3 4\n1 2\n", "line 2: expected x, y, angle"),
         (b"1 2 3 4\n1 2 3\n", "some lines have a quality"),
         (b"1 2 999 4\n", "line 1: an angle of 999"),
     ],
-    ids=repr,
+    ids=lambda value: repr(value[-30:]) if isinstance(value, bytes) else None,
 )
-def test_what_is_wrong_is_said(data: bytes, reason: str) -> None:
-    with pytest.raises(TemplateError, match=reason):
-        codec_of_content(data).decode(data, ReadingOptions())
+def test_a_bad_file_is_named_with_its_reason(tmp_path: Path, data: bytes, reason: str) -> None:
+    path = tmp_path / "bad"
+    path.write_bytes(data)
+    with pytest.raises(TemplateError) as caught:
+        load_template(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def in_base64(number: bytes) -> str:
+    """Return a number for each cell inside the mask of the template."""
+    return base64.b64encode(number * 382).decode()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "reason"),
+    [
+        ("width", 0, "size must be positive"),
+        ("width", True, '"width" must be there and of type int'),
+        ("height", 3.5, '"height" must be there and of type int'),
+        ("dpi", 30, "outside the usable range"),
+        ("dpi", "500", '"dpi" must be a finite number'),
+        ("dpi", 10**400, '"dpi" must be a finite number'),
+        ("minutiae", [], '"minutiae" must be there and of type dict'),
+        ("minutiae.x", [1], "y has 30 values where x has 1"),
+        ("minutiae.x", [1e300] * 30, "x must be a list of finite numbers"),
+        ("minutiae.kind", [3] * 30, "kind must be 0"),
+        ("minutiae.quality", ["good"] * 30, "quality must be a list of finite numbers"),
+        ("ridge_field", 3, '"ridge_field" must be there and of type dict'),
+        ("ridge_field.step", 0, "step must be a positive number"),
+        ("ridge_field.rows", -1, "must be positive"),
+        ("ridge_field.rows", 99, "mask has 69 bytes, expected 297"),
+        ("ridge_field.mask", "////", "mask has 3 bytes, expected 69"),
+        ("ridge_field.mask", "no!", "mask is not base64"),
+        ("ridge_field.orientation", "AAAA", "orientation has 3 bytes, expected 1528"),
+        ("ridge_field.orientation", "//8=//8=", "orientation is not base64"),
+        ("ridge_field.orientation", in_base64(b"\0\0\xc0\x7f"), "must lie from 0"),  # no number
+        ("ridge_field.orientation", in_base64(b"\0\0\0\x41"), "must lie from 0"),  # 8 radians
+        ("ridge_field.ridges", "AAAA", "ridges has 3 bytes, expected 3056"),
+        ("ridge_field.ridges", "", "ridges has 0 bytes, expected 3056"),
+        ("ridge_field.ridges", "é", "ridges is not base64"),
+        ("ridge_field.ridges", None, '"ridges" must be there and of type str'),
+        ("ridge_field.ridges", [1], '"ridges" must be there and of type str'),
+    ],
+    ids=lambda value: str(value)[:30],
+)
+def test_a_bad_json_member_is_named(
+    tmp_path: Path, template: Template, key: str, value: object, reason: str
+) -> None:
+    path = tmp_path / "bad.json"
+    save_template(path, template)
+    document = json.loads(path.read_text())
+    parent, _, child = key.rpartition(".")
+    (document[parent] if parent else document)[child] = value
+    path.write_text(json.dumps(document))
+    with pytest.raises(TemplateError) as caught:
+        load_template(path)
+    assert reason in str(caught.value)

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from made_records import sample_record, written
+from made_records import read, record_of, sample_record, written
 
 from fpmatch.errors import FpmatchError
-from fpmatch.formats.record import ReadingOptions, ReadLimits, TemplateRecord, View
+from fpmatch.formats.record import ReadLimits
 from fpmatch.formats.registry import CODECS, codec_of_name
 from fpmatch.minutiae import MAX_DPI, MIN_DPI, Template
 
@@ -42,8 +42,8 @@ def test_the_limits_on_the_page_are_those_of_the_reader() -> None:
 
 
 def test_the_schema_has_the_members_that_are_written(template: Template) -> None:
-    for record in (sample_record(), TemplateRecord("", (View(template),))):
-        document = json.loads(written(codec_of_name("json"), record))
+    for record in (sample_record(), record_of(template)):
+        document = json.loads(written("json", record))
         assert list(document) == list(SCHEMA["properties"])
         assert list(document["minutiae"]) == list(SCHEMA["properties"]["minutiae"]["properties"])
         if document["ridge_field"] is not None:
@@ -62,8 +62,7 @@ def test_the_schema_has_the_limits_of_the_reader() -> None:
 
 @pytest.mark.parametrize("member", SCHEMA["required"])
 def test_what_the_schema_requires_the_reader_does(member: str) -> None:
-    codec = codec_of_name("json")
-    document = json.loads(written(codec, sample_record()))
+    document = json.loads(written("json", sample_record()))
     del document[member]
     with pytest.raises(FpmatchError):
-        codec.decode(json.dumps(document).encode(), ReadingOptions())
+        read(json.dumps(document).encode())

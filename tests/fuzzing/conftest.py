@@ -1,7 +1,5 @@
 """Make `planted_targets` importable for the tests beside it, and for the processes they start."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Readers with a bug each, for the fuzzer to find."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
@@ -12,37 +10,37 @@ from fpmatch.errors import TemplateError
 GOOD = b"good file"
 
 
-def planted() -> list[SimpleNamespace]:
+def planted():
     """Return a target for each kind of bug, and one that has none."""
     readers = {"sound": sound, "raises": raises, "dies": dies, "hangs": hangs, "wordy": wordy}
     return [SimpleNamespace(name=name, corpus=[GOOD], read=read) for name, read in readers.items()]
 
 
-def sound(data: bytes) -> None:
+def sound(data):
     """Refuse all that is not the good file."""
     if data != GOOD:
         raise TemplateError("another file")
 
 
-def raises(data: bytes) -> None:
+def raises(data):
     """Divide by zero."""
     if data != GOOD:
         raise ZeroDivisionError("on purpose")
 
 
-def dies(data: bytes) -> None:
+def dies(data):
     """End the process as a fault in a C library does."""
     if data != GOOD:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def hangs(data: bytes) -> None:
+def hangs(data):
     """Take forever."""
     if data != GOOD:
         time.sleep(1000)
 
 
-def wordy(data: bytes) -> None:
+def wordy(data):
     """Refuse in two lines."""
     if data != GOOD:
         raise TemplateError("one line\nand another")

@@ -1,11 +1,8 @@
 """`python -m research fuzz`: planted bugs are found, and none in sound readers."""
 
-from __future__ import annotations
-
 import io
 import json
 import random
-from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -25,7 +22,7 @@ from research.fuzzing.targets import all_targets
         ("wordy", "an error that is not one line"),
     ],
 )
-def test_a_planted_bug_is_found_and_its_input_kept(tmp_path: Path, name: str, reason: str) -> None:
+def test_a_planted_bug_is_found_and_its_input_kept(tmp_path, name, reason):
     into = tmp_path / "found"
     count = run(name, planted, [], 0, into, seconds=1.0, hang_seconds=0.2, most_failures=1)
     ((path, words),) = count.failures
@@ -35,20 +32,20 @@ def test_a_planted_bug_is_found_and_its_input_kept(tmp_path: Path, name: str, re
     assert path.read_bytes() != GOOD
 
 
-def test_a_sound_reader_has_no_failures(tmp_path: Path) -> None:
+def test_a_sound_reader_has_no_failures(tmp_path):
     count = run("sound", planted, [b"more"], 0, tmp_path, seconds=0.3)
     assert count.failures == []
     assert count.inputs > count.refused > 0
     assert not list(tmp_path.iterdir())
 
 
-def test_so_many_damaged_files_and_no_more(tmp_path: Path) -> None:
+def test_so_many_damaged_files_and_no_more(tmp_path):
     count = run("sound", planted, [b"more"], 0, tmp_path, files=25)
     assert (count.damaged, count.inputs) == (25, 27)
     assert count.seconds > 0
 
 
-def test_a_damaged_png_may_have_right_sums() -> None:
+def test_a_damaged_png_may_have_right_sums():
     stream = io.BytesIO()
     Image.linear_gradient("L").save(stream, "PNG")
     png = bytearray(stream.getvalue())
@@ -60,12 +57,12 @@ def test_a_damaged_png_may_have_right_sums() -> None:
     assert bytes(with_right_sums(png)) == whole
 
 
-def test_the_same_seed_gives_the_same_inputs() -> None:
+def test_the_same_seed_gives_the_same_inputs():
     inputs = [[damaged(random.Random(seed), [GOOD]) for _ in range(9)] for seed in (1, 1, 2)]
     assert inputs[0] == inputs[1] != inputs[2]
 
 
-def test_every_template_format_and_more_is_a_target_with_good_files() -> None:
+def test_every_template_format_and_more_is_a_target_with_good_files():
     targets = {target.name: target for target in all_targets()}
     assert {codec.name for codec in CODECS} <= set(targets)
     assert any(name.startswith("image-") for name in targets)
@@ -75,7 +72,7 @@ def test_every_template_format_and_more_is_a_target_with_good_files() -> None:
             target.read(data)
 
 
-def test_the_command_ends_clean_and_counts(tmp_path: Path, run_research) -> None:
+def test_the_command_ends_clean_and_counts(tmp_path, run_research):
     extra = tmp_path / "more.iso"
     extra.write_bytes(b"FMR\x00 20\x00")
     words = ["--seconds", "1", "--target", "iso2005", "--target", "an2", "--into", tmp_path / "out"]
@@ -88,7 +85,7 @@ def test_the_command_ends_clean_and_counts(tmp_path: Path, run_research) -> None
     assert not (tmp_path / "out").exists()
 
 
-def test_the_command_counts_files_and_writes_the_counts(tmp_path: Path, run_research) -> None:
+def test_the_command_counts_files_and_writes_the_counts(tmp_path, run_research):
     report = tmp_path / "report.json"
     words = ["--files", "30", "--target", "image-raw", "--target", "image-gif", "--json", report]
     done = run_research("fuzz", *words)

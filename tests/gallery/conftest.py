@@ -7,14 +7,15 @@ import secrets
 import shutil
 import socket
 import subprocess
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from fpmatch.gallery.entry import Label, NewEntry
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.gallery.gallery import Gallery, open_gallery
+
+sys.path.append(str(Path(__file__).parent))  # of `made_prints`
 
 POSTGRES_PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
 
@@ -76,20 +77,7 @@ def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def make_entry() -> Callable[..., NewEntry]:
-    """Return a function that makes a print to enrol, all of whose contents follow its number."""
-
-    def make(number: int, *, label: Label | None = None, **changes: object) -> NewEntry:
-        rng = np.random.default_rng(number)
-        minutiae = Minutiae(
-            x=rng.integers(0, 300, 5), y=rng.integers(0, 300, 5), angle=rng.integers(0, 6, 5)
-        )
-        fields = {
-            "label": label or Label(str(number), impression="1"),
-            "source": f"/prints/{number}_1.tif",
-            "content": number.to_bytes(32, "big"),
-            "template": Template(minutiae, 300, 300),
-        }
-        return NewEntry(**{**fields, **changes})
-
-    return make
+def gallery(tmp_path: Path) -> Iterator[Gallery]:
+    """Return an open gallery in a file, empty."""
+    with open_gallery(tmp_path / "gallery.db", create=True) as opened:
+        yield opened

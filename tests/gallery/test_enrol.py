@@ -11,10 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
+from made_prints import extractor
 
 from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.enrol import enrol
+from fpmatch.gallery import enrol as enrol_module
 from fpmatch.gallery.entry import Failure
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.names import NamePattern
@@ -24,12 +25,10 @@ from fpmatch.reading import ASSUMED_DPI
 HERE = Path(__file__).parent
 
 
-@pytest.fixture
-def extractor(monkeypatch):
-    monkeypatch.syspath_prepend(str(HERE))
-    import fake_prints
-
-    return fake_prints.extractor
+def enrol(gallery, *places, dpi=None, **options):
+    """Enrol the prints of some places in this process."""
+    options = {"engine": serial(), "extractor": extractor, **options}
+    return enrol_module.enrol(gallery, find_prints(places, dpi), **options)
 
 
 @pytest.fixture
@@ -46,18 +45,13 @@ def folder(tmp_path):
     return folder
 
 
-@pytest.fixture
-def gallery(tmp_path):
-    with open_gallery(tmp_path / "gallery.db", create=True) as gallery:
-        yield gallery
-
-
 def labels(gallery):
     return [str(entry.label) for entry in gallery.entries()]
 
 
-def test_new_prints_are_enrolled_and_failures_kept(gallery, folder, extractor):
-    result = enrol(gallery, find_prints([folder]), engine=serial(), extractor=extractor)
+def test_new_prints_are_enrolled_and_failures_kept(gallery, folder):
+    told = []
+    result = enrol(gallery, folder, progress=lambda *row: told.append(row))
     assert (result.enrolled, result.known) == (24, 0)
     expected = {
         "7_1.tif": "broken",
@@ -68,11 +62,12 @@ def test_new_prints_are_enrolled_and_failures_kept(gallery, folder, extractor):
     assert sorted(result.failures, key=lambda f: f.source) == failures
     assert gallery.failures() == failures
     assert labels(gallery) == [f"{s}_{i}" for s in range(1, 7) for i in range(1, 5)]
+    assert (told[0], told[-1]) == (("enrol", 0, 27), ("enrol", 27, 27))
+    assert [done for _, done, _ in told] == sorted(done for _, done, _ in told)
 
 
-def test_again_nothing_is_extracted_but_what_failed(gallery, folder, extractor):
-    prints = find_prints([folder])
-    enrol(gallery, prints, engine=serial(), extractor=extractor)
+def test_again_nothing_is_extracted_but_what_failed(gallery, folder):
+    enrol(gallery, folder)
     seen = []
 
     def noting(file):
@@ -80,93 +75,84 @@ def test_again_nothing_is_extracted_but_what_failed(gallery, folder, extractor):
         return extractor(file)
 
     before = gallery.content_hash()
-    result = enrol(gallery, prints, engine=serial(), extractor=noting)
+    result = enrol(gallery, folder, extractor=noting)
     assert (result.enrolled, result.known, len(result.failures)) == (0, 24, 3)
     assert seen == ["7_1.tif"]
     assert gallery.content_hash() == before
     (folder / "7_1.tif").write_text("mended")
     (folder / "9_1.tif").write_text("new")
-    result = enrol(gallery, find_prints([folder]), engine=serial(), extractor=noting)
+    result = enrol(gallery, folder, extractor=noting)
     assert (result.enrolled, result.known, len(result.failures)) == (2, 24, 2)
     assert len(gallery.failures()) == 2
 
 
-def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path, extractor):
+def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path):
     contents = []
     for workers in (1, 2):
         with open_gallery(tmp_path / f"{workers}.db", create=True) as gallery:
-            enrol(gallery, find_prints([folder]), engine=processes(workers), extractor=extractor)
+            enrol(gallery, folder, engine=processes(workers))
             contents.append((list(gallery.entries()), list(gallery.packed_templates())))
     assert contents[0] == contents[1]
 
 
-def test_progress_counts_every_picture_once(gallery, folder, extractor):
-    told = []
-    enrol(
-        gallery,
-        find_prints([folder]),
-        engine=serial(),
-        extractor=extractor,
-        progress=lambda *row: told.append(row),
-    )
-    assert told[0] == ("enrol", 0, 27)
-    assert told[-1] == ("enrol", 27, 27)
-    assert [done for _, done, _ in told] == sorted(done for _, done, _ in told)
-
-
-def test_a_pattern_of_ones_own(gallery, tmp_path, extractor):
+def test_a_pattern_of_ones_own(gallery, tmp_path):
     for name in ("ada/left-1.png", "ada/right-1.png", "bob/left-1.png"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(name)
     pattern = NamePattern(r"(?P<subject>\w+)/(?P<finger>\w+)-(?P<impression>\d)")
-    prints = find_prints([tmp_path / "ada", tmp_path / "bob"])
-    result = enrol(gallery, prints, pattern=pattern, engine=serial(), extractor=extractor)
+    result = enrol(gallery, tmp_path / "ada", tmp_path / "bob", pattern=pattern)
     assert result.enrolled == 3
     assert labels(gallery) == ["ada_left_1", "ada_right_1", "bob_left_1"]
 
 
-def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder, extractor):
+def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder):
     other = tmp_path / "other"
     other.mkdir()
     (other / "1_1.tif").write_text("another finger")
-    prints = find_prints([folder / "1_1.tif", other])
-    result = enrol(gallery, prints, engine=serial(), extractor=extractor)
-    (failure,) = result.failures
+    (failure,) = enrol(gallery, folder / "1_1.tif", other).failures
     assert failure.source == str(other / "1_1.tif")
     assert failure.reason == f"another picture is enrolled as 1_1 already ({folder}/1_1.tif)"
 
 
-def test_resolutions_may_differ_and_are_told_apart(gallery, folder, extractor):
-    (folder / "1_1.tif").write_text("untagged print")
+def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
     one, two = folder / "1_1.tif", folder / "1_2.tif"
-    found = enrol(gallery, find_prints([one]), engine=serial(), extractor=extractor)
-    assert found.noted == {ASSUMED_DPI: (one,)}
-    enrol(gallery, find_prints([two], 569), engine=serial(), extractor=extractor)
+    one.write_text("untagged print")
+    assert enrol(gallery, one).noted == {ASSUMED_DPI: (one,)}
+    enrol(gallery, two, dpi=569)
     assert [entry.dpi for entry in gallery.entries()] == [500.0, 569.0]
-    again = enrol(gallery, find_prints([one], 569), engine=serial(), extractor=extractor)
-    assert [f.reason for f in again.failures] == ["enrolled already, at 500 dpi, not 569"]
+    (failure,) = enrol(gallery, one, dpi=569).failures
+    assert failure.reason == "enrolled already, at 500 dpi, not 569"
 
 
-def test_a_file_that_goes_away_is_a_failure(gallery, folder, extractor):
+def test_a_file_that_goes_away_is_a_failure(gallery, folder):
     prints = find_prints([folder / "1_1.tif", folder / "1_2.tif"])
     (folder / "1_1.tif").unlink()
-    result = enrol(gallery, prints, engine=serial(), extractor=extractor)
+    result = enrol_module.enrol(gallery, prints, engine=serial(), extractor=extractor)
     assert [f.reason for f in result.failures] == ["no such file or directory"]
     assert labels(gallery) == ["1_2"]
 
 
-def test_a_gallery_that_cannot_be_written_ends_the_run(gallery, folder, extractor, monkeypatch):
-    def full(*_: object) -> None:
-        raise GalleryError("gallery.db: the disk is full")
+def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder, monkeypatch):
+    sizes = []
+    add = gallery.add
 
-    monkeypatch.setattr(gallery, "add", full)
+    def noting(new, failures=()):
+        if len(sizes) == 2:
+            raise GalleryError("gallery.db: the disk is full")
+        sizes.append(len(new))
+        return add(new, failures)
+
+    monkeypatch.setattr(gallery, "add", noting)
+    files = sorted(folder.iterdir())
+    enrol(gallery, *files[:13])
+    assert sizes == [8, 5]
     with pytest.raises(GalleryError, match="full"):
-        enrol(gallery, find_prints([folder]), engine=serial(), extractor=extractor)
+        enrol(gallery, *files)
 
 
 RUN = """
 import sys
-import fake_prints
+import made_prints
 from fpmatch.engine.engine import processes
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.gallery import open_gallery
@@ -175,13 +161,15 @@ if __name__ == "__main__":
     with open_gallery(sys.argv[1], create=True) as gallery:
         tell = lambda stage, done, total: print(done, flush=True)
         enrol(gallery, find_prints(sys.argv[2:3]), engine=processes(int(sys.argv[3])),
-              extractor=fake_prints.extractor, progress=tell)
+              extractor=made_prints.extractor, progress=tell)
 """
 
 
 @pytest.fixture
 def start(tmp_path):
     """Return a function that starts a process that enrols a folder of slow prints."""
+    if sys.platform == "win32":
+        pytest.skip("sends POSIX signals")
     script, folder = tmp_path / "run.py", tmp_path / "slow"
     script.write_text(RUN)
     folder.mkdir()
@@ -199,7 +187,16 @@ def start(tmp_path):
     return begin
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+def finish(where, *runs):
+    """Wait for some runs, and check that they have enrolled all slow prints."""
+    for run in runs:
+        run.communicate(timeout=60)
+        assert run.returncode == 0
+    with open_gallery(where) as gallery:
+        assert sorted(labels(gallery)) == sorted(f"{k}_1" for k in range(60))
+        assert gallery.failures() == []
+
+
 def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
     moments = random.Random(5)
     enrolled = kills = 0
@@ -216,36 +213,8 @@ def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
             enrolled = len(gallery)
             assert sum(1 for _ in gallery.templates()) == enrolled
     assert kills
-    last = start(where)
-    last.communicate(timeout=60)
-    assert last.returncode == 0
-    with open_gallery(where) as gallery:
-        assert sorted(labels(gallery)) == sorted(f"{k}_1" for k in range(60))
-        assert gallery.failures() == []
+    finish(where, start(where))
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 def test_two_runs_share_the_work_of_one_gallery(where, start):
-    runs = [start(where), start(where)]
-    for run in runs:
-        run.communicate(timeout=60)
-        assert run.returncode == 0
-    with open_gallery(where) as gallery:
-        assert sorted(labels(gallery)) == sorted(f"{k}_1" for k in range(60))
-        assert gallery.failures() == []
-
-
-def test_what_is_done_is_committed_a_few_pictures_at_a_time(
-    gallery, folder, extractor, monkeypatch
-):
-    sizes = []
-    add = gallery.add
-
-    def noting(new, failures=()):
-        sizes.append(len(new))
-        return add(new, failures)
-
-    monkeypatch.setattr(gallery, "add", noting)
-    prints = [file for file in find_prints([folder]) if file.path.stem[0] in "12"]
-    enrol(gallery, prints[:7], engine=serial(), extractor=extractor)
-    assert sizes == [4, 3]
+    finish(where, start(where), start(where))

@@ -7,37 +7,32 @@ import pytest
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.entry import Label
-from fpmatch.gallery.names import NamePattern, as_text
+from fpmatch.gallery.names import FVC_PATTERN, NamePattern, as_text
+
+FOLDERS = r"(?P<subject>\w+)/((?P<finger>\w+)-)?(?P<impression>\d+)"
+ALTERNATIVES = "(?i)p(?P<subject>[0-9]+)|q[0-9]+"
 
 
 @pytest.mark.parametrize(
-    ("name", "label"),
+    ("pattern", "name", "label"),
     [
-        ("101_3.tif", Label("101", "", "3")),
-        ("/a/b/007_01.png", Label("007", "", "01")),
-        ("1_2_3.tif", None),
-        ("x101_3.tif", None),
-        ("101_3.5.tif", None),
-        ("101_3", Label("101", "", "3")),
-        ("101_3/x.tif", None),
+        (FVC_PATTERN, "101_3.tif", Label("101", "", "3")),
+        (FVC_PATTERN, "/a/b/007_01.png", Label("007", "", "01")),
+        (FVC_PATTERN, "1_2_3.tif", None),
+        (FVC_PATTERN, "x101_3.tif", None),
+        (FVC_PATTERN, "101_3.5.tif", None),
+        (FVC_PATTERN, "101_3", Label("101", "", "3")),
+        (FVC_PATTERN, "101_3/x.tif", None),
+        (FOLDERS, "/x/ada/index-2.png", Label("ada", "index", "2")),
+        (FOLDERS, "/x/ada/2.png", Label("ada", "", "2")),
+        (FOLDERS, "/x/ada/y/index.png", None),
+        (ALTERNATIVES, "/x/P7.png", Label("7")),
+        (ALTERNATIVES, "/x/q7.png", None),  # no subject
+        (ALTERNATIVES, "/x/xP7.png", None),
     ],
 )
-def test_default_reads_fvc_names(name, label):
-    assert NamePattern().label(Path(name)) == label
-
-
-def test_a_pattern_may_read_folders_and_needs_no_finger():
-    pattern = NamePattern(r"(?P<subject>\w+)/((?P<finger>\w+)-)?(?P<impression>\d+)")
-    assert pattern.label(Path("/x/ada/index-2.png")) == Label("ada", "index", "2")
-    assert pattern.label(Path("/x/ada/2.png")) == Label("ada", "", "2")
-    assert pattern.label(Path("/x/ada/y/index.png")) is None
-
-
-def test_alternatives_and_flags_stay_within_the_pattern():
-    pattern = NamePattern("(?i)p(?P<subject>[0-9]+)|q[0-9]+")
-    assert pattern.label(Path("/x/P7.png")) == Label("7")
-    assert pattern.label(Path("/x/q7.png")) is None  # no subject
-    assert pattern.label(Path("/x/xP7.png")) is None
+def test_labels_in_names(pattern, name, label):
+    assert NamePattern(pattern).label(Path(name)) == label
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.errors import (
-    DatasetError,
-    ImageError,
-    ImageReadError,
-    ResolutionError,
-    TemplateError,
-)
+from fpmatch.errors import DatasetError, ImageError, ImageReadError, ResolutionError, TemplateError
 from fpmatch.formats.files import load_template, save_template
 from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
 from fpmatch.minutiae import Minutiae
@@ -102,19 +96,15 @@ def test_a_template_is_taken_as_it_is(tmp_path, template, suffix):
     assert len(extracted.template.minutiae) == len(template.minutiae)
     assert extracted.template == load_template(path)
     assert extracted.dpi_assumed is (suffix == ".xyt")
-    assert extract_print(PrintFile(path, 1000.0)).template.dpi == 1000
-    assert not extract_print(PrintFile(path, 1000.0)).dpi_assumed
+    at_1000_dpi = extract_print(PrintFile(path, 1000.0))
+    assert (at_1000_dpi.template.dpi, at_1000_dpi.dpi_assumed) == (1000, False)
 
 
-def test_a_template_without_minutiae_is_no_print(tmp_path, template):
-    path = tmp_path / "print.iso"
-    save_template(path, replace(template, minutiae=Minutiae.empty()))
-    with pytest.raises(ImageError, match=r"print\.iso: no minutiae found"):
-        extract_print(PrintFile(path))
-
-
-def test_a_damaged_template_is_not_taken_for_an_image(tmp_path, template):
+def test_a_damaged_or_empty_template_is_no_print(tmp_path, template):
     path = tmp_path / "print.tif"
+    save_template(path, replace(template, minutiae=Minutiae.empty()), file_format="iso2005")
+    with pytest.raises(ImageError, match=r"print\.tif: no minutiae found"):
+        extract_print(PrintFile(path))
     save_template(path, template, file_format="iso2005")
     path.write_bytes(path.read_bytes()[:50])
     with pytest.raises(TemplateError, match=r"print\.tif: cut short"):

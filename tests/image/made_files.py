@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
+from research.fuzzing.good_images import an2_text
+
 Pixels = NDArray[np.uint8]
 
 DATA = Path(__file__).parent / "data"
-GROUP, RECORD, UNIT, FILE = b"\x1d", b"\x1e", b"\x1f", b"\x1c"
 
 
 def rings(height: int = 72, width: int = 60) -> Pixels:
@@ -37,20 +39,14 @@ def wsq(name: str = "rings_53x61") -> bytes:
 
 def with_fields(type_: int, fields: list[tuple[int, bytes]]) -> bytes:
     """Return a record of text fields of ANSI/NIST-ITL, its length first."""
-    body = GROUP.join(b"%d.%03d:%s" % (type_, number, value) for number, value in fields) + FILE
-    length = len(body)
-    while True:
-        head = b"%d.001:%d" % (type_, length) + GROUP
-        if length == len(head) + len(body):
-            return head + body
-        length = len(head) + len(body)
+    return an2_text(type_, [(number, value.decode("latin-1")) for number, value in fields])
 
 
 def an2(*records: tuple[int, bytes], scan: bytes = b"19.69") -> bytes:
     """Return an ANSI/NIST file of records, each its type and its bytes."""
-    contents = [b"1" + UNIT + b"%d" % len(records)]
-    contents += [b"%d" % type_ + UNIT + b"%02d" % n for n, (type_, _) in enumerate(records)]
-    fields = [(2, b"0400"), (3, RECORD.join(contents)), (4, b"AMN"), (11, scan), (12, scan)]
+    contents = [b"1\x1f%d" % len(records)]
+    contents += [b"%d\x1f%02d" % (type_, n) for n, (type_, _) in enumerate(records)]
+    fields = [(2, b"0400"), (3, b"\x1e".join(contents)), (4, b"AMN"), (11, scan), (12, scan)]
     return with_fields(1, fields) + b"".join(data for _, data in records)
 
 
@@ -63,9 +59,7 @@ def tagged_print(
     scale: tuple[int, int, int] = (1, 500, 500),
 ) -> tuple[int, bytes]:
     """Return a record of type 13 to 15 with a print; `scale` is its units and resolutions."""
-    height, width = pixels.shape
-    numbers = {6: width, 7: height, 8: scale[0], 9: scale[1], 10: scale[2]}
-    fields = [(number, b"%d" % value) for number, value in numbers.items()]
+    fields = [(6 + n, b"%d" % value) for n, value in enumerate((*pixels.shape[::-1], *scale))]
     fields += [(11, compression), (12, b"8"), (999, pixels.tobytes() if data is None else data)]
     return type_, with_fields(type_, fields)
 
@@ -74,11 +68,10 @@ def binary_print(
     pixels: Pixels, data: bytes | None = None, *, compression: int = 0, native: int = 0
 ) -> tuple[int, bytes]:
     """Return a record of type 4 with a print."""
-    height, width = pixels.shape
     image = pixels.tobytes() if data is None else data
-    head = bytes([1, 0, 1, 255, 255, 255, 255, 255, native])
-    head += width.to_bytes(2, "big") + height.to_bytes(2, "big") + bytes([compression])
-    return 4, (4 + len(head) + len(image)).to_bytes(4, "big") + head + image
+    size = pixels.shape[::-1]
+    head = struct.pack(">9B2HB", 1, 0, 1, *[255] * 5, native, *size, compression)
+    return 4, struct.pack(">L", 4 + len(head) + len(image)) + head + image
 
 
 def finger_image_record(
@@ -91,37 +84,27 @@ def finger_image_record(
     depth: int = 8,
 ) -> bytes:
     """Return a finger image record: ``"ansi"``, ``"2005"`` or ``"2011"``."""
-
-    def u16(*values: int) -> bytes:
-        return b"".join(value.to_bytes(2, "big") for value in values)
-
-    height, width = pixels.shape
     image = pixels.tobytes() if data is None else data
-    units, dpi = scale
-    scales = bytes([units]) + u16(dpi, dpi, dpi, dpi) + bytes([depth, compression])
+    size, (units, dpi) = pixels.shape[::-1], scale
+    scales = struct.pack(">B4H2B", units, *[dpi] * 4, depth, compression)
     if standard == "2011":
-        head = bytes(13) + bytes(5) + bytes([1]) + bytes(5) + bytes([1, 1, 2, 3])
-        head = bytes(4) + head[4:] + bytes([7, 1]) + scales + bytes([0]) + u16(width, height)
-        body = head + len(image).to_bytes(4, "big") + image
-        body = len(body).to_bytes(4, "big") + body[4:]
-        return b"FIR\x00020\x00" + (16 + len(body)).to_bytes(4, "big") + bytes([0, 1, 1, 1]) + body
-    finger = (14 + len(image)).to_bytes(4, "big") + bytes([7, 1, 1, 254, 0])
-    finger += u16(width, height) + b"\x00" + image
+        head = bytes(14) + bytes([1, 0, 0, 0, 0, 0, 1, 1, 2, 3, 7, 1])
+        body = head + scales + struct.pack(">x2HL", *size, len(image)) + image
+        start = struct.pack(">LH2B", 20 + len(body), 1, 1, 1)
+        return b"FIR\x00020\x00" + start + struct.pack(">L", 4 + len(body)) + body
+    finger = struct.pack(">L5B2Hx", 14 + len(image), 7, 1, 1, 254, 0, *size) + image
     product = bytes(4) if standard == "ansi" else b""
-    tail = product + u16(0, 31) + b"\x01" + scales + bytes(2) + finger
+    tail = product + struct.pack(">2HB", 0, 31, 1) + scales + bytes(2) + finger
     return b"FIR\x00010\x00" + (14 + len(tail)).to_bytes(6, "big") + tail
 
 
 def one_of_each() -> dict[str, bytes]:
     """Return a small file of every format."""
     grey = rings()
-    files = {
-        name: saved(grey, name)
-        for name in ("TIFF", "PNG", "BMP", "JPEG", "PPM", "GIF", "WEBP", "JPEG2000")
-    }
+    pillow = ("TIFF", "PNG", "BMP", "JPEG", "PPM", "GIF", "WEBP", "JPEG2000")
     palette = BytesIO()
     Image.fromarray(grey).quantize(16).save(palette, format="TIFF", compression="tiff_lzw")
-    return files | {
+    return {name: saved(grey, name) for name in pillow} | {
         "TIFF, LZW": palette.getvalue(),
         "TIFF, fax": saved(grey > 128, "TIFF", compression="group4"),
         "TIFF, JPEG": saved(grey, "TIFF", compression="jpeg"),
@@ -154,7 +137,6 @@ def damaged(draw: st.DrawFn, whole: bytes) -> bytes:
             case "put in":
                 data[at:at] = draw(st.binary(min_size=1, max_size=8))
             case "extreme" if at + 4 <= len(data):
-                data[at : at + 4] = draw(
-                    st.sampled_from([b"\xff" * 4, b"\x7f" + b"\xff" * 3, bytes(4)])
-                )
+                extremes = b"\xff" * 4, b"\x7f" + b"\xff" * 3, bytes(4)
+                data[at : at + 4] = draw(st.sampled_from(extremes))
     return bytes(data)

@@ -68,6 +68,10 @@ def as_picture(wave: Wave) -> Grey:
     return np.rint(128 - 100 * wave).astype(np.uint8)
 
 
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
+
+
 def drawn(*rows: str, margin: int = 0) -> Binary:
     """Return the picture that text draws: True at each '#', `margin` pixels of nothing around."""
     picture = np.array([[letter == "#" for letter in row] for row in rows])

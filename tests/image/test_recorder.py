@@ -8,39 +8,20 @@ from fpmatch.image.preprocess.foreground import Box
 from fpmatch.image.recorder import StageRecorder, UncropRecorder
 
 
-def test_stages_are_kept_in_their_order() -> None:
-    recorder = StageRecorder()
-    for k, stage in enumerate(["second", "first", "third"]):
-        recorder.record(stage, np.full((2, 3), k))
-    assert list(recorder.stages) == ["second", "first", "third"]
-    assert [int(array[0, 0]) for array in recorder.stages.values()] == [0, 1, 2]
-
-
-def test_what_was_recorded_does_not_change_with_its_source() -> None:
-    recorder = StageRecorder()
+def test_stages_are_kept_by_name_in_their_order_as_they_were():
+    recorder, other = StageRecorder(), StageRecorder()
     array = np.zeros((4, 5), np.float32)
-    recorder.record("stage", array)
+    for stage, recorded in (("second", array), ("first", np.zeros(2)), ("first", np.ones(3))):
+        recorder.record(stage, recorded)
     array += 1
-    assert not recorder.stages["stage"].any()
-    assert recorder.stages["stage"].dtype == np.float32
-
-
-def test_a_stage_of_the_same_name_takes_the_place_of_the_first() -> None:
-    recorder = StageRecorder()
-    recorder.record("stage", np.zeros(2))
-    recorder.record("other", np.zeros(2))
-    recorder.record("stage", np.ones(3))
-    assert list(recorder.stages) == ["stage", "other"]
-    assert recorder.stages["stage"].tolist() == [1, 1, 1]
-
-
-def test_two_recorders_share_nothing() -> None:
-    one, other = StageRecorder(), StageRecorder()
-    one.record("stage", np.zeros(2))
+    assert list(recorder.stages) == ["second", "first"]
+    assert not recorder.stages["second"].any()
+    assert recorder.stages["second"].dtype == np.float32
+    assert recorder.stages["first"].tolist() == [1, 1, 1]
     assert other.stages == {}
 
 
-def test_images_of_a_box_are_padded_and_all_else_is_passed_on() -> None:
+def test_images_of_a_box_are_padded_and_all_else_is_passed_on():
     recorder = StageRecorder()
     uncrop = UncropRecorder(recorder, Box(16, 20, 32, 38), (30, 40))
     for stage, shape in (("image", (4, 6)), ("columns", (9, 5)), ("whole", (30, 40))):
@@ -50,7 +31,7 @@ def test_images_of_a_box_are_padded_and_all_else_is_passed_on() -> None:
     assert recorder.stages["image"].sum() == recorder.stages["image"][16:20, 32:38].sum() == 24
 
 
-def test_a_recorder_receives_the_stages_that_it_wants() -> None:
+def test_a_recorder_receives_the_stages_that_it_wants():
     class Some(StageRecorder):
         wanted = frozenset({"mask"})
 

@@ -1,34 +1,36 @@
-"""Make `matching_prints` importable for the tests beside it, and kernels that use each other."""
-
-from __future__ import annotations
+"""Make the helper modules beside the tests importable, and the kernels as ordinary Python."""
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import SimpleNamespace
 
 import pytest
 
 sys.path.append(str(Path(__file__).parent))
 
+KERNELS = (
+    *("align", "amount", "compare", "consistency", "encode", "evidence", "local", "minutia_grid"),
+    *("neighbourhood", "prefilter", "relaxation", "ridge", "ridge_search", "template_view"),
+)
+
 
 @pytest.fixture(scope="session")
-def interpreted_mesh(interpreted: Callable[[str], ModuleType]) -> ModuleType:
-    """Return the kernel of the mesh of pairs as ordinary Python, the weights that it uses also."""
+def plain(interpreted):
+    """Return the kernels of matching as ordinary Python, each of which uses the others."""
+    found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in KERNELS})
     with pytest.MonkeyPatch.context() as patch:
-        # compiled, that kernel shows the function to other kernels alone
-        weights = interpreted("_one_ring_kernel")
-        patch.setitem(sys.modules, "fpmatch.pointset.unit_circle._one_ring_kernel", weights)
-        return interpreted("_pair_mesh_kernel")
-
-
-@pytest.fixture(scope="session")
-def interpreted_aligner(
-    interpreted: Callable[[str], ModuleType], interpreted_mesh: ModuleType
-) -> ModuleType:
-    """Return the alignment kernel as ordinary Python, the kernels that it uses likewise."""
-    module = interpreted("_align_kernel")
-    module.MinutiaGrid = interpreted("_minutia_grid_kernel").MinutiaGrid
-    module.Relaxation = interpreted("_relaxation_kernel").Relaxation
-    module.PairMesh = interpreted_mesh.PairMesh
-    return module
+        # compiled, this kernel offers the function that the mesh uses to other kernels alone
+        name = "fpmatch.pointset.unit_circle._one_ring_kernel"
+        patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
+        found.pair_mesh = interpreted("_pair_mesh_kernel")
+    found.prefilter.PairSet = found.consistency.PairSet
+    found.align.MinutiaGrid = found.minutia_grid.MinutiaGrid
+    found.align.Relaxation = found.relaxation.Relaxation
+    found.align.PairMesh = found.pair_mesh.PairMesh
+    found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
+    found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
+    found.evidence.smaller_area = found.compare.smaller_area = found.amount.smaller_area
+    found.evidence.common_cells = found.amount.common_cells
+    found.compare.as_similarity = found.amount.as_similarity
+    found.compare.normalize_by_size = found.local.normalize_by_size
+    return found

@@ -1,14 +1,19 @@
-"""Prints that never were, for the tests of matching: as points, as templates, moved and worn."""
+"""Made prints for the tests of matching: as points, as templates, moved and worn."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from fpmatch.matching import _local_kernel
 from fpmatch.matching.align import Alignment, AlignmentParameters, alignments
+from fpmatch.matching.local import local_similarity
+from fpmatch.matching.neighbourhood import neighbourhoods
+from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
 
@@ -17,6 +22,9 @@ COMPILED = _local_kernel.COMPILED
 
 MOST_MINUTIAE = 60 if COMPILED else 25
 """Most minutiae of a template that hypothesis makes."""
+
+EMPTY = Template(Minutiae.empty(), 300, 300)
+NO_POINTS = np.empty((4, 0))
 
 seeds = st.integers(0, 2**32 - 1)
 """Seeds of prints whose minutiae are in general position."""
@@ -64,6 +72,42 @@ def jittered(rng: np.random.Generator, points: Points, px: float, radians: float
     z = z + rng.normal(0, px, z.shape) + 1j * rng.normal(0, px, z.shape)
     d = (points[2] + 1j * points[3]) * np.exp(1j * rng.normal(0, radians, z.shape))
     return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+
+
+def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
+    """Return a print, and another impression of it that lists its minutiae in another order."""
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, n)
+    bent = distorted(a, rng.uniform(-3, 3)) if rng.random() < 0.5 else a
+    b = jittered(rng, moved(bent, rng.uniform(-3, 3), complex(*rng.uniform(-90, 90, 2))), 2, 0.1)
+    gone = int(rng.integers(0, 5))
+    b = np.hstack([b[:, gone:], moved(spread_points(rng, gone), 1.0)])
+    return a, np.ascontiguousarray(b[:, rng.permutation(b.shape[1])])
+
+
+def doubled_prints(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
+    """Return a print and one that holds it twice, in the order of their content.
+
+    Two transforms compete. Some have no field, some one that shows their ridges.
+    """
+    rng = np.random.default_rng(seed)
+    points = spread_points(rng, 10, size=130.0)
+    again = moved(points, rng.uniform(-1, 1), 200 + 10j)
+    both = np.hstack([jittered(rng, side, 2.0, 0.1) for side in (points, again)])
+    field = (None, striped_field(side=25), striped_field(side=10))[seed % 3]
+    sides = (prepare(template_of(side, field=field)) for side in (points, both))
+    a, b = sorted(sides, key=lambda side: side.key)
+    return a, b
+
+
+def similarity_of(a: Points, b: Points) -> NDArray[np.float32]:
+    """Return the local similarity of the minutiae of two prints."""
+    return local_similarity(neighbourhoods(a), neighbourhoods(b))
+
+
+def plane(points: Points) -> NDArray[np.complex128]:
+    """Return the positions of minutiae as complex numbers."""
+    return points[0] + 1j * points[1]
 
 
 def template_of(
@@ -171,6 +215,17 @@ def distorted(
     d = points[2] + 1j * points[3] + slope * points[2]
     d /= abs(d)
     return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+
+
+def assert_mirrored(forth: Comparison, back: Comparison) -> None:
+    """Hold two comparisons to being each other with the sides exchanged, to the last bit."""
+    for name in ("similarity", "agreement", "overlap"):
+        assert getattr(forth, name) == getattr(back, name)
+    assert forth.pairs.tolist() == sorted(back.pairs[:, ::-1].tolist())
+    assert (forth.transform is None) == (back.transform is None)
+    if forth.transform:
+        inverse = back.transform.inverse().matrix
+        assert inverse == pytest.approx(forth.transform.matrix, rel=1e-6, abs=1e-6)
 
 
 def heaviest(

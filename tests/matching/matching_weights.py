@@ -1,25 +1,22 @@
-"""Weights of the score made by hand, and interpreted kernels and prints, for tests of matching."""
+"""Weights of the score made by hand, and prints for interpreted kernels, for tests of matching."""
 
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fpmatch.matching import score
-from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
 from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters
 from fpmatch.matching.score_model import (
     FEATURES,
@@ -78,20 +75,16 @@ def some_weights(
     """Return the same thresholds for all models; the bias of each is `apart` less."""
     limits = prefilter, confident, relaxation
     models = (
-        some_model(refine, bias, *limits),
-        some_model(refine, bias - apart, *limits, ridges=False),
-        some_model(refine, bias - 2 * apart, *limits, ridges=False),
-        some_model(refine, bias - 3 * apart, *limits),
+        some_model(refine, bias - k * apart, *limits, ridges=k in {0, 3})
+        for k in range(len(MODELS))
     )
-    return ScoreWeights(models, {"by": "hand"})
+    return ScoreWeights(tuple(models), {"by": "hand"})
 
 
 def weights_of(standard: Any, bias: float = 0.0, refine: float = ALWAYS) -> ScoreWeights:
     """Return weights of which all models are the same, and nothing is rejected or confident."""
-    limits = -1.0, refine, math.inf
-    no_quantiles = np.array(NO_QUANTILES)
-    model = ScoreModel(np.array(standard, float), bias, NO_PREFILTER, *limits, no_quantiles)
-    return ScoreWeights((model,) * len(MODELS), {})
+    limits = NO_PREFILTER, -1.0, refine, math.inf, np.array(NO_QUANTILES)
+    return ScoreWeights((ScoreModel(np.array(standard, float), bias, *limits),) * len(MODELS), {})
 
 
 def all_with(weights: ScoreWeights, **changes: Any) -> ScoreWeights:
@@ -107,56 +100,20 @@ def scored_by(weights: ScoreWeights) -> Iterator[None]:
         yield
 
 
-def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
-    """Return a print as the kernels see it, of another module than the package's own."""
-    n, r = print_.neighbourhoods, print_.region
-    found = module.TemplateView(print_.points, print_.quality, n.count, n.frame)
-    c = print_.bit_descriptors
+def print_for(plain: SimpleNamespace, print_: PreparedTemplate) -> Any:
+    """Return a print as the interpreted kernels see it."""
+    n, r, c = print_.neighbourhoods, print_.region, print_.bit_descriptors
+    found = plain.template_view.TemplateView(print_.points, print_.quality, n.count, n.frame)
     found.set_bit_descriptors(c.xy, c.direction_bin, c.neighbour_bits, c.orientation_bins)
     found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
     return found
 
 
-def interpreted_prefilter(interpreted: Callable[[str], ModuleType]) -> ModuleType:
-    """Return the kernel of the prefilter as ordinary Python, and the pairs that it uses."""
-    found = interpreted("_prefilter_kernel")
-    found.PairSet = interpreted("_consistency_kernel").PairSet
-    return found
-
-
-def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNamespace:
-    """Return the kernels of matching as ordinary Python, each of which uses the others."""
-    with pytest.MonkeyPatch.context() as patch:
-        # compiled, this kernel offers the function that the mesh uses to other kernels alone
-        name = "fpmatch.pointset.unit_circle._one_ring_kernel"
-        patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
-        mesh = interpreted("_pair_mesh_kernel")
-    names = ("local", "relaxation", "align", "ridge", "ridge_search", "amount", "evidence")
-    found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
-    found.print = interpreted("_template_view_kernel")
-    found.prefilter = interpreted_prefilter(interpreted)
-    found.compare = interpreted("_compare_kernel")
-    found.align.Relaxation = found.relaxation.Relaxation
-    found.align.PairMesh = mesh.PairMesh
-    found.align.MinutiaGrid = interpreted("_minutia_grid_kernel").MinutiaGrid
-    found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
-    found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
-    for name in ("smaller_area", "as_similarity"):
-        setattr(found.compare, name, getattr(found.amount, name))
-    for name in ("smaller_area", "common_cells"):
-        setattr(found.evidence, name, getattr(found.amount, name))
-    found.compare.normalize_by_size = found.local.normalize_by_size
-    return found
-
-
 def interpreted_comparer(
-    interpreted: Callable[[str], ModuleType],
-    probe: PreparedTemplate,
-    capacity: int,
-    weights: ScoreWeights,
-) -> tuple[SimpleNamespace, Any]:
-    """Return the kernels as ordinary Python, and their comparer with a probe in it."""
-    plain, local = interpreted_kernels(interpreted), LocalParameters()
+    plain: SimpleNamespace, probe: PreparedTemplate, capacity: int, weights: ScoreWeights
+) -> Any:
+    """Return the comparer of the interpreted kernels, with a probe in it."""
+    local = LocalParameters()
     parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     before, after = (plain.align.Aligner(capacity, capacity, *parameters) for _ in range(2))
     scorer = plain.evidence.EvidenceScorer(
@@ -164,8 +121,8 @@ def interpreted_comparer(
     )
     tables = plain.prefilter.Prefilter(16, 12.0, 0.1, 11)
     comparer = plain.compare.Comparer(capacity, tables, before, after, scorer, local)
-    comparer.load(print_for(plain.print, probe))
+    comparer.load(print_for(plain, probe))
     n = probe.neighbourhoods
     turn = math.radians(local.max_turn_deg)
     comparer.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
-    return plain, comparer
+    return comparer

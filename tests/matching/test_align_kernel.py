@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from types import ModuleType
-from typing import Any
+from collections import namedtuple
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,25 +12,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
-    Points,
+    NO_POINTS,
     any_points,
-    distorted,
-    jittered,
     moved,
-    on_pixels,
+    plane,
     seeds,
+    similarity_of,
     spread_points,
+    two_impressions,
 )
-from numpy.typing import NDArray
 
 from fpmatch.matching import _align_kernel
 from fpmatch.matching._pair_mesh_kernel import PairMesh
 from fpmatch.matching._relaxation_kernel import Relaxation
-from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.local import local_similarity
-from fpmatch.matching.neighbourhood import neighbourhoods
-from fpmatch.matching.pair_mesh import PairMeshParameters
-from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
 from fpmatch.pointset.similarity import Similarity
 
 DIRECTION_ARM_PX = 30.0  # directions weigh as positions do at this distance from the middle
@@ -40,30 +34,14 @@ FEWEST_FOR_SCALE = 4
 MIN_COSINE = 0.85
 FEW = 30 if COMPILED else 8
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 PARAMETERS = AlignmentParameters(max_turn_deg=math.degrees(math.acos(MIN_COSINE)))
-AT_REST = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@dataclass(frozen=True)
-class State:
-    """An alignment at hand: partners, weights and the transform."""
-
-    partner: Ints
-    weight: Floats
-    transform: Floats
+State = namedtuple("State", "partner weight transform")
 
 
-def plane(points: Points) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Return positions and directions of minutiae as complex numbers."""
-    return points[0] + 1j * points[1], points[2] + 1j * points[3]
-
-
-def pair_twin(
-    predicted: Points, b: Points, reach: Floats, min_cosine: float
-) -> tuple[Ints, Floats]:
+def pair_twin(predicted, b, reach, min_cosine):
     """Return partners and weights: the largest of its row and of its column, where not 0.
 
     The first of equals; written in the order of the kernel's own sums, so that equal stays equal.
@@ -85,24 +63,33 @@ def pair_twin(
     return partner, weight
 
 
-def fit_twin(a: Points, b: Points, partner: Ints, weight: Floats, transform: Floats) -> Floats:
+def directions(points):
+    """Return the directions of minutiae as complex numbers."""
+    return points[2] + 1j * points[3]
+
+
+def transform_of(linear, shift):
+    return np.array([linear.real, linear.imag, shift.real, shift.imag])
+
+
+def fit_twin(a, b, partner, weight, transform):
     """Return the transform that fits the pairs best by weighted least squares."""
     i = np.flatnonzero(partner >= 0)
     if len(i) < 2:
         return transform
     w = weight[i] / weight[i].sum()
-    (z, d), (z_b, d_b) = (plane(side) for side in (a[:, i], b[:, partner[i]]))
+    z, z_b = plane(a)[i], plane(b)[partner[i]]
     middle, middle_b = w @ z, w @ z_b
     positions = np.sum(w * (z - middle).conj() * (z_b - middle_b))
     spread = np.sum(w * abs(z - middle) ** 2)
     scale = abs(positions) / spread if spread > 0 and len(i) >= FEWEST_FOR_SCALE else 1.0
-    turn = positions + DIRECTION_ARM_PX**2 * np.sum(w * d.conj() * d_b)
+    turns = directions(a)[i].conj() * directions(b)[partner[i]]
+    turn = positions + DIRECTION_ARM_PX**2 * np.sum(w * turns)
     linear = np.clip(scale, *SCALE_LIMITS) * turn / abs(turn)
-    shift = middle_b - linear * middle
-    return np.array([linear.real, linear.imag, shift.real, shift.imag])
+    return transform_of(linear, middle_b - linear * middle)
 
 
-def predict_twin(a: Points, b: Points, state: State, *, measured: bool = False) -> Any:
+def predict_twin(a, b, state, *, measured=False):
     """Return the mesh of the pairs, which has tests of its own, after it predicted A."""
     n = a.shape[1]
     mesh = PairMesh(PairMeshParameters(), n)
@@ -112,15 +99,7 @@ def predict_twin(a: Points, b: Points, state: State, *, measured: bool = False) 
     return mesh
 
 
-def grow_twin(
-    a: Points,
-    b: Points,
-    state: State,
-    rounds: int,
-    p: AlignmentParameters = PARAMETERS,
-    *,
-    measured: bool = False,
-) -> State:
+def grow_twin(a, b, state, rounds, p=PARAMETERS, *, measured=False):
     """Predict and pair anew, so many times; end where nothing changes and the mesh is measured."""
     for r in range(rounds):
         mesh = predict_twin(a, b, state)
@@ -135,23 +114,15 @@ def grow_twin(
     return state
 
 
-def first_fit_twin(a: Points, b: Points, partner: Ints, weight: Floats) -> State:
+def first_fit_twin(a, b, partner, weight):
     """Return the pairs of a hypothesis with their transform; a lone pair's is its own."""
     i = int(np.flatnonzero(partner >= 0)[0])
-    (z, d), (z_b, d_b) = plane(a), plane(b)
-    linear = d_b[partner[i]] * d[i].conj()
-    shift = z_b[partner[i]] - linear * z[i]
-    own = np.array([linear.real, linear.imag, shift.real, shift.imag])
+    linear = directions(b)[partner[i]] * directions(a)[i].conj()
+    own = transform_of(linear, plane(b)[partner[i]] - linear * plane(a)[i])
     return State(partner, weight, fit_twin(a, b, partner, weight, own))
 
 
-def aligner_for(
-    a: Points,
-    b: Points,
-    parameters: AlignmentParameters = PARAMETERS,
-    module: ModuleType = _align_kernel,
-    room: int = 3,
-) -> Any:
+def aligner_for(a, b, parameters=PARAMETERS, module=_align_kernel, room=3):
     """Return an aligner that holds A and B, and room for more minutiae, which must not matter."""
     aligner = module.Aligner(
         a.shape[1] + room,
@@ -164,77 +135,59 @@ def aligner_for(
     return aligner
 
 
-def put(aligner: Any, a: Points, b: Points) -> None:
+def put(aligner, a, b):
     aligner.load_a(a, a.shape[1])
     aligner.load_b(b, b.shape[1])
 
 
-def transform_of(aligner: Any) -> Floats:
-    return np.array([aligner.c, aligner.s, aligner.x, aligner.y])
+def at_hand(aligner):
+    """Return partners, weights, transform and predicted minutiae of the alignment at hand."""
+    n = aligner.size_a
+    pairing = np.asarray(aligner.partner)[:n], np.asarray(aligner.weight)[:n]
+    transform = np.array([aligner.c, aligner.s, aligner.x, aligner.y])
+    return *pairing, transform, np.asarray(aligner.predicted)[:, :n]
 
 
-def pairing_of(aligner: Any) -> tuple[Ints, Floats]:
-    """Return partners and weights."""
-    return tuple(np.asarray(side)[: aligner.size_a] for side in (aligner.partner, aligner.weight))
-
-
-def predicted_by(aligner: Any) -> Points:
-    return np.asarray(aligner.predicted)[:, : aligner.size_a]
-
-
-def shown(aligner: Any) -> list[Any]:
-    """Return all of the alignment at hand and of the best, to be compared to the last bit."""
-    n, mesh = aligner.size_a, aligner.mesh
-    arrays = [*pairing_of(aligner), transform_of(aligner), predicted_by(aligner)]
-    arrays += [aligner.best_partner[:n], aligner.best_weight[:n], aligner.best_predicted[:, :n]]
+def best_of(aligner):
+    """Return the same of the best alignment."""
+    n = aligner.size_a
+    arrays = aligner.best_partner[:n], aligner.best_weight[:n], aligner.best_predicted[:, :n]
     best = [aligner.best_pairs, aligner.best_c, aligner.best_s, aligner.best_x, aligner.best_y]
+    return [*(np.asarray(array).tolist() for array in arrays), *best]
+
+
+def shown(aligner):
+    """Return all of the alignment at hand and of the best, to be compared to the last bit."""
+    found = [aligner.pairs, *(array.tolist() for array in at_hand(aligner)), *best_of(aligner)]
     if aligner.pairs:
-        best += [mesh.places, mesh.weights, mesh.full, mesh.strain, mesh.turned, mesh.edges]
-    return [aligner.pairs, *(np.asarray(array).tolist() for array in arrays), *best]
+        mesh = aligner.mesh
+        found += [mesh.places, mesh.weights, mesh.full, mesh.strain, mesh.turned, mesh.edges]
+    return found
 
 
-def paired(
-    a: Points, b: Points, reach: Floats, min_cosine: float = MIN_COSINE
-) -> tuple[float, Ints, Floats]:
+def paired(a, b, reach, min_cosine=MIN_COSINE):
     """Return the weight of the pairs of minutiae that lie as they are, partners and weights."""
     widest = max(reach.max(initial=0.0), 1.0)
     turn = math.degrees(math.acos(min_cosine))
     aligner = aligner_for(a, b, replace(PARAMETERS, reach_limit_px=widest, max_turn_deg=turn))
-    predicted_by(aligner)[:] = a
+    np.asarray(aligner.predicted)[:, : a.shape[1]] = a
     np.asarray(aligner.reach)[: len(reach)] = reach
-    return aligner.pair(), *pairing_of(aligner)
+    return aligner.pair(), *at_hand(aligner)[:2]
 
 
-def fitted(
-    a: Points, b: Points, partner: Ints, weight: Floats, start: Floats
-) -> tuple[int, Floats]:
+def fitted(a, b, partner, weight, start):
     """Return the number of pairs and the transform fitted to them."""
     aligner = aligner_for(a, b)
     aligner.c, aligner.s, aligner.x, aligner.y = start.tolist()
-    for side, given_side in zip(pairing_of(aligner), (partner, weight), strict=True):
+    for side, given_side in zip(at_hand(aligner), (partner, weight), strict=False):
         side[:] = given_side
     listed = np.flatnonzero(partner >= 0)
     np.asarray(aligner.paired)[: len(listed)] = listed
     aligner.pairs = len(listed)
-    return aligner.fit(), transform_of(aligner)
+    return aligner.fit(), at_hand(aligner)[2]
 
 
-def similarity_of(a: Points, b: Points) -> NDArray[np.float32]:
-    return local_similarity(neighbourhoods(a), neighbourhoods(b))
-
-
-def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
-    """Return a print, and another impression of it that lists its minutiae in another order."""
-    rng = np.random.default_rng(seed)
-    a = spread_points(rng, n)
-    bent = distorted(a, rng.uniform(-3, 3)) if rng.random() < 0.5 else a
-    b = jittered(rng, moved(bent, rng.uniform(-3, 3), complex(*rng.uniform(-90, 90, 2))), 2, 0.1)
-    gone = int(rng.integers(0, 5))
-    b = np.hstack([b[:, gone:], moved(spread_points(rng, gone), 1.0)])
-    return a, np.ascontiguousarray(b[:, rng.permutation(b.shape[1])])
-
-
-def some_pairs(rng: np.random.Generator, n: int, m: int) -> tuple[Ints, Floats]:
+def some_pairs(rng, n, m):
     """Return random partners, one to one, and weights."""
     partner = np.full(n, -1, np.int32)
     paired = int(rng.integers(0, min(n, m) + 1))
@@ -242,13 +195,13 @@ def some_pairs(rng: np.random.Generator, n: int, m: int) -> tuple[Ints, Floats]:
     return partner, np.where(partner >= 0, rng.uniform(0.01, 1, n), 0.0)
 
 
-def some_transform(rng: np.random.Generator) -> Floats:
+def some_transform(rng):
     scale, turn = rng.uniform(0.9, 1.1), rng.uniform(-4, 4)
     return np.array([scale * np.cos(turn), scale * np.sin(turn), *rng.uniform(-200, 200, 2)])
 
 
 @given(seeds, st.floats(1, 40), st.floats(-0.5, 0.95))
-def test_pairs_agree_with_their_twin(seed: int, within: float, min_cosine: float) -> None:
+def test_pairs_agree_with_their_twin(seed, within, min_cosine):
     a, b = any_points(seed), any_points(seed + 1)
     reach = np.random.default_rng(seed).uniform(0.5, 1, a.shape[1]) * within
     total, *found = paired(a, b, reach, min_cosine)
@@ -259,42 +212,7 @@ def test_pairs_agree_with_their_twin(seed: int, within: float, min_cosine: float
 
 
 @given(seeds)
-def test_pairs_are_one_to_one_within_reach(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    a, b = on_pixels(rng, 20), on_pixels(rng, 15)
-    _, partner, weight = paired(a, b, np.full(20, 10.0))
-    i = np.flatnonzero(partner >= 0)
-    j = partner[i]
-    assert len(set(j.tolist())) == len(j)
-    assert (np.hypot(*(a[:2, i] - b[:2, j])) < 10).all()
-    assert ((a[2:, i] * b[2:, j]).sum(axis=0) > MIN_COSINE).all()
-    assert (weight[i] > 0).all()
-    assert (weight[i] <= 1 + 1e-12).all()
-    assert not weight[partner < 0].any()
-    assert (partner[partner < 0] == -1).all()
-
-
-@pytest.mark.parametrize("reach", [3.0, 10.0, 24.0, 40.0])
-def test_minutiae_are_paired_up_to_their_reach(reach: float) -> None:
-    """Wherever the cells' borders lie, in which minutiae near a place are looked up."""
-    rng = np.random.default_rng(4)
-    b = spread_points(rng, 30, 0.0)
-    b[2:] = [[1.0], [0.0]]
-    for _ in range(100):
-        j = int(rng.integers(0, 30))
-        x, y = b[:2, j]
-        angle = rng.uniform(0, 2 * np.pi)
-        for share in (0.999, 1.001):
-            place = complex(x, y) + share * reach * np.exp(1j * angle)
-            a = np.array([[place.real], [place.imag], [1.0], [0.0]])
-            alone = np.ascontiguousarray(b[:, abs(plane(b)[0] - place) >= 0.99 * share * reach])
-            _, partner, _ = paired(a, alone, np.array([reach]))
-            squared = abs(plane(alone)[0] - place) ** 2
-            assert (partner[0] >= 0) == (squared.min() < reach**2)
-
-
-@given(seeds)
-def test_fit_agrees_with_its_twin(seed: int) -> None:
+def test_fit_agrees_with_its_twin(seed):
     rng = np.random.default_rng(seed)
     a, b = two_impressions(seed)
     partner, weight = some_pairs(rng, a.shape[1], b.shape[1])
@@ -304,19 +222,7 @@ def test_fit_agrees_with_its_twin(seed: int) -> None:
     assert found == pytest.approx(fit_twin(a, b, partner, weight, start), abs=1e-8)
 
 
-@given(seeds, st.floats(*SCALE_LIMITS))
-def test_fit_returns_the_transform_that_was_applied(seed: int, scale: float) -> None:
-    rng = np.random.default_rng(seed)
-    a = spread_points(rng, 12)
-    turn, shift = rng.uniform(-np.pi, np.pi), complex(*rng.uniform(-99, 99, 2))
-    b = moved(a, turn, shift, scale)
-    everyone = np.arange(12, dtype=np.int32)
-    _, found = fitted(a, b, everyone, rng.uniform(0.1, 1, 12), np.zeros(4))
-    assert found[0] + 1j * found[1] == pytest.approx(scale * np.exp(1j * turn), abs=1e-9)
-    assert found[2] + 1j * found[3] == pytest.approx(shift, abs=1e-6)
-
-
-def test_fit_by_positions_alone_is_the_point_sets_own() -> None:
+def test_fit_by_positions_alone_is_the_point_sets_own():
     """Directions that agree with the rotation pull nowhere, so both fits are the same."""
     rng = np.random.default_rng(2)
     a = spread_points(rng, 12)
@@ -328,7 +234,7 @@ def test_fit_by_positions_alone_is_the_point_sets_own() -> None:
 
 
 @pytest.mark.parametrize("pairs", [0, 1])
-def test_fewer_than_two_pairs_leave_the_transform_as_it_is(pairs: int) -> None:
+def test_fewer_than_two_pairs_leave_the_transform_as_it_is(pairs):
     a, b = two_impressions(3)
     partner = np.full(14, -1, np.int32)
     partner[:pairs] = 4
@@ -337,7 +243,7 @@ def test_fewer_than_two_pairs_leave_the_transform_as_it_is(pairs: int) -> None:
     assert found.tolist() == [0.6, 0.8, -3.0, 5.0]
 
 
-def test_pairs_on_one_spot_turn_by_their_directions() -> None:
+def test_pairs_on_one_spot_turn_by_their_directions():
     a = np.zeros((4, 3))
     a[2] = 1
     b = moved(a, 0.5, 20 + 10j)
@@ -345,7 +251,7 @@ def test_pairs_on_one_spot_turn_by_their_directions() -> None:
     assert found == pytest.approx([np.cos(0.5), np.sin(0.5), 20, 10])
 
 
-def any_prints(seed: int) -> tuple[Points, Points]:
+def any_prints(seed):
     """Return two impressions of one finger, or of any two."""
     if seed % 3:
         return two_impressions(seed)
@@ -354,7 +260,7 @@ def any_prints(seed: int) -> tuple[Points, Points]:
 
 @given(seeds)
 @settings(max_examples=FEW)
-def test_hypotheses_and_their_growth_agree_with_their_twins(seed: int) -> None:
+def test_hypotheses_and_their_growth_agree_with_their_twins(seed):
     """In general position: on a lattice, rounding decides which of two pairs fits better."""
     rng = np.random.default_rng(seed)
     a, b = two_impressions(seed)
@@ -365,7 +271,7 @@ def test_hypotheses_and_their_growth_agree_with_their_twins(seed: int) -> None:
     aligner = aligner_for(a, b)
     relaxation = Relaxation(RelaxationParameters(), n, m)
     assert aligner.relax(similarity) == relaxation.load(a, n, b, m, similarity)
-    coarse: list[State | None] = []
+    coarse = []
     for k in range(PARAMETERS.hypotheses):
         partner, weight = np.empty(n, np.int32), np.empty(n)
         pairs = aligner.start_hypothesis(k)
@@ -388,44 +294,36 @@ def test_hypotheses_and_their_growth_agree_with_their_twins(seed: int) -> None:
         check_state(aligner, a, b, grow_twin(a, b, state, rounds, measured=True))
 
 
-def check_state(aligner: Any, a: Points, b: Points, expected: State) -> None:
-    partner, weight = pairing_of(aligner)
+def check_state(aligner, a, b, expected):
+    partner, weight, transform, predicted = at_hand(aligner)
     assert partner.tolist() == expected.partner.tolist()
     assert weight == pytest.approx(expected.weight, abs=1e-8)
-    assert transform_of(aligner) == pytest.approx(expected.transform, abs=1e-6)
-    assert aligner.pairs == np.count_nonzero(partner >= 0)
+    assert transform == pytest.approx(expected.transform, abs=1e-6)
     listed = np.asarray(aligner.paired)[: aligner.pairs]
     assert listed.tolist() == np.flatnonzero(partner >= 0).tolist()
     if not aligner.pairs:
         return
     mesh = predict_twin(a, b, expected, measured=True)
-    assert predicted_by(aligner) == pytest.approx(np.array(mesh.predicted), abs=1e-6)
+    assert predicted == pytest.approx(np.array(mesh.predicted), abs=1e-6)
     for name in ("places", "weights", "full", "turned", "edges"):
         assert getattr(aligner.mesh, name) == pytest.approx(getattr(mesh, name), abs=1e-6)
 
 
 @given(seeds)
 @settings(max_examples=FEW)
-def test_imposed_pairs_are_measured_and_not_changed(seed: int) -> None:
+def test_imposed_pairs_are_measured_and_not_changed(seed):
     rng = np.random.default_rng(seed)
     a, b = two_impressions(seed)
+    if seed % 5 == 0:  # no minutiae on one side or both
+        a, b = NO_POINTS, b if seed % 2 else NO_POINTS
     partner, _ = some_pairs(rng, a.shape[1], b.shape[1])
     transform = some_transform(rng)
-    aligner = aligner_for(a, b)
+    aligner = aligner_for(a, b, room=int(rng.integers(0, 3)))
     assert aligner.impose(partner, *transform.tolist()) == np.count_nonzero(partner >= 0)
     check_state(aligner, a, b, State(partner, (partner >= 0).astype(float), transform))
 
 
-def test_imposing_nothing_on_nothing() -> None:
-    nothing = np.empty((4, 0))
-    for a, b in ((nothing, nothing), (nothing, two_impressions(1)[1])):
-        for room in (0, 2):
-            aligner = aligner_for(a, b, room=room)
-            assert aligner.impose(np.empty(0, np.int32), *AT_REST.tolist()) == 0
-            assert aligner.mesh.mean_strain() == 0.0
-
-
-def run_all(aligner: Any, similarity: NDArray[np.float32]) -> list[Any]:
+def run_all(aligner, similarity):
     """Align by all hypotheses; return all that the aligner shows after each of them."""
     results = [aligner.relax(similarity)]
     for step in (aligner.start_hypothesis, aligner.refine):
@@ -438,7 +336,7 @@ def run_all(aligner: Any, similarity: NDArray[np.float32]) -> list[Any]:
 
 @given(seeds)
 @settings(max_examples=FEW)
-def test_an_aligner_remembers_no_prints_before(seed: int) -> None:
+def test_an_aligner_remembers_no_prints_before(seed):
     """Not even larger ones: what it finds is what a new one finds."""
     used = aligner_for(*(spread_points(np.random.default_rng(k), 40, 5.0) for k in range(2)))
     for k in range(3):
@@ -451,52 +349,46 @@ def test_an_aligner_remembers_no_prints_before(seed: int) -> None:
 
 @given(seeds)
 @settings(max_examples=10)
-def test_compiled_and_interpreted_agree_to_the_last_bit(
-    interpreted_aligner: ModuleType, seed: int
-) -> None:
+def test_compiled_and_interpreted_agree_to_the_last_bit(plain, seed):
     a, b = any_prints(seed)
     similarity = similarity_of(a, b)
-    plain = aligner_for(a, b, module=interpreted_aligner)
-    assert run_all(plain, similarity) == run_all(aligner_for(a, b), similarity)
+    interpreted = aligner_for(a, b, module=plain.align)
+    assert run_all(interpreted, similarity) == run_all(aligner_for(a, b), similarity)
 
 
-def test_the_saved_alignment_stays_as_it_was() -> None:
+def test_the_saved_alignment_stays_as_it_was():
     a, b = two_impressions(8)
     aligner = aligner_for(a, b)
     aligner.relax(similarity_of(a, b))
     assert aligner.best_pairs == 0
     assert aligner.start_hypothesis(0) > 0
     assert aligner.save_best() == aligner.best_pairs == aligner.pairs
-    saved = shown(aligner)
-    partner, weight = (side.tolist() for side in pairing_of(aligner))
-    predicted = predicted_by(aligner).tolist()
-    aligner.impose(np.full(14, -1, np.int32), *AT_REST.tolist())
-    assert shown(aligner) != saved
-    n = a.shape[1]
-    assert np.asarray(aligner.best_partner)[:n].tolist() == partner
-    assert np.asarray(aligner.best_weight)[:n].tolist() == weight
-    assert np.asarray(aligner.best_predicted)[:, :n].tolist() == predicted
+    saved = best_of(aligner)
+    partner, weight, transform, predicted = (side.tolist() for side in at_hand(aligner))
+    assert saved == [partner, weight, predicted, aligner.pairs, *transform]
+    aligner.impose(np.full(14, -1, np.int32), 1.0, 0.0, 0.0, 0.0)
+    assert best_of(aligner) == saved
     aligner.relax(similarity_of(a, b))
     assert aligner.best_pairs == 0
 
 
 @pytest.mark.parametrize("rounds", [1, 2, 5])
-def test_refinement_takes_the_rounds_that_coarse_alignment_left(rounds: int) -> None:
+def test_refinement_takes_the_rounds_that_coarse_alignment_left(rounds):
     a, b = two_impressions(6)
-    similarity = similarity_of(a, b)
-    one = aligner_for(a, b, replace(PARAMETERS, coarse_rounds=1, rounds=rounds))
-    other = aligner_for(a, b, replace(PARAMETERS, coarse_rounds=rounds, rounds=rounds))
-    for aligner in (one, other):
-        aligner.relax(similarity)
+    results = []
+    for coarse in (1, rounds):
+        aligner = aligner_for(a, b, replace(PARAMETERS, coarse_rounds=coarse, rounds=rounds))
+        aligner.relax(similarity_of(a, b))
         assert aligner.start_hypothesis(0)
         assert aligner.refine(0)
-    assert shown(one)[:5] == shown(other)[:5]
+        results.append(shown(aligner)[:5])
+    assert results[0] == results[1]
 
 
-@pytest.mark.parametrize("reach", [3.0, 300.0, 1e7])
-def test_minutiae_are_found_near_any_place_however_far_they_reach(reach: float) -> None:
+@pytest.mark.parametrize("size", [3.0, 300.0, 1e7])
+def test_minutiae_are_found_near_any_place_however_far_they_lie(size):
     rng = np.random.default_rng(7)
-    a, b = (spread_points(rng, 30, 0.0, reach) for _ in range(2))
+    a, b = (spread_points(rng, 30, 0.0, size) for _ in range(2))
     b[:, :5] = a[:, :5]
     b[0, :5] += 2.0
     _, partner, weight = paired(a, b, np.full(30, 5.0), -1.0)
@@ -504,12 +396,3 @@ def test_minutiae_are_found_near_any_place_however_far_they_reach(reach: float) 
     assert partner.tolist() == expected[0].tolist()
     assert weight == pytest.approx(expected[1])
     assert np.count_nonzero(partner >= 0) >= 5
-
-
-def test_nothing_pairs_with_nothing() -> None:
-    nothing = np.empty((4, 0))
-    some = spread_points(np.random.default_rng(1), 4)
-    for a, b in ((nothing, some), (some, nothing), (nothing, nothing)):
-        total, partner, _ = paired(a, b, np.full(a.shape[1], 9.0))
-        assert total == 0.0
-        assert (partner == -1).all()

@@ -1,13 +1,8 @@
 """Bit descriptors: the kernels agree with a plain form of them, whichever print comes first."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 from functools import cache
 from itertools import product
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,42 +18,37 @@ from matching_prints import (
     template_of,
     templates,
 )
-from matching_weights import interpreted_prefilter
 
-from fpmatch.matching import _prefilter_kernel, bit_descriptors
+from fpmatch.matching import bit_descriptors
 from fpmatch.matching.bit_descriptors import (
     APART,
     MAX_ENCODED,
     TURNS,
     UNKNOWN_BIN,
     BitDescriptorParameters,
-    BitDescriptors,
     descriptor_similarity,
     encode,
     prefilter,
 )
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
-from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import ORIENTATIONS
-from fpmatch.minutiae import Template
 
 EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8
 P = BitDescriptorParameters()
 SIDE, SECTORS, BINS = 16, 8, 24  # as the kernel has them
 NOWHERE = 0x8800
-UNKNOWN = -1
-Cells = tuple[frozenset[int], frozenset[int]]
 
 
 @cache
-def turns_of(print_: PreparedTemplate) -> list[int]:
+def turns_of(print_):
     angle = np.arctan2(print_.points[3], print_.points[2])
     return [round(k) % TURNS for k in (angle * TURNS / (2 * np.pi)).tolist()]
 
 
 @cache
-def cells_of(print_: PreparedTemplate, i: int) -> Cells:
+def cells_of(print_, i):
     """Return the cells of the neighbours of a minutia in the first grid and in the second."""
     n = print_.neighbourhoods
     first, second = set(), set()
@@ -78,7 +68,7 @@ def cells_of(print_: PreparedTemplate, i: int) -> Cells:
 
 
 @cache
-def bins_of(print_: PreparedTemplate, i: int) -> list[int]:
+def bins_of(print_, i):
     """Return the bins of the ridge orientation at the places around a minutia."""
     x, y, c, s = print_.points[:, i].tolist()
     region, found = print_.region, []
@@ -88,7 +78,7 @@ def bins_of(print_: PreparedTemplate, i: int) -> list[int]:
         row = math.floor(-(y + s * u + c * v) / region.step) - region.first_row
         inside = region.has_flow and 0 <= row < rows and 0 <= column < columns
         if not inside or not region.code[row, column]:
-            found.append(UNKNOWN)
+            found.append(None)
             continue
         relative = (int(region.code[row, column]) - 1.0) * BINS / ORIENTATIONS
         relative = (relative - turns_of(print_)[i] * 2.0 * BINS / TURNS) % BINS
@@ -96,7 +86,7 @@ def bins_of(print_: PreparedTemplate, i: int) -> list[int]:
     return found
 
 
-def shared(a: PreparedTemplate, i: int, b: PreparedTemplate, j: int) -> tuple[int, int]:
+def shared(a, i, b, j):
     """Return in how many words of neighbours and of orientations two minutiae agree."""
     neighbours = sum(
         len(one & other) for one, other in zip(cells_of(a, i), cells_of(b, j), strict=True)
@@ -105,12 +95,12 @@ def shared(a: PreparedTemplate, i: int, b: PreparedTemplate, j: int) -> tuple[in
         return neighbours, 6
     along = 0
     for one, other in zip(bins_of(a, i), bins_of(b, j), strict=True):
-        known = UNKNOWN not in {one, other}
+        known = None not in {one, other}
         along += known and min((one - other) % BINS, (other - one) % BINS) <= 1
     return neighbours, along
 
 
-def plain_similarity(a: PreparedTemplate, b: PreparedTemplate) -> int:
+def plain_similarity(a, b):
     """Return what two prints, of at most 64 minutiae, have in common."""
     pairs = []
     for j, i in product(range(len(b)), range(len(a))):
@@ -132,12 +122,7 @@ def plain_similarity(a: PreparedTemplate, b: PreparedTemplate) -> int:
     return best
 
 
-def beside(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    one: tuple[int, int, int],
-    other: tuple[int, int, int],
-) -> bool:
+def beside(a, b, one, other):
     """Tell whether two pairs lie on one another under the rotation of the first."""
     turn, turn_of_other = (turns_of(a)[i] - turns_of(b)[j] for _, j, i in (one, other))
     apart = (turn_of_other - turn + TURNS // 2) % TURNS - TURNS // 2
@@ -148,7 +133,7 @@ def beside(
     return bool(abs(apart) <= round(P.pair_turn_deg * TURNS / 360) and off <= reach)
 
 
-def impressions(seed: int) -> list[PreparedTemplate]:
+def impressions(seed):
     """Return a finger, two impressions of it, and other prints, with and without ridges."""
     rng = np.random.default_rng(seed)
     finger = spread_points(rng, PRINT_SIZE)
@@ -167,109 +152,79 @@ def impressions(seed: int) -> list[PreparedTemplate]:
     ]
 
 
-def weighed(
-    a: BitDescriptors,
-    b: BitDescriptors,
-    module: Any = _prefilter_kernel,
-    *,
-    b_in_tables: bool = False,
-) -> int:
-    """Return what A and B have in common, one of them in the tables."""
-    tables = module.Prefilter(
-        P.most_pairs, P.near_px, P.spread, round(P.pair_turn_deg * TURNS / 360)
-    )
-    own, other = (b, a) if b_in_tables else (a, b)
-    tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
-    n = len(other.xy)
-    rest = (
-        other.xy,
-        other.direction_bin,
-        other.neighbour_bits,
-        other.orientation_bins,
-        other.has_flow,
-    )
-    return int(tables.score(0, n, *rest, b_in_tables))
-
-
 @given(seeds)
 @settings(max_examples=EXAMPLES)
-def test_prints_have_in_common_what_the_plain_form_says(seed: int) -> None:
-    prints = impressions(seed)
+def test_prints_have_in_common_what_the_plain_form_finds(seed):
+    """Whichever print is in the tables, and whatever was in them before."""
+    prints, tables = impressions(seed), prefilter()
     for a, b in product(prints, prints):
-        assert descriptor_similarity(a.bit_descriptors, b.bit_descriptors) == plain_similarity(a, b)
+        expected = plain_similarity(a, b)
+        assert descriptor_similarity(a.bit_descriptors, b.bit_descriptors) == expected
+        for own, other, swapped in ((a, b, False), (b, a, True)):
+            load(tables, own.bit_descriptors)
+            assert score(tables, other.bit_descriptors, swapped=swapped) == expected
 
 
-@given(seeds)
-@settings(max_examples=EXAMPLES)
-def test_it_is_the_same_whichever_is_in_the_tables(seed: int) -> None:
-    prints = [print_.bit_descriptors for print_ in impressions(seed)]
-    for a, b in product(prints, prints):
-        assert weighed(a, b) == weighed(a, b, b_in_tables=True)
+def load(tables, own):
+    own_bits = own.neighbour_bits, own.orientation_bins
+    tables.load(own.xy, own.direction_bin, *own_bits, own.has_flow)
+
+
+def score(tables, other, *, swapped=False):
+    other_bits = other.neighbour_bits, other.orientation_bins
+    arrays = other.xy, other.direction_bin, *other_bits
+    return tables.score(0, len(other.xy), *arrays, other.has_flow, swapped)
+
+
+def assert_same_both_ways(a, b):
+    tables = prefilter()
+    load(tables, a)
+    one_way = score(tables, b)
+    load(tables, b)
+    assert one_way == score(tables, a, swapped=True) == descriptor_similarity(a, b) >= 0
 
 
 @given(templates(), templates())
 @settings(max_examples=EXAMPLES)
-def test_any_templates_can_be_coded_and_weighed(one: Template, other: Template) -> None:
-    a, b = prepare(one).bit_descriptors, prepare(other).bit_descriptors
-    assert weighed(a, b) == weighed(a, b, b_in_tables=True) >= 0
+def test_any_templates_have_something_or_nothing_in_common(one, other):
+    assert_same_both_ways(*(prepare(template).bit_descriptors for template in (one, other)))
 
 
 @pytest.mark.parametrize("n", [0, 1, 65, 130])
-def test_crowds_are_weighed_by_their_best(n: int) -> None:
+def test_crowds_are_compared_by_their_best(n):
     size = n if COMPILED else min(n, 70)
     rng = np.random.default_rng(n)
-    points = spread_points(rng, size, 9.0, 400.0)
     quality = rng.integers(1, 100, size)
-    crowd = prepare(template_of(points, size=500, quality=quality))
-    few = prepare(template_of(spread_points(rng, 30), size=500))
-    coded = (crowd.bit_descriptors.neighbour_bits != NOWHERE).any(axis=1)
+    points = spread_points(rng, size, 9.0, 400.0)
+    crowd = prepare(template_of(points, size=500, quality=quality)).bit_descriptors
+    few = prepare(template_of(spread_points(rng, 30), size=500)).bit_descriptors
+    coded = (crowd.neighbour_bits != NOWHERE).any(axis=1)
     assert coded.sum() <= MAX_ENCODED
     if size > MAX_ENCODED:
         assert quality[coded].min() >= np.sort(quality)[-MAX_ENCODED]
-        assert weighed(crowd.bit_descriptors, crowd.bit_descriptors) > 100
-    for a, b in ((crowd, few), (few, crowd), (crowd, crowd)):
-        assert weighed(a.bit_descriptors, b.bit_descriptors) == weighed(
-            a.bit_descriptors, b.bit_descriptors, b_in_tables=True
-        )
+        assert descriptor_similarity(crowd, crowd) > 100
+    for a, b in ((crowd, few), (crowd, crowd)):
+        assert_same_both_ways(a, b)
 
 
 @given(seeds, st.integers(0, 2))
 @settings(max_examples=EXAMPLES)
-def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], seed: int, k: int
-) -> None:
-    module, prints = interpreted_prefilter(interpreted), impressions(seed)
-    assert weighed(
-        prints[0].bit_descriptors, prints[k].bit_descriptors, module
-    ) == descriptor_similarity(prints[0].bit_descriptors, prints[k].bit_descriptors)
+def test_compiled_and_interpreted_agree(plain, seed, k):
+    first, one = (impressions(seed)[place] for place in (0, k))
+    turn = round(P.pair_turn_deg * TURNS / 360)
+    tables = plain.prefilter.Prefilter(P.most_pairs, P.near_px, P.spread, turn)
+    load(tables, first.bit_descriptors)
+    expected = descriptor_similarity(first.bit_descriptors, one.bit_descriptors)
+    assert score(tables, one.bit_descriptors) == expected
     with pytest.MonkeyPatch.context() as patch:
         for name in ("encode_neighbours", "encode_orientations"):
-            patch.setattr(bit_descriptors, name, getattr(interpreted("_encode_kernel"), name))
-        one = prints[k]
+            patch.setattr(bit_descriptors, name, getattr(plain.encode, name))
         slow = encode(one.points, one.quality, one.neighbourhoods, one.region)
     for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
         assert getattr(slow, name).tolist() == getattr(one.bit_descriptors, name).tolist()
 
 
-def test_tables_forget_the_print_before() -> None:
-    prints = [print_.bit_descriptors for print_ in impressions(4)]
-    tables = prefilter()
-    for own in [*prints, *reversed(prints)]:
-        tables.load(
-            own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow
-        )
-        for other in prints:
-            rest = (
-                other.xy,
-                other.direction_bin,
-                other.neighbour_bits,
-                other.orientation_bins,
-                other.has_flow,
-            )
-            assert tables.score(0, len(other.xy), *rest, False) == descriptor_similarity(own, other)
-
-
-def test_impressions_of_a_finger_have_more_in_common_than_others() -> None:
+def test_impressions_of_a_finger_have_more_in_common_than_others():
     rng = np.random.default_rng(7)
     fingers = [spread_points(rng, 30) for _ in range(6)]
     field = striped_field(side=25)
@@ -280,7 +235,7 @@ def test_impressions_of_a_finger_have_more_in_common_than_others() -> None:
     assert np.diag(table).min() > 2 * (table - 1000 * np.eye(6)).max()
 
 
-def test_a_cell_counts_once_however_many_neighbours_it_has() -> None:
+def test_a_cell_counts_once_however_many_neighbours_it_has():
     near = np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float)
     one, alone = prepare(template_of(near)), prepare(template_of(near[:, :2].copy()))
     words = one.bit_descriptors.neighbour_bits[0]
@@ -291,14 +246,14 @@ def test_a_cell_counts_once_however_many_neighbours_it_has() -> None:
     )
 
 
-def test_neighbours_far_away_have_no_word() -> None:
+def test_neighbours_far_away_have_no_word():
     far = np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]])
     found = prepare(template_of(far)).bit_descriptors
     assert (found.neighbour_bits[0] == NOWHERE).all()
     assert (found.orientation_bins == UNKNOWN_BIN).all()
 
 
-def test_more_neighbours_than_words_are_left_out() -> None:
+def test_more_neighbours_than_words_are_left_out():
     points = spread_points(np.random.default_rng(1), 20)
     many = prepare(template_of(points), None, NeighbourhoodParameters(size=14))
     few = prepare(template_of(points), None, NeighbourhoodParameters(size=12))

@@ -1,7 +1,5 @@
 """Shortlists: the mate comes first, parts are as the whole, and prints of any size are ranked."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,14 +10,13 @@ from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.candidate_list import SIZE_OFFSET, candidate_list, prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
-from fpmatch.minutiae import Template
 
 EXAMPLES = 6 if COMPILED else 3
 
 
 @given(templates(), st.lists(templates(), max_size=3))
 @settings(max_examples=EXAMPLES)
-def test_weights_are_those_of_each_alone(probe: Template, references: list[Template]) -> None:
+def test_weights_are_those_of_each_alone(probe, references):
     prints = [prepare(template) for template in [*references, probe]]
     weights = prefilter_scores(prints[-1], PackedTemplates.pack(prints))
     assert weights.tolist() == [
@@ -27,7 +24,7 @@ def test_weights_are_those_of_each_alone(probe: Template, references: list[Templ
     ]
 
 
-def test_the_mate_is_first_and_parts_are_as_the_whole() -> None:
+def test_the_mate_is_first_and_parts_are_as_the_whole():
     rng = np.random.default_rng(7)
     finger = spread_points(rng, 30)
     others = [template_of(spread_points(rng, 30)) for _ in range(40)]
@@ -49,21 +46,16 @@ def test_the_mate_is_first_and_parts_are_as_the_whole() -> None:
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 65, 200, 255])
-def test_prints_of_any_size(n: int) -> None:
+def test_prints_of_any_size(n):
     rng = np.random.default_rng(n)
     sizes = [n, 30, 0] if COMPILED else [min(n, 70), 12, 0]
     prints = [prepare(template_of(spread_points(rng, k, 9.0, 400.0), size=500)) for k in sizes]
-    many = PackedTemplates.pack(prints)
-    weights = [prefilter_scores(print_, many) for print_ in prints]
-    assert all(found.shape == (3,) for found in weights)
+    weights = [prefilter_scores(one, PackedTemplates.pack(prints)) for one in prints]
+    assert all(found.shape == (3,) and found[2] == 0 for found in weights)
     if n >= 65:
         assert weights[0].argmax() == 0
         assert weights[0][0] > 0
-    assert all(found[2] == 0 for found in weights)
-
-
-def test_no_prints() -> None:
-    many = PackedTemplates.pack([])
-    probe = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
-    assert prefilter_scores(probe, many).size == 0
-    assert candidate_list(probe, many, 5).size == 0
+    nobody = PackedTemplates.pack([])
+    assert (
+        prefilter_scores(prints[0], nobody).size == candidate_list(prints[0], nobody, 5).size == 0
+    )

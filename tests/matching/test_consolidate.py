@@ -1,7 +1,5 @@
 """Windows of one print, put together, are that print again."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -40,59 +38,61 @@ def window(whole, pose, dpi=500.0, side=240):
     return Template(m, pixels, pixels, dpi, field)
 
 
-def poses(rng, dpis):
+def poses(rng, dpis=(500.0,) * 4):
     return [
         Similarity(500.0 / dpi, rng.uniform(-0.3, 0.3), *shift)
         for dpi, shift in zip(dpis, [(60, 20), (120, 30), (60, 130), (130, 130)], strict=True)
     ]
 
 
+def linked(prints, **options):
+    return link_impressions([MATCHER.prepare(one) for one in prints], MATCHER, CURVE, **options)
+
+
 @pytest.mark.parametrize("dpis", [(500.0,) * 4, (500.0, 1000.0, 400.0, 569.0)])
 def test_windows_become_the_finger_again(whole, rng, dpis):
+    xy, angle, kind = whole
     truth = poses(rng, dpis)
     prints = [window(whole, pose, dpi) for pose, dpi in zip(truth, dpis, strict=True)]
-    links = link_impressions([MATCHER.prepare(one) for one in prints], MATCHER, CURVE)
-    (made,) = consolidate(prints, links)
+    (made,) = consolidate(prints, linked(prints))
     assert sorted(made.poses) == [0, 1, 2, 3]
     root = next(iter(made.poses))
     to_finger = truth[root].after(made.poses[root].inverse())
+    seen = np.zeros(100, bool)
     for k, pose in made.poses.items():
         corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) * prints[k].width
         apart = to_finger.apply(pose.apply(corners)) - truth[k].apply(corners)
         assert np.hypot(*apart.T).max() < 1.0
-    seen = np.zeros(100, bool)
-    for pose, one in zip(truth, prints, strict=True):
-        local = pose.inverse().apply(whole[0])
-        seen |= ((local > 0) & (local < one.width)).all(axis=1)
-    assert len(made.template.minutiae) == seen.sum() > max(len(p.minutiae) for p in prints)
-    found = to_finger.apply(made.template.minutiae.xy)
-    nearest = np.hypot(*(found[:, None] - whole[0][None]).transpose(2, 0, 1))
-    assert nearest.min(axis=1).max() < 1.0
-    which = nearest.argmin(axis=1)
-    turned = made.template.minutiae.angle - to_finger.rotation - whole[1][which]
+        local = truth[k].inverse().apply(xy)
+        seen |= ((local > 0) & (local < prints[k].width)).all(axis=1)
+    minutiae = made.template.minutiae
+    assert len(minutiae) == seen.sum() > max(len(p.minutiae) for p in prints)
+    distance = np.hypot(*(to_finger.apply(minutiae.xy)[:, None] - xy).transpose(2, 0, 1))
+    assert distance.min(axis=1).max() < 1.0
+    which = distance.argmin(axis=1)
+    turned = minutiae.angle - to_finger.rotation - angle[which]
     assert np.abs(np.angle(np.exp(1j * turned))).max() < 0.02
-    assert (made.template.minutiae.kind == whole[2][which]).all()
+    assert (minutiae.kind == kind[which]).all()
     assert made.template.dpi == 500.0
     assert made.template.field.mask.sum() > prints[0].field.mask.sum()
 
 
 def test_impressions_that_match_none_stay_alone(whole, rng):
-    prints = [window(whole, pose) for pose in poses(rng, (500.0,) * 4)]
     xy, angle, kind = whole
-    stranger = window((xy[:, ::-1], angle[::-1], kind), Similarity(tx=40.0, ty=40.0))
-    prepared = [MATCHER.prepare(one) for one in [*prints, stranger]]
-    links = link_impressions(prepared, MATCHER, CURVE)
+    impostor = window((xy[:, ::-1], angle[::-1], kind), Similarity(tx=40.0, ty=40.0))
+    prints = [*(window(whole, pose) for pose in poses(rng)), impostor]
+    links = linked(prints)
     assert linked_groups(5, links) == [[0, 1, 2, 3], [4]]
-    (made,) = consolidate([*prints, stranger], links)
+    (made,) = consolidate(prints, links)
     assert 4 not in made.poses
-    few = link_impressions(prepared, MATCHER, CURVE, among=[0])
-    assert {(link.a, link.b) for link in few} == {(k.a, k.b) for k in links if k.a == 0}
-    assert consolidate([stranger], []) == consolidate([], []) == []
+    few = {(link.a, link.b) for link in linked(prints, among=[0])}
+    assert few == {(link.a, link.b) for link in links if link.a == 0}
+    assert consolidate([impostor], []) == consolidate([], []) == []
 
 
 def test_a_wrong_link_does_not_bend_the_others(whole, rng):
-    prints = [window(whole, pose) for pose in poses(rng, (500.0,) * 4)]
-    links = link_impressions([MATCHER.prepare(one) for one in prints], MATCHER, CURVE)
+    prints = [window(whole, pose) for pose in poses(rng)]
+    links = linked(prints)
     (good,) = consolidate(prints, links)
     weakest = min(links, key=lambda link: link.score)
     wrong = Link(weakest.a, weakest.b, 35.0, weakest.pairs[:, ::-1][:5] % 10)
@@ -103,24 +103,19 @@ def test_a_wrong_link_does_not_bend_the_others(whole, rng):
 
 def test_what_others_do_not_show_loses_quality_or_is_left_out():
     seen, doubtful, false = [30.0, 100.0, 100.0], [100.0, 30.0, 100.0], [60.0, 60.0, 100.0]
+    field = RidgeField(16.0, np.zeros((9, 9)), np.ones((9, 9), bool))
 
     def print_of(*minutiae):
-        x, y, quality = zip(*minutiae, strict=True)
-        field = RidgeField(16.0, np.zeros((9, 9)), np.ones((9, 9), bool))
-        return Template(
-            Minutiae(x, y, np.zeros(len(x)), quality=np.array(quality) / 2), 144, 144, 500.0, field
-        )
+        x, y, quality = np.array(minutiae).T
+        found = Minutiae(x, y, np.zeros(len(x)), quality=quality / 2)
+        return Template(found, 144, 144, 500.0, field)
 
     prints = [print_of(seen, doubtful, false), print_of(seen, doubtful), print_of(seen)]
     merged, _ = merge_templates(prints, [Similarity()] * 3)
-    by_place = {
-        (x, y): q
-        for (x, y), q in zip(
-            merged.minutiae.xy.tolist(), merged.minutiae.quality.tolist(), strict=True
-        )
-    }
-    assert set(by_place) == {(30.0, 100.0), (100.0, 30.0)}
-    assert by_place[30.0, 100.0] > 60 > by_place[100.0, 30.0]
+    minutiae = merged.minutiae
+    quality = dict(zip(map(tuple, minutiae.xy.tolist()), minutiae.quality.tolist(), strict=True))
+    assert set(quality) == {(30.0, 100.0), (100.0, 30.0)}
+    assert quality[30.0, 100.0] > 60 > quality[100.0, 30.0]
 
 
 def test_ridges_are_turned_with_their_impression():

@@ -1,7 +1,5 @@
 """The score of a finger is honest for as many impressions as it has."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -82,11 +80,10 @@ def test_verification_names_the_best_impression(template):
     assert one == alone[1].score
 
 
-def test_what_cannot_be_compared_is_refused(template):
-    with pytest.raises(MatcherError, match="without impressions"):
-        verify_finger(template, [])
-    with pytest.raises(MatcherError, match="threshold"):
-        verify_finger(template, [template], threshold=101)
+@pytest.mark.parametrize(("count", "threshold", "named"), [(0, 40, "without"), (1, 101, "thresh")])
+def test_what_cannot_be_compared_is_refused(template, count, threshold, named):
+    with pytest.raises(MatcherError, match=named):
+        verify_finger(template, [template] * count, threshold=threshold)
 
 
 def test_a_mismatch_says_why(template):

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import subprocess
 import sys
 
@@ -28,20 +26,11 @@ def third_matcher(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("third_matcher")
 def test_matcher_is_found_by_its_file_name():
-    assert "third-way" in matcher_names()
-    assert get_matcher("third-way").name == "third-way"
-    assert get_matcher("third-way") is get_matcher("third-way")
-
-
-@pytest.mark.usefixtures("third_matcher")
-def test_names_are_sorted_and_hold_no_private_module():
     names = matcher_names()
-    assert names == sorted(names)
+    assert [get_matcher(name).name for name in names] == names == sorted(names)
+    assert "third-way" in names
     assert not [name for name in names if name.startswith(("-", "_")) or "kernel" in name]
-
-
-def test_every_matcher_has_the_name_of_its_file():
-    assert [get_matcher(name).name for name in matcher_names()] == matcher_names()
+    assert get_matcher("third-way") is get_matcher("third-way")
 
 
 @pytest.mark.usefixtures("third_matcher")

@@ -1,6 +1,5 @@
-from __future__ import annotations
-
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,29 +10,27 @@ from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
-from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
 
 
-def template_of(xy: np.ndarray, dpi: float = 500.0) -> Template:
+def template_of(xy, dpi=500.0):
     minutiae = Minutiae(x=xy[:, 0], y=xy[:, 1], angle=np.zeros(len(xy)))
     return Template(minutiae, width=400, height=400, dpi=dpi)
 
 
-def positions(seed: int, n: int = 35) -> np.ndarray:
+def positions(seed, n=35):
     return np.random.default_rng(seed).uniform(20, 380, (n, 2)).round()
 
 
-def compare(probe: Template, reference: Template) -> Comparison:
-    matcher: Matcher = MATCHER
-    return matcher.compare(matcher.prepare(probe), matcher.prepare(reference))
+def compare(probe, reference):
+    return MATCHER.compare(MATCHER.prepare(probe), MATCHER.prepare(reference))
 
 
 @pytest.fixture
-def worn() -> tuple[np.ndarray, np.ndarray, Similarity]:
+def worn():
     """Return a print's minutiae, those of a second impression, and the transform between them."""
     rng = np.random.default_rng(3)
     p = positions(3, 40)
@@ -42,36 +39,32 @@ def worn() -> tuple[np.ndarray, np.ndarray, Similarity]:
     return p, q[(q[:, 0] < 380) | (q[:, 1] < 200)], move
 
 
-def test_it_is_found_by_its_name() -> None:
-    assert get_matcher("paper") is MATCHER
-    assert MATCHER.name == "paper"
-
-
-def test_second_impression_matches(worn: tuple[np.ndarray, np.ndarray, Similarity]) -> None:
+def test_second_impression_matches(worn):
     p, q, move = worn
     found = compare(template_of(p), template_of(q))
+    assert get_matcher("paper") is MATCHER
     assert found.similarity > 0.9
     assert found.reason == ""
     assert found.rms_px < 3
     assert found.agreement > 0.9
     assert 0.7 < found.overlap <= 1
-    assert found.transform is not None
     assert found.transform.apply(p) == pytest.approx(move.apply(p), abs=4)
+    fine = compare(template_of(p), template_of(q * 2, dpi=1000))
+    assert fine.rms_px == pytest.approx(2 * found.rms_px, rel=1e-3)
+    assert fine.pairs.tolist() == found.pairs.tolist()
 
 
-def test_strangers_are_less_alike_than_impressions(
-    worn: tuple[np.ndarray, np.ndarray, Similarity],
-) -> None:
+def test_impostors_are_less_similar_than_impressions(worn):
     p, q, _ = worn
     genuine = compare(template_of(p), template_of(q))
     for seed in range(10, 20):
-        stranger = compare(template_of(p), template_of(positions(seed)))
-        assert stranger.similarity < 0.7 * genuine.similarity
-        assert stranger.agreement < genuine.agreement
+        impostor = compare(template_of(p), template_of(positions(seed)))
+        assert impostor.similarity < 0.7 * genuine.similarity
+        assert impostor.agreement < genuine.agreement
 
 
 @pytest.mark.parametrize(("probe_dpi", "reference_dpi"), [(1000, 500), (500, 569), (1000, 250)])
-def test_transform_is_in_the_pixels_of_both_inputs(probe_dpi: float, reference_dpi: float) -> None:
+def test_transform_is_in_the_pixels_of_both_inputs(probe_dpi, reference_dpi):
     p = positions(5)
     q = Similarity(1.0, -0.5, 12.0, 90.0).apply(p)
     probe, reference = p * probe_dpi / 500, q * reference_dpi / 500
@@ -82,37 +75,24 @@ def test_transform_is_in_the_pixels_of_both_inputs(probe_dpi: float, reference_d
     assert found.transform.scale == pytest.approx(reference_dpi / probe_dpi, rel=1e-4)
 
 
-def test_residual_is_in_reference_pixels(worn: tuple[np.ndarray, np.ndarray, Similarity]) -> None:
-    p, q, _ = worn
-    plain = compare(template_of(p), template_of(q))
-    fine = compare(template_of(p), template_of(q * 2, dpi=1000))
-    assert fine.rms_px == pytest.approx(2 * plain.rms_px, rel=1e-3)
-    assert fine.pairs.tolist() == plain.pairs.tolist()
-
-
 @given(st.integers(0, 10_000), st.sampled_from([500.0, 569.0]))
-def test_exchanging_the_sides_gives_the_same_to_the_last_bit(seed: int, dpi: float) -> None:
+def test_exchanging_the_sides_gives_the_same_to_the_last_bit(seed, dpi):
     rng = np.random.default_rng(seed)
     p = positions(seed, int(rng.integers(0, 30)))
     q = np.vstack([p[::2] + rng.normal(0, 2, p[::2].shape), positions(seed + 1, 12)])
-    forth = compare(template_of(p, dpi), template_of(q))
-    back = compare(template_of(q), template_of(p, dpi))
+    sides = template_of(p, dpi), template_of(q)
+    forth, back = compare(*sides), compare(*sides[::-1])
     assert forth.similarity == back.similarity
+    assert 0 <= forth.similarity <= 1
+    assert 0 <= forth.agreement <= 1
+    assert 0 <= forth.overlap <= 1
+    assert math.isfinite(forth.rms_px)
     assert {*map(tuple, forth.pairs.tolist())} == {(j, i) for i, j in back.pairs.tolist()}
     assert (forth.transform is None) == (back.transform is None)
-    if forth.transform and back.transform:
+    if forth.transform:
         again = back.transform.inverse()
         assert again.apply(p) == pytest.approx(forth.transform.apply(p), abs=1e-6)
         assert forth.agreement == pytest.approx(back.agreement, abs=0.1)
-
-
-def test_result_is_within_its_ranges() -> None:
-    for seed in range(30):
-        found = compare(template_of(positions(seed, 12)), template_of(positions(seed + 50, 20)))
-        assert 0 <= found.similarity <= 1
-        assert 0 <= found.agreement <= 1
-        assert 0 <= found.overlap <= 1
-        assert math.isfinite(found.rms_px)
 
 
 @pytest.mark.parametrize(
@@ -128,22 +108,17 @@ def test_result_is_within_its_ranges() -> None:
         ),
     ],
 )
-def test_nothing_in_common_is_explained(
-    probe: np.ndarray, reference: np.ndarray, reason: str
-) -> None:
+def test_nothing_in_common_is_explained(probe, reference, reason):
     found = compare(template_of(probe), template_of(reference))
     assert found.reason.startswith(reason)
     assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
 
 
-def test_transform_that_matches_no_minutia_is_none() -> None:
+def test_transform_that_matches_no_minutia_is_none():
     exact = PaperMatcher(UnitCircleParameters(area_tolerance=3.0, tolerance=0.0))
-    sides = (exact.prepare(template_of(positions(seed, 9))) for seed in (1, 2))
-    found = exact.compare(*sides)
+    found = exact.compare(*(exact.prepare(template_of(positions(seed, 9))) for seed in (1, 2)))
     assert found.transform is None
-    assert (
-        found.reason == "no transform aligns minutiae of the probe with minutiae of the reference"
-    )
+    assert found.reason.startswith("no transform aligns minutiae of the probe with")
 
 
 crowded = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=0, max_size=14).map(
@@ -153,7 +128,7 @@ crowded = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=0, 
 
 
 @given(crowded)
-def test_a_print_matches_itself_or_has_no_ring(xy: np.ndarray) -> None:
+def test_a_print_matches_itself_or_has_no_ring(xy):
     template = template_of(xy)
     found = verify(template, template, matcher="paper")
     assert found.match == bool(len(MATCHER.prepare(template).at_500_dpi.rings))
@@ -162,9 +137,7 @@ def test_a_print_matches_itself_or_has_no_ring(xy: np.ndarray) -> None:
 
 
 @given(crowded, crowded, st.sampled_from([0.0, 0.3, 0.6, 1.0]))
-def test_whatever_the_places_there_is_an_answer_and_it_is_symmetric(
-    p: np.ndarray, q: np.ndarray, rho: float
-) -> None:
+def test_whatever_the_places_there_is_an_answer_and_it_is_symmetric(p, q, rho):
     matcher = PaperMatcher(rho=rho)
     forth = verify(template_of(p), template_of(q), matcher=matcher)
     back = verify(template_of(q), template_of(p), matcher=matcher)
@@ -175,15 +148,10 @@ def test_whatever_the_places_there_is_an_answer_and_it_is_symmetric(
 
 
 @given(
-    st.integers(0, 10_000),
-    st.floats(-math.pi, math.pi),
-    st.floats(0.5, 2.0),
-    st.floats(-200, 200),
+    st.integers(0, 10_000), st.floats(-math.pi, math.pi), st.floats(0.5, 2.0), st.floats(-200, 200)
 )
 @settings(max_examples=40)
-def test_turn_shift_and_scale_of_a_print_change_no_decision(
-    seed: int, rotation: float, scale: float, shift: float
-) -> None:
+def test_turn_shift_and_scale_of_a_print_change_no_decision(seed, rotation, scale, shift):
     rng = np.random.default_rng(seed)
     p = positions(seed, 25)
     q = p + rng.normal(0, 3, p.shape) if seed % 2 else positions(seed + 1, 25)
@@ -194,7 +162,7 @@ def test_turn_shift_and_scale_of_a_print_change_no_decision(
     assert verify(template_of(p), template_of(moved), matcher="paper").match == plain.match
 
 
-def test_more_than_rho_matches_and_rho_itself_does_not() -> None:
+def test_more_than_rho_matches_and_rho_itself_does_not():
     p = positions(9, 20)
     far = np.random.default_rng(1).uniform(2000, 4000, (5, 2))
     probe, reference = template_of(p), template_of(np.vstack([p[:15], far]))
@@ -207,7 +175,7 @@ def test_more_than_rho_matches_and_rho_itself_does_not() -> None:
     assert at.reason == "too few minutiae agree"
 
 
-def test_a_threshold_decides_by_the_score_instead_of_rho() -> None:
+def test_a_threshold_decides_by_the_score_instead_of_rho():
     probe = template_of(positions(9, 20))
     found = verify(probe, probe, matcher="paper")
     assert found.match
@@ -218,36 +186,33 @@ def test_a_threshold_decides_by_the_score_instead_of_rho() -> None:
     assert verify(probe, probe, matcher="paper", threshold=found.score).match
 
 
-def test_a_smaller_area_tolerance_lets_fewer_rings_pass() -> None:
+def test_a_smaller_area_tolerance_lets_fewer_rings_pass():
     sides = template_of(positions(1)), template_of(positions(2))
-    similarities = []
-    for area in (0.001, 0.1, 10.0):
-        matcher = matcher_with("paper", area_tolerance=area)
-        assert isinstance(matcher, PaperMatcher)
-        similarities.append(matcher.compare(*map(matcher.prepare, sides)).similarity)
-    assert similarities[0] < similarities[2]
-    assert similarities == sorted(similarities)
+    matchers = [matcher_with("paper", area_tolerance=area) for area in (0.001, 0.1, 10.0)]
+    found = [one.compare(*map(one.prepare, sides)).similarity for one in matchers]
+    assert found[0] < found[2]
+    assert found == sorted(found)
 
 
-@pytest.mark.parametrize("rho", [-0.01, 1.01, math.nan, math.inf])
-def test_a_rho_outside_its_range_is_refused(rho: float) -> None:
-    with pytest.raises(FpmatchError, match=r"rho must lie in 0\.\.1, not "):
-        PaperMatcher(rho=rho)
+@pytest.mark.parametrize(
+    ("parameters", "named"),
+    [
+        *(({"rho": rho}, "rho must lie in 0..1") for rho in (-0.01, 1.01, math.nan, math.inf)),
+        *(({"area_tolerance": area}, "must be positive") for area in (0.0, -1.0, math.nan)),
+    ],
+)
+def test_a_parameter_outside_its_range_is_refused(parameters, named):
+    with pytest.raises(FpmatchError, match=re.escape(named)):
+        matcher_with("paper", **parameters)
 
 
-@pytest.mark.parametrize("area", [0.0, -1.0, math.nan])
-def test_an_area_tolerance_that_is_not_positive_is_refused(area: float) -> None:
-    with pytest.raises(FpmatchError, match="area tolerance must be positive, not "):
-        matcher_with("paper", area_tolerance=area)
-
-
-def test_parameters_are_of_this_matcher_alone() -> None:
+def test_parameters_are_of_this_matcher_alone():
     assert matcher_with("unit-circle") == "unit-circle"
     with pytest.raises(MatcherError, match="of matcher paper, not unit-circle"):
         matcher_with("unit-circle", rho=0.5)
 
 
-def test_very_many_minutiae_are_an_answer() -> None:
+def test_very_many_minutiae_are_an_answer():
     rng = np.random.default_rng(5)
     many = template_of(rng.uniform(0, 2000, (2000 if COMPILED else 300, 2)))
     assert verify(many, many, matcher="paper").match

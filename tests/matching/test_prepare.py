@@ -1,56 +1,58 @@
 """What is prepared of a template: points, region, order."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
-from matching_prints import (
-    even_field,
-    seeds,
-    spread_points,
-    striped_field,
-    template_of,
-    templates,
-)
+from matching_prints import even_field, seeds, spread_points, striped_field, template_of, templates
 
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 from fpmatch.matching.prepare import PreparationParameters, prepare
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
+USUAL_QUALITY = PreparationParameters().usual_quality
+
 
 @pytest.mark.parametrize("dpi", [250.0, 500.0, 1000.0])
-def test_points_are_at_500_dpi_with_y_pointing_up(dpi: float) -> None:
+def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
     minutiae = Minutiae(x=[10, 30], y=[20, 40], angle=[0, np.pi / 2], quality=[100, 25])
     prepared = prepare(Template(minutiae, 100, 100, dpi))
     zoom = 500 / dpi
     assert prepared.to_500dpi == zoom
     assert prepared.points[:2].T.tolist() == [[10 * zoom, -20 * zoom], [30 * zoom, -40 * zoom]]
-    assert pytest.approx(np.array([[1, 0], [0, 1]]), abs=1e-7) == prepared.points[2:].T
+    assert pytest.approx(np.eye(2), abs=1e-7) == prepared.points[2:].T
     assert prepared.quality.tolist() == [1.0, 0.25]
     assert prepared.index.tolist() == [0, 1]
-    assert len(prepared) == 2
 
 
-def test_of_too_many_minutiae_the_best_take_part_in_their_order() -> None:
+@pytest.mark.parametrize(
+    ("quality", "prepared"),
+    [
+        *((none, [USUAL_QUALITY] * 6) for none in (None, [100] * 6, [0] * 6)),
+        ([0] * 5 + [1], [0.0] * 5 + [0.01]),
+        ([100] * 5 + [99], [1.0] * 5 + [0.99]),
+    ],
+)
+def test_a_template_without_qualities_has_the_usual_one(quality, prepared):
+    quality = None if quality is None else np.array(quality)
+    template = template_of(spread_points(np.random.default_rng(6), 6), quality=quality)
+    assert prepare(template).quality.tolist() == prepared
+
+
+def test_of_too_many_minutiae_the_best_take_part_in_their_order():
     quality = np.array([10, 90, 50, 90, 50, 70])
     points = spread_points(np.random.default_rng(1), 6)
-    prepared = prepare(template_of(points, quality=quality), PreparationParameters(max_minutiae=4))
+    parameters = PreparationParameters(max_minutiae=4), NeighbourhoodParameters(size=3)
+    prepared = prepare(template_of(points, quality=quality), *parameters)
     assert prepared.index.tolist() == [1, 2, 3, 5]
     assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
     assert prepared.neighbourhoods.count.tolist() == [3] * 4
-
-
-def test_parameters_of_the_neighbourhoods_are_handed_on() -> None:
-    template = template_of(spread_points(np.random.default_rng(1), 9))
-    prepared = prepare(template, neighbourhood=NeighbourhoodParameters(size=2))
-    assert prepared.neighbourhoods.frame.shape == (9, 6, 2)
+    assert prepared.neighbourhoods.frame.shape == (4, 6, 3)
 
 
 @given(templates())
-def test_any_template_can_be_prepared(template: Template) -> None:
+def test_any_template_can_be_prepared(template):
     prepared = prepare(template)
     ridges = None if template.field is None else template.field.ridges
     assert (prepared.region.ridges is None) == (ridges is None)
@@ -61,50 +63,40 @@ def test_any_template_can_be_prepared(template: Template) -> None:
     assert prepared.region.has_flow == (template.field is not None)
 
 
-def test_region_of_a_field_is_its_mask_and_flow() -> None:
+def test_region_of_a_field_is_its_mask_and_flow():
     mask = np.array([[True, False, False], [True, True, False]])
     orientation = np.array([[0.0, 9.0, 9.0], [np.pi / 4, np.pi / 2, 9.0]])
     template = Template(Minutiae.empty(), 60, 40, 1000.0, RidgeField(20.0, orientation, mask))
     region = prepare(template).region
-    assert region.step == 10.0
-    assert region.has_flow
+    assert (region.step, region.has_flow, region.area) == (10.0, True, 300.0)
     assert region.cells[:2].T.tolist() == [[5, -5], [5, -15], [15, -15]]
     assert pytest.approx(np.array([[1, 0], [0, 1], [-1, 0]]), abs=0.02) == region.cells[2:].T
-    assert region.area == 300.0
     x, y = np.array([5.0, 15, 15, -1, 35, 5]), np.array([-5.0, -15, -5, -5, -5, -25])
     assert region.contains(x, y).tolist() == [True, True, False, False, False, False]
 
 
-def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask() -> None:
+def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask():
     mask = np.zeros((5, 6), bool)
     mask[1, 4] = mask[3, 2] = mask[3, 3] = True
     ridges = np.arange(1, 31, dtype=np.uint64).reshape(mask.shape) << np.uint64(59)
     field = RidgeField(16.0, np.zeros(mask.shape), mask, ridges)
     region = prepare(Template(Minutiae.empty(), 60, 40, 1000.0, field)).region
     assert (region.first_row, region.first_column) == (1, 2)
-    assert region.ridges is not None
     assert region.ridges.dtype == np.uint64
     assert region.ridges.flags.c_contiguous
     assert region.ridges.tolist() == (ridges * mask)[1:4, 2:5].tolist()
     assert region.code.shape == region.ridges.shape
 
 
-def test_ridges_are_not_known_without_a_field_or_without_them_in_it() -> None:
-    points = spread_points(np.random.default_rng(1), 5)
-    assert prepare(template_of(points)).region.ridges is None
-    assert prepare(template_of(points, field=even_field())).region.ridges is None
-
-
 @pytest.mark.parametrize("shape", [(0, 0), (0, 3), (2, 3)])
-def test_ridges_of_an_empty_field_are_none_in_number(shape: tuple[int, int]) -> None:
+def test_ridges_of_an_empty_field_are_none_in_number(shape):
     field = RidgeField(16.0, np.zeros(shape), np.zeros(shape), np.ones(shape))
     prepared = prepare(Template(Minutiae.empty(), 60, 40, field=field))
-    assert prepared.region.ridges is not None
     assert prepared.region.ridges.size == 0
     prepared.for_kernels()
 
 
-def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
+def test_region_without_a_field_is_the_hull_of_the_minutiae():
     corners = np.array([[20.0, 180, 180, 20], [-20, -20, -180, -180], [1, 1, 1, 1], [0, 0, 0, 0]])
     region = prepare(template_of(corners)).region
     assert not region.has_flow
@@ -117,23 +109,21 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
 
 
 @given(seeds)
-def test_the_hull_holds_its_minutiae(seed: int) -> None:
+def test_the_hull_holds_its_minutiae(seed):
     rng = np.random.default_rng(seed)
     prepared = prepare(template_of(spread_points(rng, int(rng.integers(1, 20)))))
     assert prepared.region.contains(*prepared.points[:2]).all()
 
 
-def test_minutiae_outside_the_image_have_no_region() -> None:
-    prepared = prepare(
-        template_of(spread_points(np.random.default_rng(1), 9) * [[-1], [1], [1], [1]])
-    )
-    assert not prepared.region.inside
-    assert prepared.region.area == 0
+def test_minutiae_outside_the_image_have_no_region():
+    points = spread_points(np.random.default_rng(1), 9) * [[-1], [1], [1], [1]]
+    prepared = prepare(template_of(points))
+    assert prepared.region.inside == prepared.region.area == 0
     assert not prepared.region.contains(*prepared.points[:2]).any()
 
 
 @pytest.mark.parametrize("reach", [2e4, 1e9])
-def test_far_minutiae_take_no_more_memory(reach: float) -> None:
+def test_far_minutiae_take_no_more_memory(reach):
     minutiae = Minutiae(x=[0, reach, 10], y=[0, 10, reach], angle=[0, 0, 0])
     p = PreparationParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
@@ -141,26 +131,25 @@ def test_far_minutiae_take_no_more_memory(reach: float) -> None:
     assert prepared.region.contains(*prepared.points[:2]).all()
 
 
-def test_key_tells_whatever_is_compared_apart() -> None:
+def test_key_differs_where_anything_that_is_compared_does():
     points = spread_points(np.random.default_rng(1), 5)
-    plain = template_of(points)
     one_cell = np.zeros((2, 2), np.float32)
     mask = np.array([[False, False], [False, True]])
-    others = [
-        plain,
-        template_of(points[:, ::-1].copy()),
-        template_of(points[:, 1:].copy()),
-        template_of(points, quality=np.full(5, 99)),
-        template_of(points, field=even_field()),
-        template_of(points, field=even_field(orientation=0.7)),
+    fields = (
+        None,
+        even_field(),
+        even_field(orientation=0.7),
         # the same orientations: other ridges, none in sight, and none known, as above
-        template_of(points, field=striped_field(side=25)),
-        template_of(points, field=striped_field(9.0, side=25)),
-        template_of(points, field=replace(even_field(), ridges=np.zeros((25, 25)))),
+        striped_field(side=25),
+        striped_field(9.0, side=25),
+        replace(even_field(), ridges=np.zeros((25, 25))),
         # two regions of one cell with the same centre
-        template_of(points, field=RidgeField(16.0, one_cell, mask)),
-        template_of(points, field=RidgeField(48.0, one_cell[:1, :1], mask[1:, 1:])),
-    ]
+        RidgeField(16.0, one_cell, mask),
+        RidgeField(48.0, one_cell[:1, :1], mask[1:, 1:]),
+    )
+    others = [template_of(points, field=field) for field in fields]
+    others += [template_of(points[:, ::-1].copy()), template_of(points[:, 1:].copy())]
+    others.append(template_of(points, quality=np.full(5, 99)))
     keys = [prepare(template).key for template in others]
     assert len(set(keys)) == len(others)
     assert prepare(template_of(points)).key == keys[0]

@@ -1,76 +1,66 @@
 """Small prints found by their ridges: against a slow twin, interpreted, and on prints cut out."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
-from types import ModuleType
-from typing import Any
+from itertools import product
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from matching_prints import packed_pictures, seeds, spread_points, template_of
-from matching_weights import interpreted_kernels, print_for
-from numpy.typing import NDArray
+from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
+from matching_weights import print_for
 
-from fpmatch.evaluation.partial import window
 from fpmatch.image.extract import extract
 from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import aligner_of
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import flow_of
-from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.minutiae import RidgeField, Template
+from fpmatch.matching.ridges import RidgeSearchParameters
+from fpmatch.minutiae import RidgeField
+from research.partial_templates import window
 
 SAMPLES = 24
 ROOM = 40
+P = RidgeSearchParameters()
 
-Pairs = list[tuple[int, int, float]]
 
-
-def searched(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: RidgeSearchParameters | None = None
-) -> Pairs:
-    """Return the pairs that the kernel finds, and their values."""
-    p = parameters or RidgeSearchParameters()
-    search = RidgeSearch(p)
-    found = search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM))
+def pairs_of(search, found):
     return [(search.first[k], search.second[k], search.value[k]) for k in range(found)]
 
 
-def pair_transform(
-    small: PreparedTemplate, i: int, large: PreparedTemplate, j: int
-) -> tuple[complex, complex]:
+def searched(a, b, parameters=P):
+    """Return the pairs that the kernel finds, and their values."""
+    search = RidgeSearch(parameters)
+    return pairs_of(search, search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM)))
+
+
+def assert_same_pairs(found, expected):
+    assert [pair[:2] for pair in found] == [pair[:2] for pair in expected]
+    assert np.allclose([pair[2] for pair in found], [pair[2] for pair in expected])
+
+
+def pair_transform(small, i, large, j):
     """Return rotation and shift of the transform that maps minutia i to minutia j."""
     own, other = small.points, large.points
     turn = (other[2, j] + 1j * other[3, j]) * (own[2, i] - 1j * own[3, i])
     return turn, other[0, j] + 1j * other[1, j] - turn * (own[0, i] + 1j * own[1, i])
 
 
-def twin(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    parameters: RidgeSearchParameters | None = None,
-    among: list[tuple[int, int]] | None = None,
-) -> Pairs:
-    """Return the same, one pair of minutiae after the other, as the docstrings say it."""
-    p = parameters or RidgeSearchParameters()
+def twin(a, b, p=P, among=None):
+    """Return the same, one pair of minutiae after the other, as the docstrings define it."""
     swapped = b.region.area < a.region.area
     small, large = (b, a) if swapped else (a, b)
     cells = small.region.cells
-    taken: list[int] = []
+    taken = []
     for k in range(cells.shape[1]):
         if k * SAMPLES >= len(taken) * cells.shape[1] and len(taken) < SAMPLES:
             taken.append(k)
-    place = cells[0, taken] + 1j * cells[1, taken]
-    flow = cells[2, taken] + 1j * cells[3, taken]
+    place, flow = plane(cells[:, taken]), plane(cells[2:, taken])
     middle = place.mean() if len(place) else 0j
     kept = []
-    offered = [(i, j) for i in range(len(small)) for j in range(len(large))]
+    offered = list(product(range(len(small)), range(len(large))))
     if among is not None:
         offered = [(j, i) for i, j in among] if swapped else among
     for i, j in offered:
@@ -88,7 +78,7 @@ def twin(
     kept = sorted(kept, key=lambda row: -round(row[0], 9))[: p.compared]
     correlator = RidgeCorrelator(ROOM)
     sides = small.for_kernels(), large.for_kernels()
-    found: list[tuple[float, int, int, complex, complex]] = []
+    found = []
     for _, i, j in kept:
         turn, shift = pair_transform(small, i, large, j)
         if not correlator.compare_rigid(*sides, turn.real, turn.imag, shift.real, shift.imag):
@@ -109,7 +99,7 @@ def twin(
     return [(j, i, value) if swapped else (i, j, value) for value, i, j, _, _ in found]
 
 
-def some_print(rng: np.random.Generator, size: int, side: int) -> PreparedTemplate:
+def some_print(rng, size, side):
     """Return a print of stripes that run nearly one way, with minutiae anywhere on it."""
     way = rng.uniform(0, np.pi)
     row, column = np.mgrid[: 8 * side, : 8 * side] + 0.5
@@ -123,12 +113,12 @@ def some_print(rng: np.random.Generator, size: int, side: int) -> PreparedTempla
 
 
 @pytest.fixture(scope="module")
-def whole(fingers: list[NDArray[np.uint8]]) -> Template:
+def whole(fingers):
     return extract(fingers[0])
 
 
 @given(seeds)
-def test_search_agrees_with_its_twin(seed: int) -> None:
+def test_search_agrees_with_its_twin(seed):
     rng = np.random.default_rng(seed)
     a = some_print(rng, int(rng.integers(0, 6)), int(rng.integers(2, 7)))
     b = some_print(rng, int(rng.integers(0, 9)), int(rng.integers(4, 12)))
@@ -137,64 +127,50 @@ def test_search_agrees_with_its_twin(seed: int) -> None:
         found=int(rng.integers(1, 4)),
         least_flow=float(rng.choice([-1.0, 0.3, 0.8])),
     )
-    found, expected = searched(a, b, p), twin(a, b, p)
-    assert [pair[:2] for pair in found] == [pair[:2] for pair in expected]
-    assert np.allclose([pair[2] for pair in found], [pair[2] for pair in expected])
+    found = searched(a, b, p)
+    assert_same_pairs(found, twin(a, b, p))
+    assert [(j, i, value) for i, j, value in searched(b, a, p)] == found
 
 
 @given(seeds)
 @settings(max_examples=20)
-def test_interpreted_is_compiled(interpreted: Callable[[str], ModuleType], seed: int) -> None:
+def test_interpreted_is_compiled(plain, seed):
     rng = np.random.default_rng(seed)
     a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
-    kernels = interpreted_kernels(interpreted)
-    search = kernels.ridge_search.RidgeSearch(RidgeSearchParameters())
-    correlator = kernels.ridge.RidgeCorrelator(ROOM)
-    sides = (print_for(kernels.print, side) for side in (a, b))
-    count = search.search(*sides, correlator)
-    found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
-    assert found == searched(a, b)
-
-
-@given(seeds)
-def test_order_of_the_prints_changes_nothing_but_the_order_of_the_pairs(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
-    assert [(j, i, value) for i, j, value in searched(b, a)] == searched(a, b)
+    search = plain.ridge_search.RidgeSearch(P)
+    sides = (print_for(plain, side) for side in (a, b))
+    count = search.search(*sides, plain.ridge.RidgeCorrelator(ROOM))
+    assert pairs_of(search, count) == searched(a, b)
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_part_is_found_where_it_was_cut_out(whole: Template, seed: int) -> None:
+def test_part_is_found_where_it_was_cut_out(whole, seed):
     """The pair found first maps the part, turned and moved, to where it was."""
-    rng = np.random.default_rng(seed)
-    part = window(whole, 110.0, rng)
-    a, b = prepare(part), prepare(whole)
+    a, b = prepare(window(whole, 110.0, np.random.default_rng(seed))), prepare(whole)
     pairs = searched(a, b)
     if not len(a):
         assert pairs == []
         return
     turn, shift = pair_transform(a, pairs[0][0], b, pairs[0][1])
     assert abs(turn - 1) < 0.2
-    middle = a.points[0].mean() + 1j * a.points[1].mean()
+    middle = plane(a.points).mean()
     assert abs(turn * middle + shift - middle) < 8
 
 
-def test_single_minutia_and_the_ridges_round_it_are_a_match(whole: Template) -> None:
+def test_single_minutia_and_the_ridges_round_it_are_a_match(whole):
     """With ridges on 12 by 12 cells one minutia is enough to tell where they lie."""
     inside = np.hypot(whole.minutiae.x - 140, whole.minutiae.y - 150).argmin()
-    part = replace(whole, minutiae=whole.minutiae.take(np.array([inside])))
-    rows, columns = np.indices(part.field.mask.shape) if part.field else (0, 0)
-    assert part.field is not None
+    rows, columns = np.indices(whole.field.mask.shape)
     near = (abs(rows - 9) < 5) & (abs(columns - 8) < 5)
-    part = replace(part, field=replace(part.field, mask=part.field.mask & near))
+    field = replace(whole.field, mask=whole.field.mask & near)
+    part = replace(whole, minutiae=whole.minutiae.take(np.array([inside])), field=field)
     found = MATCHER.compare(MATCHER.prepare(part), MATCHER.prepare(whole))
-    assert found.transform is not None
     assert len(found.pairs) == 1
     assert abs(found.transform.tx) + abs(found.transform.ty) < 1e-6
 
 
 @pytest.mark.parametrize("size", [0, 1])
-def test_prints_of_hardly_anything(size: int) -> None:
+def test_prints_of_hardly_anything(size):
     rng = np.random.default_rng(3)
     few = some_print(rng, size, 2)
     assert searched(few, few)[: 1 - size] == []
@@ -202,28 +178,21 @@ def test_prints_of_hardly_anything(size: int) -> None:
     assert searched(few, empty) == searched(empty, few) == []
 
 
-def test_fewest_parameters_are_taken_for_one() -> None:
+def test_fewest_parameters_are_taken_for_one():
     rng = np.random.default_rng(3)
     a, b = some_print(rng, 5, 5), some_print(rng, 8, 8)
     least = RidgeSearchParameters(compared=0, found=0, least_flow=-1.0)
     assert len(searched(a, b, least)) <= 1
 
 
-def test_parameters_name_the_cosine_of_the_rotation() -> None:
-    assert RidgeSearchParameters(apart_deg=60.0).apart_cosine == pytest.approx(0.5)
-
-
-def candidates_of(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Any, list[tuple[int, int]]]:
-    """Return an aligner whose local matches are relaxed, and the candidates."""
+def relaxed(a, b):
+    """Return an aligner whose local matches are relaxed, and the number of candidates."""
     aligner = aligner_of(a.points, b.points)
-    count = aligner.relax(local_similarity(a.neighbourhoods, b.neighbourhoods))
-    relaxation = aligner.relaxation
-    pairs = zip(relaxation.first[:count], relaxation.second[:count], strict=True)
-    return aligner, [(int(i), int(j)) for i, j in pairs]
+    return aligner, aligner.relax(local_similarity(a.neighbourhoods, b.neighbourhoods))
 
 
 @given(seeds)
-def test_larger_prints_are_looked_for_among_the_candidates(seed: int) -> None:
+def test_larger_prints_are_looked_for_among_the_candidates(seed):
     """The one pair under which the ridges agree best, as the search of all pairs would find it."""
     rng = np.random.default_rng(seed)
     a, b = some_print(rng, 9, 8), some_print(rng, 12, 9)
@@ -232,26 +201,24 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed: int) -> None:
         candidate_flow=float(rng.choice([-1.0, 0.5])),
         candidate_value=float(rng.choice([0.0, 1.0, 3.0])),
     )
-    aligner, candidates = candidates_of(a, b)
-    search = RidgeSearch(p)
+    aligner, count = relaxed(a, b)
+    found = aligner.relaxation
+    pairs = zip(found.first[:count], found.second[:count], strict=True)
+    candidates = [(int(i), int(j)) for i, j in pairs]
+    search, correlator = RidgeSearch(p), RidgeCorrelator(ROOM)
     sides = a.for_kernels(), b.for_kernels()
-    count = search.search_candidates(*sides, aligner.relaxation, RidgeCorrelator(ROOM))
+    count = search.search_candidates(*sides, aligner.relaxation, correlator)
     wide = replace(p, compared=p.candidates, found=1, least_flow=p.candidate_flow)
     expected = [row for row in twin(a, b, wide, candidates) if row[2] > p.candidate_value]
-    found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
-    assert [row[:2] for row in found] == [row[:2] for row in expected]
-    assert np.allclose([row[2] for row in found], [row[2] for row in expected])
+    assert_same_pairs(pairs_of(search, count), expected)
     # and what was searched before leaves no trace
-    every = search.search(*sides, RidgeCorrelator(ROOM))
-    again = [(search.first[k], search.second[k], search.value[k]) for k in range(every)]
-    assert again == searched(a, b, p)
+    assert pairs_of(search, search.search(*sides, correlator)) == searched(a, b, p)
 
 
-def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole: Template) -> None:
+def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole):
     """The mesh grows from it, to the pairs that the whole print has with itself."""
     print_ = prepare(whole)
-    aligner = aligner_of(print_.points, print_.points)
-    aligner.relax(local_similarity(print_.neighbourhoods, print_.neighbourhoods))
+    aligner, _ = relaxed(print_, print_)
     for k in range(0, len(print_), 5):
         assert aligner.start_from(k, k) > 0.8 * len(print_)
         assert (np.asarray(aligner.partner)[: len(print_)] >= 0).mean() > 0.8

@@ -1,19 +1,16 @@
 """One-to-one comparison: a workspace used again changes nothing, and the fit has a plain twin."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matching_prints import COMPILED, jittered, seeds, spread_points, template_of
+from matching_prints import COMPILED, doubled_prints, jittered, seeds, spread_points, template_of
 from matching_weights import (
+    ALWAYS,
+    NEVER,
     REJECTING,
     interpreted_comparer,
     print_for,
@@ -25,14 +22,13 @@ from fpmatch.matching import _compare_kernel
 from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.compare import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import PreparedTemplate
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.pointset.similarity import Similarity
 
 EXAMPLES = 50 if COMPILED else 10
 
 
-def impressions(seed: int, size: int) -> tuple[PreparedTemplate, PreparedTemplate]:
+def impressions(seed, size):
     """Return two impressions of one finger, in the order of their content."""
     rng = np.random.default_rng(seed)
     points = spread_points(rng, size)
@@ -42,7 +38,7 @@ def impressions(seed: int, size: int) -> tuple[PreparedTemplate, PreparedTemplat
 
 
 @pytest.mark.parametrize("refine", [-1.0, 4.0])
-def test_a_workspace_used_before_gives_the_same(refine: float) -> None:
+def test_a_workspace_used_before_gives_the_same(refine):
     """Whatever was compared in it before; the model is that of each two prints."""
     prints = [side for seed, size in enumerate((12, 30, 5)) for side in impressions(seed, size)]
     weights = some_weights(refine, prefilter=REJECTING)
@@ -51,27 +47,27 @@ def test_a_workspace_used_before_gives_the_same(refine: float) -> None:
     for probe, reference in product([*prints, prints[0]], prints):
         if probe is reference:
             continue
-        first = reference.key < probe.key
         fresh = Workspace(64, evidence_scorer(64, weights))
-        used.load(probe)
-        fresh.load(probe)
-        total = used.rejected(reference, reference_first=first)
-        assert total == fresh.rejected(reference, reference_first=first)
+        totals, found = [], []
+        for workspace in (used, fresh):
+            workspace.load(probe)
+            first = reference.key < probe.key
+            totals.append(workspace.rejected(reference, reference_first=first))
+            aligned = workspace.align(reference, reference_first=first)
+            if aligned is not None:
+                alignment, evidence = aligned
+                parts = alignment.partner.tolist(), evidence.features.tolist()
+                found.append((*parts, evidence.minus_log_fmr))
+        assert totals[0] == totals[1]
+        assert len(found) == 0 or (found[0] == found[-1] and len(found) == 2)
         a, b = probe.bit_descriptors, reference.bit_descriptors
         shortfall = min(9.0 + min(len(probe), len(reference)), 33.0) - descriptor_similarity(a, b)
-        assert total == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
-        rejected += total is not None
-        found = used.align(reference, reference_first=first)
-        alone = fresh.align(reference, reference_first=first)
-        assert (found is None) is (alone is None)
-        if found is not None and alone is not None:
-            assert found[1].minus_log_fmr == alone[1].minus_log_fmr
-            assert found[1].features.tolist() == alone[1].features.tolist()
-            assert found[0].partner.tolist() == alone[0].partner.tolist()
+        assert totals[0] == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
+        rejected += totals[0] is not None
     assert 0 < rejected < len(prints) ** 2
 
 
-def test_a_thread_has_one_workspace_until_a_larger_print_comes_or_other_weights() -> None:
+def test_a_thread_has_one_workspace_until_a_larger_print_comes_or_other_weights():
     first = workspace_for(10)
     assert first.capacity >= LEAST_CAPACITY
     assert workspace_for(20) is first
@@ -82,13 +78,13 @@ def test_a_thread_has_one_workspace_until_a_larger_print_comes_or_other_weights(
         assert workspace_for(10) is not larger
 
 
-def test_every_thread_has_a_workspace_of_its_own() -> None:
+def test_every_thread_has_a_workspace_of_its_own():
     with ThreadPoolExecutor(1) as pool:
         other = pool.submit(workspace_for, 10).result()
     assert other is not workspace_for(10)
 
 
-def test_threads_compare_as_one_does() -> None:
+def test_threads_compare_as_one_does():
     pairs = [impressions(seed, 15) for seed in range(8)] * 4
     expected = [MATCHER.compare(a, b).similarity for a, b in pairs]
     with ThreadPoolExecutor(4) as pool:
@@ -96,34 +92,31 @@ def test_threads_compare_as_one_does() -> None:
     assert found == expected
 
 
-@given(seeds)
+@given(seeds, st.booleans(), st.sampled_from([ALWAYS, -8.0, NEVER]), st.sampled_from([0.0, NEVER]))
 @settings(max_examples=6 if COMPILED else 2)
-def test_compiled_and_interpreted_align_the_same(
-    interpreted: Callable[[str], ModuleType], seed: int
-) -> None:
+def test_compiled_and_interpreted_align_the_same(plain, seed, doubled, refine, confident):
     """Every kernel interpreted, from the bit descriptors to the sum."""
-    weights = some_weights(prefilter=REJECTING)
-    a, b = impressions(seed, 9)
-    plain, comparer = interpreted_comparer(interpreted, a, 9, weights)
-    compiled = Workspace(9, evidence_scorer(9, weights))
+    weights = some_weights(refine, prefilter=REJECTING, confident=confident)
+    a, b = doubled_prints(seed) if doubled else impressions(seed, 9)
+    room = max(len(a), len(b))
+    comparer = interpreted_comparer(plain, a, room, weights)
+    compiled = Workspace(room, evidence_scorer(room, weights))
     compiled.load(a)
-    view = print_for(plain.print, b)
+    view = print_for(plain, b)
     for first in (False, True):
         aligned = compiled.align(b, reference_first=first)
         total = comparer.align(view, first)
         if aligned is not None:
-            assert total == pytest.approx(aligned[1].minus_log_fmr, rel=1e-9)
             aligner = comparer.before if first else comparer.after
-            assert aligner.best_partner[:9].tolist() == aligned[0].partner.tolist()
+            partner = np.asarray(aligner.best_partner)[: len(aligned[0].partner)]
+            assert partner.tolist() == aligned[0].partner.tolist()
+            assert total == pytest.approx(aligned[1].minus_log_fmr, rel=1e-9)
         shortfall = comparer.shortfall(view, first)
         found = compiled.rejected(b, reference_first=first)
         assert found == (comparer.scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
 
 
-Fit = tuple[Similarity, list[list[int]], float]
-
-
-def fit_of(module: ModuleType, given_: dict[str, Any], *, swapped: bool) -> Fit:
+def fit_of(module, given_, *, swapped):
     n = int((given_["partner"] >= 0).sum())
     pairs, fitted = np.empty((n, 2), np.int32), np.empty(5)
     assert module.fit_pairs(*given_.values(), swapped, pairs, fitted) == n
@@ -131,7 +124,7 @@ def fit_of(module: ModuleType, given_: dict[str, Any], *, swapped: bool) -> Fit:
     return Similarity(*transform), pairs.tolist(), rms
 
 
-def fit_twin(given_: dict[str, Any], *, swapped: bool) -> Fit:
+def fit_twin(given_, *, swapped):
     a, b, zoom_a, zoom_b, index_a, index_b, partner, weight, turn, fewest, stretch = given_.values()
     i = np.flatnonzero(partner >= 0)
     j, w = partner[i], weight[i]
@@ -151,7 +144,7 @@ def fit_twin(given_: dict[str, Any], *, swapped: bool) -> Fit:
     return transform, pairs.tolist(), float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def pairs_to_fit(seed: int, paired: int) -> dict[str, Any]:
+def pairs_to_fit(seed, paired):
     """Return pairs under a transform of some scale, among minutiae of which not all are paired."""
     rng = np.random.default_rng(seed)
     a = rng.uniform(20, 300, (4, 14))
@@ -180,23 +173,13 @@ def pairs_to_fit(seed: int, paired: int) -> dict[str, Any]:
 
 @given(seeds, st.integers(1, 14), st.booleans())
 @settings(max_examples=EXAMPLES)
-def test_the_fit_agrees_with_its_twin(seed: int, paired: int, swapped: bool) -> None:
-    found = pairs_to_fit(seed, paired)
-    transform, pairs, rms = fit_of(_compare_kernel, found, swapped=swapped)
-    expected, expected_pairs, expected_rms = fit_twin(found, swapped=swapped)
-    assert pairs == expected_pairs
+def test_the_fit_compiled_and_interpreted_agrees_with_its_twin(plain, seed, paired, swapped):
+    given_ = pairs_to_fit(seed, paired)
+    transform, pairs, rms = fit_of(_compare_kernel, given_, swapped=swapped)
+    expected, expected_pairs, expected_rms = fit_twin(given_, swapped=swapped)
+    same, same_pairs, same_rms = fit_of(plain.compare, given_, swapped=swapped)
+    assert pairs == expected_pairs == same_pairs
     assert rms == pytest.approx(expected_rms, abs=1e-9)
-    assert transform.matrix == pytest.approx(expected.matrix, rel=1e-9, abs=1e-8)
-
-
-@given(seeds, st.integers(1, 14), st.booleans())
-@settings(max_examples=EXAMPLES)
-def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], seed: int, paired: int, swapped: bool
-) -> None:
-    found = pairs_to_fit(seed, paired)
-    transform, pairs, rms = fit_of(_compare_kernel, found, swapped=swapped)
-    same, same_pairs, same_rms = fit_of(interpreted("_compare_kernel"), found, swapped=swapped)
-    assert pairs == same_pairs
     assert rms == pytest.approx(same_rms, rel=1e-12, abs=1e-12)
+    assert transform.matrix == pytest.approx(expected.matrix, rel=1e-9, abs=1e-8)
     assert transform.matrix == pytest.approx(same.matrix, rel=1e-12)

@@ -19,7 +19,7 @@ from fpmatch.pointset.frames import (
     frame_if_needed,
     frame_of,
 )
-from fpmatch.pointset.points import box_of
+from fpmatch.pointset.points import points_in_box
 from fpmatch.pointset.similarity import Similarity
 
 moves = st.builds(
@@ -36,7 +36,7 @@ exponents = st.integers(-MAX_EXPONENT + 20, MAX_EXPONENT - 20)
 
 
 def in_frame_if_needed(points: np.ndarray, name: str = "points") -> UnitFrame:
-    return frame_if_needed(points, box_of(points), name)
+    return frame_if_needed(*points_in_box(points), name)
 
 
 def sized(seed: int, exponent: int, offset: float = 0.0) -> np.ndarray:

@@ -78,7 +78,9 @@ def test_every_point_is_once_in_its_cell(points: np.ndarray, side: float) -> Non
     assert np.diff(grid.start).tolist() == counts.tolist()
     assert (cell[:-1] <= cell[1:]).all()
     for k in range(points.shape[1]):
-        assert grid.row(grid.y[k]) * grid.columns + grid.column(grid.x[k]) == cell[k]
+        column, row, *past = grid.around(grid.x[k], grid.y[k], 0.0)
+        assert row * grid.columns + column == cell[k]
+        assert past == [column + 1, row + 1]
 
 
 @given(clouds, sides)

@@ -17,7 +17,6 @@ from fpmatch.pointset.random_sets import (
     PointModel,
     RandomPair,
     independent_pair,
-    mean_nearest_distance,
     random_pair,
     share_of,
 )
@@ -156,7 +155,7 @@ def test_mean_nearest_distance_is_that_of_random_points() -> None:
 
     q = random_pair(1, 20_000, 1.0, 0.0, 0.4, rng=5).q
     measured = cKDTree(q).query(q, k=2)[0][:, 1].mean()
-    assert measured == pytest.approx(mean_nearest_distance(math.sqrt(20_000), 20_000), rel=0.02)
+    assert measured == pytest.approx(0.5, rel=0.02)
 
 
 def test_tolerance_is_by_the_density_of_q() -> None:

@@ -1,7 +1,5 @@
 """`research.experiments.calibration_check`: impostors counted, and held against the scores."""
 
-from __future__ import annotations
-
 import json
 from types import SimpleNamespace
 
@@ -37,31 +35,25 @@ def set_of(name, impostors, genuine=(), no_template=0):
     return SimpleNamespace(name=name, outcomes=outcomes, pairs=SimpleNamespace(genuine=is_genuine))
 
 
+def check_of(*rows):
+    return check_calibration(SimpleNamespace(matcher=NAME, sets=rows), TEN_A_UNIT)
+
+
 def test_impostors_are_counted_at_each_score_and_no_other_pairs_are():
-    row = set_of("one", [0.5, 1.9, 2.0, 2.5, 4.0], genuine=[8.0], no_template=3)
-    (check,) = check_calibration(SimpleNamespace(matcher=NAME, sets=(row,)), TEN_A_UNIT)
+    (check,) = check_of(set_of("one", [0.5, 1.9, 2.0, 2.5, 4.0], genuine=[8.0], no_template=3))
     assert check == CalibrationCheck("one", 5, (3, 1, 1))
     assert check.shares == (0.6, 0.2, 0.2)
     assert check.factors == pytest.approx((60.0, 200.0, 2000.0))
-
-
-def test_several_databases_are_followed_by_all_of_them():
-    rows = (set_of("one", [2.0, 0.0]), set_of("two", [3.0] * 3))
-    *each, together = check_calibration(SimpleNamespace(matcher=NAME, sets=rows), TEN_A_UNIT)
+    *each, together = check_of(set_of("one", [2.0, 0.0]), set_of("two", [3.0] * 3))
     assert [check.name for check in each] == ["one", "two"]
     assert together == CalibrationCheck("all", 5, (4, 3, 0))
 
 
 @pytest.mark.parametrize(
-    ("reached", "kept"),
-    [
-        ((100, 10, 1), (True, True, True)),
-        ((50, 20, 2), (True, True, True)),
-        ((49, 21, 0), (False, False, False)),
-    ],
+    ("reached", "kept"), [((100, 10, 1), True), ((50, 20, 2), True), ((49, 21, 0), False)]
 )
 def test_a_factor_of_two_either_way_is_kept(reached, kept):
-    assert CalibrationCheck("one", 10_000, reached).kept == kept
+    assert CalibrationCheck("one", 10_000, reached).kept == (kept,) * 3
 
 
 def test_the_table_marks_what_is_not_kept_and_json_holds_the_counts():

@@ -1,8 +1,7 @@
 """`research.experiments.direction_agreement`: counts of directions that agree or are flipped."""
 
-from __future__ import annotations
-
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ONE = Minutiae(x=[50], y=[50], angle=[1.0])
 
 
-def turned(minutiae: Minutiae, degrees: float) -> Minutiae:
+def turned(minutiae, degrees):
     return Minutiae(minutiae.x, minutiae.y, minutiae.angle + np.radians(degrees))
 
 
@@ -33,23 +32,20 @@ def turned(minutiae: Minutiae, degrees: float) -> Minutiae:
     [(0, 1, 0), (29, 1, 0), (-29, 1, 0), (31, 0, 0), (149, 0, 0), (151, 0, 1), (-170, 0, 1)],
 )
 @pytest.mark.parametrize("angle", [1.0, 0.05, 6.25])  # the last two on either side of zero
-def test_one_pair_by_its_turn(degrees: float, agreeing: int, flipped: int, angle: float) -> None:
+def test_one_pair_by_its_turn(degrees, agreeing, flipped, angle):
     one = Minutiae(x=[50], y=[50], angle=[angle])
     assert compare_directions(one, turned(one, degrees)) == Agreement(1, agreeing, flipped)
 
 
 @pytest.mark.parametrize(("distance", "pairs"), [(0, 1), (8, 1), (8.5, 0)])
-def test_only_near_minutiae_are_compared(distance: float, pairs: int) -> None:
+def test_only_near_minutiae_are_compared(distance, pairs):
     moved = Minutiae(ONE.x + np.float32(distance), ONE.y, ONE.angle)
     assert compare_directions(ONE, moved).pairs == pairs
 
 
-def test_a_minutia_is_compared_once_and_with_the_nearest() -> None:
+def test_a_minutia_is_compared_once_and_with_the_nearest():
     theirs = Minutiae(x=[53, 51], y=[50, 50], angle=[1.0, 1.0 + np.pi])
     assert compare_directions(ONE, theirs) == Agreement(1, 0, 1)
-
-
-def test_counts_add_up_and_without_pairs_there_is_no_share() -> None:
     nothing = compare_directions(Minutiae.empty(), ONE)
     assert nothing == compare_directions(ONE, Minutiae.empty()) == Agreement()
     assert math.isnan(nothing.agreeing_share)
@@ -60,26 +56,21 @@ def test_counts_add_up_and_without_pairs_there_is_no_share() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40))
-def test_a_wrong_convention_is_recognised(seed: int, count: int) -> None:
-    rng = np.random.default_rng(seed)
-    x, y, angle = rng.uniform(0, 400, count), rng.uniform(0, 400, count), rng.uniform(0, 7, count)
-    ours = Minutiae(x, y, angle)
-    assert compare_directions(ours, ours) == Agreement(count, count, 0)
-    assert compare_directions(ours, turned(ours, 180)) == Agreement(count, 0, count)
-    assert compare_directions(ours, turned(ours, 90)) == Agreement(count, 0, 0)
+def test_a_wrong_convention_is_recognised(seed, count):
+    ours = Minutiae(*np.random.default_rng(seed).uniform(0, (400, 400, 7), (count, 3)).T)
+    for degrees, agreeing, flipped in ((0, count, 0), (180, 0, count), (90, 0, 0)):
+        found = compare_directions(ours, turned(ours, degrees))
+        assert found == Agreement(count, agreeing, flipped)
 
 
-def extracted(*templates: Template | None) -> ExtractedSet:
-    impressions = tuple(
-        Impression(101, k, Path(f"101_{k}.tif")) for k in range(1, len(templates) + 1)
-    )
-    extractions = tuple(
-        Extraction(one, "" if one is not None else "no ridges", 0.0) for one in templates
-    )
-    return ExtractedSet(Dataset("db", 500.0, "", impressions), extractions)
+def extracted(*templates):
+    paths = [Path(f"101_{k}.tif") for k in range(1, len(templates) + 1)]
+    impressions = tuple(Impression(101, k, path) for k, path in enumerate(paths, start=1))
+    found = tuple(Extraction(one, "" if one else "no ridges", 0.0) for one in templates)
+    return ExtractedSet(Dataset("db", 500.0, "", impressions), found)
 
 
-def test_a_database_is_all_its_impressions_but_those_without_a_template(tmp_path: Path) -> None:
+def test_a_database_is_all_its_impressions_but_those_without_a_template(tmp_path):
     for k, degrees in enumerate((57.3, 237.3, 0), start=1):
         (tmp_path / f"101_{k}.csv").write_text(f"x,y,theta\n52,50,{degrees}\n")
     template = Template(ONE, 100, 100)
@@ -88,24 +79,19 @@ def test_a_database_is_all_its_impressions_but_those_without_a_template(tmp_path
         measure_agreement(extracted(template, template, None, template), tmp_path)
 
 
-def test_the_command_prints_a_row_for_each_database_and_extractor(
-    tmp_path: Path, run_research
-) -> None:
+def test_the_command_prints_a_row_for_each_database_and_extractor(tmp_path, run_research):
     prints, theirs = tmp_path / "year", tmp_path / "minutiae" / "theirs" / "year" / "DB1"
     (prints / "DB1").mkdir(parents=True)
     theirs.mkdir(parents=True)
-    (prints / "DB1" / "101_1.tif").write_bytes((ROOT / "sample_data" / "101_1.tif").read_bytes())
+    shutil.copy(ROOT / "sample_data" / "101_1.tif", prints / "DB1")
     (theirs / "101_1.csv").write_text("x,y,theta\n")
     done = run_research("check", "conventions", prints, tmp_path / "minutiae", "--workers", 1)
-    assert done.stderr == ""
-    assert done.stdout.splitlines()[1].split() == [
-        *("DB1", "theirs", "0", "nan%", "nan%"),
-        *("outside", "the", "limits"),
-    ]
-    assert done.exit_code == 1
+    assert (done.exit_code, done.stderr) == (1, "")
+    row = done.stdout.splitlines()[1].split()
+    assert row == ["DB1", "theirs", "0", "nan%", "nan%", "outside", "the", "limits"]
 
 
-def test_folders_without_minutiae_are_refused(tmp_path: Path, run_research) -> None:
+def test_folders_without_minutiae_are_refused(tmp_path, run_research):
     done = run_research("check", "conventions", tmp_path, tmp_path)
     assert (done.exit_code, done.stdout) == (2, "")
     assert done.stderr.startswith("research check conventions: error: ")

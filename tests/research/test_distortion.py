@@ -1,7 +1,5 @@
 """`research.experiments.distortion`: the strain of a known warp, and the table."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -48,23 +46,17 @@ def test_a_similarity_has_no_strain(impression):
 
 def test_strain_and_displacement_grow_with_the_drag(impression):
     still = warped(impression, torsion=0.0, traction=(0.0, 0.0))
-    found = [
-        distortion_between(still, warped(still, traction=(pull, 0.0)), grid_px=8)
-        for pull in (0.0, 5.0, 10.0, 20.0)
-    ]
-    strain, displacement = np.array(found).T
+    pulled = [warped(still, traction=(pull, 0.0)) for pull in (0.0, 5.0, 10.0, 20.0)]
+    strain, displacement = np.array([distortion_between(still, one, grid_px=8) for one in pulled]).T
     assert strain[0] == pytest.approx(0.0, abs=1e-6)
     assert (np.diff(strain) > 0).all()
     assert (np.diff(displacement) > 0).all()
     # a slide reaches its full length over one radius, by half a cosine: pi / 2 of the mean slope
     steepest = 0.5 * math.pi * 20.0 / still.warp.half_axes[0]
     assert 0.5 * steepest < strain[3] < steepest / (1 - steepest)
-
-
-def test_prints_that_share_no_skin_cannot_be_measured(impression):
-    placement = replace(impression.warp.placement, tx=10_000.0)
+    far = replace(impression.warp.placement, tx=10_000.0)
     with pytest.raises(DatasetError, match="too little skin"):
-        distortion_between(impression, warped(impression, placement=placement))
+        distortion_between(impression, warped(impression, placement=far))
 
 
 def test_the_last_impression_is_the_most_distorted_and_the_skin_does_not_fold():

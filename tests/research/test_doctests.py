@@ -1,7 +1,5 @@
 """The examples in the docstrings of `research`."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import pkgutil
@@ -15,5 +13,5 @@ MODULES = {one.name for one in pkgutil.walk_packages(research.__path__, "researc
 
 
 @pytest.mark.parametrize("name", sorted(MODULES - NEEDS_TORCH - {"research.__main__"}))
-def test_examples(name: str) -> None:
+def test_examples(name):
     assert doctest.testmod(importlib.import_module(name)).failed == 0

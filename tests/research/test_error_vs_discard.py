@@ -1,7 +1,5 @@
 """`research.experiments.error_vs_discard`: the pairs that are left and lost."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 
@@ -11,16 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from research.experiments.error_vs_discard import (
-    QualitySample,
-    curves_as_json,
-    discard_curve,
-    pool,
-)
+from research.experiments.error_vs_discard import QualitySample, curves_as_json, discard_curve, pool
 from research.tables.quality import discard_tables
 
 
-def made(seed: int, prints: int = 20, *, predictive: bool) -> QualitySample:
+def made(seed, prints=20, *, predictive):
     """Return prints whose worst ones match nothing, and qualities that predict this, or do not."""
     rng = np.random.default_rng(seed)
     quality = rng.permutation(np.arange(prints) * 5)
@@ -31,19 +24,16 @@ def made(seed: int, prints: int = 20, *, predictive: bool) -> QualitySample:
     return QualitySample("made", given, Counter(partial=2), pairs, genuine, rng.uniform(0, 5, 2000))
 
 
-def test_discarding_the_worst_ends_all_errors() -> None:
+def test_discarding_the_worst_ends_all_errors_if_quality_predicts_them():
     curve = discard_curve(made(1, predictive=True), shares=(0, 0.05, 0.1))
     assert curve.lost[0] > curve.lost[1] > curve.lost[2] == 0
     assert curve.below == (0, 5, 10)
     assert curve.genuine == (190, 171, 153)
-
-
-def test_a_quality_that_predicts_nothing_does_not() -> None:
     assert discard_curve(made(1, predictive=False)).fnmr[2] > 0
 
 
 @given(st.integers(0, 1000), st.integers(2, 12))
-def test_less_is_left_the_more_is_discarded(seed: int, prints: int) -> None:
+def test_less_is_left_the_more_is_discarded(seed, prints):
     curve = discard_curve(made(seed, prints, predictive=False), shares=(0, 0.2, 0.5, 0.9, 1))
     assert list(curve.genuine) == sorted(curve.genuine, reverse=True)
     assert list(curve.lost) == sorted(curve.lost, reverse=True)
@@ -51,19 +41,19 @@ def test_less_is_left_the_more_is_discarded(seed: int, prints: int) -> None:
     assert curve.fnmr[-1] == 0
 
 
-def test_pooling_keeps_pairs_with_their_prints() -> None:
+def test_pooling_keeps_pairs_with_their_prints():
     both = pool([made(1, predictive=True), made(2, 10, predictive=True)])
     assert both.reasons == {"partial": 4}
     assert both.pairs[:190].max() == 19
     assert (both.pairs[190:].min(), both.pairs[190:].max()) == (20, 29)
 
 
-def test_too_few_impostors_are_refused() -> None:
+def test_too_few_impostors_are_refused():
     with pytest.raises(DatasetError, match="made: too few impostor pairs for an FMR of 1e-06"):
         discard_curve(made(1, predictive=True), fmr=1e-6)
 
 
-def test_one_database_needs_no_pooled_row() -> None:
+def test_one_database_needs_no_pooled_row():
     document = curves_as_json([made(1, predictive=True)])
     assert [row["name"] for row in document["sets"]] == ["made"]
     assert "made" in discard_tables(json.loads(json.dumps(document)))

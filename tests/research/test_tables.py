@@ -1,10 +1,7 @@
 """`research.tables`: the pages show the kept results, and results become tables."""
 
-from __future__ import annotations
-
 import json
 import re
-from pathlib import Path
 
 import pytest
 
@@ -21,13 +18,13 @@ from research.tables.performance import format_ratios, format_stages
 from research.tables.synthesis import format_synthesis, preset_rows
 
 
-def test_the_pages_show_the_kept_results(run_research) -> None:
+def test_the_pages_show_the_kept_results(run_research):
     checked = run_research("tables", "--check")
     assert (checked.exit_code, checked.output) == (0, "")
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_every_row_of_a_table_has_as_many_cells_as_its_head(name: str) -> None:
+def test_every_row_of_a_table_has_as_many_cells_as_its_head(name):
     results = load_results(PAGES[name])
     for format_block in PAGES[name].blocks.values():
         for block in format_block(results).split("\n\n"):
@@ -35,7 +32,7 @@ def test_every_row_of_a_table_has_as_many_cells_as_its_head(name: str) -> None:
                 assert len({line.count("|") for line in block.splitlines()}) == 1
 
 
-def test_the_kept_results_are_of_the_present_features_presets_and_sensors() -> None:
+def test_the_kept_results_are_of_the_present_features_presets_and_sensors():
     ablation = load_results(PAGES["accuracy"])["ablation"]
     assert list(ablation) == ["all", *(f"without {name}" for name in FEATURES)]
     synthesis = load_results(PAGES["synthesis"])
@@ -44,7 +41,7 @@ def test_the_kept_results_are_of_the_present_features_presets_and_sensors() -> N
 
 
 @pytest.fixture
-def docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def docs(tmp_path, monkeypatch):
     """Return a folder of documentation with one page."""
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "kept.json").write_text('{"one": 1, "two": 2}')
@@ -58,7 +55,7 @@ def docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_given_part_replaces_the_kept_one(docs: Path) -> None:
+def test_a_given_part_replaces_the_kept_one(docs):
     page = pages.PAGES["page"]
     assert outdated_blocks() == []
     (docs / "new.json").write_text("-7")
@@ -71,7 +68,7 @@ def test_a_given_part_replaces_the_kept_one(docs: Path) -> None:
 
 
 @pytest.mark.parametrize("content", ["{", '{"one": 1}', None])
-def test_broken_results_are_refused(docs: Path, content: str | None) -> None:
+def test_broken_results_are_refused(docs, content):
     path = docs / "data" / "kept.json"
     path.unlink()
     if content is not None:
@@ -80,19 +77,19 @@ def test_broken_results_are_refused(docs: Path, content: str | None) -> None:
         outdated_blocks()
 
 
-def test_a_page_without_its_marks_is_refused() -> None:
+def test_a_page_without_its_marks_is_refused():
     with pytest.raises(FpmatchError, match="no marks a:start"):
         replace_marked_block("<!-- a:start -->", "a", "new")
 
 
-def test_only_the_rates_that_the_page_shows_are_kept() -> None:
+def test_only_the_rates_that_the_page_shows_are_kept():
     row = {"name": "one", "eer": 0.01, "fmr1000": 0.02, "zero_fnmr": 0.9}
     kept = error_rates_kept({"sets": [row], "mean": row, "pooled": row, "intervals": {}})
     assert kept["sets"] == [{"name": "one", "eer": 0.01, "fmr1000": 0.02}]
     assert set(kept) == {"sets", "mean", "pooled"}
 
 
-def test_an_ablation_shows_rates_changes_and_identical_scores() -> None:
+def test_an_ablation_shows_rates_changes_and_identical_scores():
     rates = {"eer": 0.0123, "fmr1000": 0.03}
     change = {"eer": [-0.001, 0.004], "fmr1000": None}
     row = {"mean": rates, "pooled": rates, "change": change, "identical": 0.25}
@@ -101,14 +98,14 @@ def test_an_ablation_shows_rates_changes_and_identical_scores() -> None:
     assert table.index("with ridges") < table.index("minutiae alone")
 
 
-def test_a_ratio_that_misses_its_target_is_marked() -> None:
+def test_a_ratio_that_misses_its_target_is_marked():
     row = {"name": "one", "value": 0.512, "unit": "times the time", "target": "<= 0.5"}
     row |= {"ok": False, "ours": "30.7 µs", "yardstick": "another: 60 µs"}
     line = format_ratios({"figures": [row]}).splitlines()[-1]
     assert line == "| one | 0.512 times the time | ≤ 0.5 | **no** | 30.7 µs | another: 60 µs |"
 
 
-def test_a_stage_of_one_version_alone_is_shown() -> None:
+def test_a_stage_of_one_version_alone_is_shown():
     before = {"extraction": {"old": 20.0, "both": 1.0}, "matching": {}, "process": {}}
     now = {"extraction": {"both": 0.5, "new": 2.0}, "matching": {}, "process": {}}
     table = format_stages({"before": before, "now": now})
@@ -117,17 +114,17 @@ def test_a_stage_of_one_version_alone_is_shown() -> None:
     assert "| together | 21 ms | 2.50 ms |" in table
 
 
-def test_presets_are_shown_at_the_main_tolerance() -> None:
+def test_presets_are_shown_at_the_main_tolerance():
     agreement = [
-        {"distance_px": 16.0, "precision": 1.0, "recall": 1.0, "f1": 1.0},
-        {"distance_px": 12.0, "precision": 0.9, "recall": 0.8, "f1": 0.847},
+        {"distance_px": px, "precision": precision, "recall": recall, "f1": f1}
+        for px, precision, recall, f1 in ((16.0, 1.0, 1.0, 1.0), (12.0, 0.9, 0.8, 0.847))
     ]
     transforms = {"genuine": 12, "judged": 10, "match": 0.99, "in_place": 0.975}
     measured = {"name": "easy", "prints": 8, "agreement": agreement, "transforms": transforms}
     evaluation = {"sets": [{"name": "easy", "eer": 0.0125}], "ground_truth": {"sets": [measured]}}
     quantiles = {name: [1.0, 2.0, 3.0, 4.0, 5.0] for name in TITLES}
-    one = {"name": "ours", "prints": 8, "quantiles": quantiles}
-    one["outside"] = dict.fromkeys(TITLES, 0.25)
+    outside = dict.fromkeys(TITLES, 0.25)
+    one = {"name": "ours", "prints": 8, "quantiles": quantiles, "outside": outside}
     prints = {"sets": [one], "against": [{**one, "name": "theirs"}]}
     page = format_synthesis({"prints": prints, "presets": preset_rows(evaluation)})
     assert "| ours | 8 | 3.00 (1.00–5.00) |" in page

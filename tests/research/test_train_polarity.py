@@ -1,7 +1,5 @@
 """`research.training.polarity`: the cue that separates dark lines from bright ones is learned."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from fpmatch.image.quality.polarity import evidence_of_cues
 from research.training.polarity import cues_of_finger, fit_polarity
 
 
-def test_the_cue_that_tells_has_the_weight(rng: np.random.Generator) -> None:
+def test_the_cue_that_tells_has_the_weight(rng):
     cues = rng.normal(0, 1, (400, len(LINE_CUES)))
     cues[:, 2] = rng.normal(0.02, 0.01, 400)
     weights = fit_polarity(list(cues), {"seed": 1})
@@ -22,7 +20,7 @@ def test_the_cue_that_tells_has_the_weight(rng: np.random.Generator) -> None:
     assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)
 
 
-def test_one_finger() -> None:
+def test_one_finger():
     once, again = cues_of_finger(5, 1, impressions=2), cues_of_finger(5, 1, impressions=2)
     assert 1 <= len(once) <= 2
     assert np.array_equal(once, again)

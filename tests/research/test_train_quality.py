@@ -1,7 +1,5 @@
 """`research.training.quality`: weights follow the examples and raise no quality for a fault."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,14 +12,14 @@ from fpmatch.image.quality.print_quality import (
     quality_features,
     quality_score,
 )
-from fpmatch.synthesis.master import Master, MasterParameters, make_master
+from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.sensor import Sensor
 from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
 
 SENSOR = Sensor("small", 160, 180)
 
 
-def examples(rng: np.random.Generator, sign: float) -> tuple[list[QualityMeasures], list[float]]:
+def examples(rng, sign):
     """Return prints that compare the better (sign 1) or worse (-1) the more ridges they have."""
     areas = rng.uniform(20, 300, 60)
     figures = [
@@ -32,11 +30,11 @@ def examples(rng: np.random.Generator, sign: float) -> tuple[list[QualityMeasure
 
 
 @pytest.fixture(scope="module")
-def master() -> Master:
+def master():
     return make_master(7, 1, MasterParameters(shape=(240, 220)))
 
 
-def test_more_ridges_are_better_where_examples_say_so(rng: np.random.Generator) -> None:
+def test_more_ridges_are_better_where_examples_say_so(rng):
     weights = fit_quality(*examples(rng, 1))
     assert weights.weight[FEATURES.index("ridges")] > 0.5
     figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.9, 0.02)
@@ -45,22 +43,17 @@ def test_more_ridges_are_better_where_examples_say_so(rng: np.random.Generator) 
     assert quality_score(quality_features(figures), weights) > 50
 
 
-def test_no_examples_make_less_of_a_print_better(rng: np.random.Generator) -> None:
+def test_no_examples_make_less_of_a_print_better(rng):
     assert fit_quality(*examples(rng, -1)).weight[FEATURES.index("ridges")] == 0
 
 
-def test_the_weights_of_the_package_praise_no_fault() -> None:
+def test_the_weights_of_the_package_praise_no_fault():
     weight = load_quality_weights().weight
     assert all(w >= 0 if better else w <= 0 for w, better in zip(weight, BETTER, strict=True))
 
 
-def test_the_same_examples_give_the_same_file(rng: np.random.Generator) -> None:
-    made = examples(rng, 1)
-    assert fit_quality(*made).as_json() == fit_quality(*made).as_json()
-
-
 @pytest.mark.parametrize("fault", sorted(set(FAULTS)))
-def test_every_fault_can_be_made_and_made_again(master: Master, fault: str) -> None:
+def test_every_fault_can_be_made_and_made_again(master, fault):
     one, other = (
         spoilt_impression(master, 1, fault, SENSOR, np.random.default_rng(3)) for _ in range(2)
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ BENCHMARKS = ROOT / "benchmarks"
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def print_of(seed: int, size: int = 30) -> Template:
+def print_of(seed, size=30):
     """Return a template of random minutiae with drawn ridges everywhere."""
     rng = np.random.default_rng(seed)
     columns = rng.uniform((20, 20, 0), (380, 380, 2 * np.pi), (size, 3)).T
@@ -35,15 +35,15 @@ def print_of(seed: int, size: int = 30) -> Template:
     return Template(Minutiae(*columns), 400, 400, field=field)
 
 
-def prints(count: int, impressions: int = 1) -> scores.Prints:
+def prints(count, impressions=1):
     """Return prints of so many fingers."""
-    made = [print_of(k // impressions) for k in range(count * impressions)]
     finger = np.arange(count * impressions) // impressions
+    made = [print_of(k) for k in finger.tolist()]
     return scores.Prints(made, finger, [None] * len(made), [500.0] * len(made))
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 90, 135])
-def test_stripes_run_as_they_are_said_to(degrees) -> None:
+def test_stripes_run_as_they_are_said_to(degrees):
     wave = templates.Wave(np.radians(degrees), 9.0)
     field = templates.drawn_field(wave, lambda x, _: x < 200)
     turned = np.exp(2j * (field.orientation - wave.orientation))
@@ -57,7 +57,7 @@ def test_stripes_run_as_they_are_said_to(degrees) -> None:
 
 
 @given(SEEDS, st.integers(2, 250), st.sampled_from([*templates.FEW, *templates.MANY]))
-def test_random_templates_have_the_size_that_is_asked_for(seed, size, kind) -> None:
+def test_random_templates_have_the_size_that_is_asked_for(seed, size, kind):
     make = {**templates.FEW, **templates.MANY}[kind]
     made = make(size, np.random.default_rng(seed))
     assert len(made.minutiae) == size
@@ -66,7 +66,7 @@ def test_random_templates_have_the_size_that_is_asked_for(seed, size, kind) -> N
     assert made == make(size, np.random.default_rng(seed))
 
 
-def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges() -> None:
+def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges():
     mask = np.zeros((30, 40), bool)
     mask[3:6, 30:35] = True
     orientation = np.where(mask, np.linspace(0, 3, mask.size).reshape(mask.shape), 0.0)
@@ -77,44 +77,34 @@ def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges() -> None
     right, down = np.round((moved.minutiae.xy - minutiae.xy)[0] / 16.0).astype(int)
     assert np.allclose(moved.minutiae.xy - minutiae.xy, [16 * right, 16 * down])
     assert np.abs(moved.minutiae.xy.mean(axis=0) - 200).max() <= 8.0
-    assert moved.field.mask.sum() == mask.sum()
     row, column = np.argwhere(mask).T
-    assert np.array_equal(moved.field.ridges[row + down, column + right], ridges[mask])
-    assert np.array_equal(
-        moved.field.orientation[row + down, column + right], field.orientation[mask]
-    )
+    for name in ("mask", "ridges", "orientation"):
+        there = getattr(moved.field, name)[row + down, column + right]
+        assert np.array_equal(there, getattr(field, name)[mask])
+    assert moved.field.mask.sum() == mask.sum()
 
 
 @given(SEEDS, st.booleans(), st.sampled_from(candidates.TEMPLATE_SIZES))
-def test_changes_keep_a_template_within_its_limits(seed, ridges, size) -> None:
+def test_changes_keep_a_template_within_its_limits(seed, ridges, size):
     rng = np.random.default_rng(seed)
-    form = scores.FORMS[0 if ridges else 1]
-    (space,) = (
-        one
-        for one in candidates.search_spaces(prints(2))
-        if (one.kind, one.size, one.form) == ("wolf", size, form)
-    )
-    candidate = space.start(rng)
+    wanted = "wolf", size, scores.FORMS[0 if ridges else 1]
+    spaces = {(one.kind, one.size, one.form): one for one in candidates.search_spaces(PRINTS)}
+    candidate = spaces[wanted].start(rng)
     for _ in range(10):
-        candidate = space.change(candidate, rng)
+        candidate = spaces[wanted].change(candidate, rng)
         template = candidate.template()
         assert MIN_MINUTIAE <= len(template.minutiae) <= size
         assert 0 <= template.minutiae.xy.min() <= template.minutiae.xy.max() < 400
         assert (template.field is not None) == ridges
 
 
-@dataclass(frozen=True)
-class Number:
-    """A candidate that is a number: the nearer to 100, the better."""
-
-    value: float
-    fingers: tuple[int, ...] = ()
+PRINTS = prints(2)
 
 
 class Nearness:
-    """The objective of such candidates."""
+    """The objective of candidates that are numbers: the nearer to 100, the better."""
 
-    def of(self, candidate: Number) -> float:
+    def of(self, candidate):
         return -abs(candidate.value - 100.0)
 
 
@@ -122,47 +112,42 @@ NUMBERS = search.SearchSpace(
     "number",
     1,
     "",
-    lambda rng: Number(rng.uniform(0, 10)),
-    lambda candidate, rng: Number(candidate.value + rng.normal()),
+    lambda rng: SimpleNamespace(value=rng.uniform(0, 10), fingers=()),
+    lambda candidate, rng: SimpleNamespace(value=candidate.value + rng.normal(), fingers=()),
 )
 
 
-def test_a_search_climbs_and_is_the_same_for_the_same_seed() -> None:
-    def reached(steps: int, seed: int = 1) -> float:
+def test_a_search_climbs_and_is_the_same_for_the_same_seed():
+    def reached(steps, seed=1):
         return search.climb(NUMBERS, Nearness(), search.Budget(0.0, steps), (seed,))[1]
 
     found = [reached(steps) for steps in (0, 50, 400)]
     assert found == sorted(found)
     assert found[0] < -85
     assert found[2] > -5
-    assert reached(50) == found[1]
-    assert reached(50, seed=2) != found[1]
+    assert reached(50) == found[1] != reached(50, seed=2)
+    assert list(search.Budget(0.0).steps_of()) == []  # ends with its time
 
 
-def test_a_search_without_steps_ends_with_its_time() -> None:
-    assert list(search.Budget(0.0).steps_of()) == []
-
-
-def test_prints_of_the_same_finger_are_not_counted() -> None:
+def test_prints_of_the_same_finger_are_not_counted():
     known = prints(4, impressions=2)
     references = scores.References.of(known, scores.FORMS[0])
-    probe = scores.Probe(known.templates[0], 0)
-    row = scores.measured("whole", 30, [probe], scores.FORMS, references)
+
+    def measured(*probe, **options):
+        probes = [scores.Probe(*probe)]
+        return scores.measured("whole", 30, probes, scores.FORMS, references, **options)
+
+    row = measured(known.templates[0], 0)
     assert row.check.impostors == 6
     assert row.check.reached == (0, 0, 0)
-    impostor = scores.measured(
-        "whole", 30, [scores.Probe(known.templates[2])], scores.FORMS, references
-    )
+    impostor = measured(known.templates[2])
     assert impostor.check.reached[2] == 2  # of finger 1, which is among the unseen
     assert (impostor.worst_share, impostor.highest > 60) == (0.5, True)
-    wolf = scores.measured(
-        *("whole", 30, [scores.Probe(known.templates[2])], scores.FORMS, references),
-        adversarial=True,
-    )
+    wolf = measured(known.templates[2], adversarial=True)
     assert (wolf.check.impostors, wolf.check.reached[2]) == (4, 2)  # unseen prints alone
 
 
-def test_the_objective_leaves_out_the_fingers_that_parts_are_of() -> None:
+def test_the_objective_leaves_out_the_fingers_that_parts_are_of():
     known = prints(6)
     objective = search.Objective.on(known)
     candidate = candidates.TemplateCandidate(known.templates[2])
@@ -171,7 +156,7 @@ def test_the_objective_leaves_out_the_fingers_that_parts_are_of() -> None:
 
 
 @given(SEEDS)
-def test_composed_images_change_within_their_limits(seed) -> None:
+def test_composed_images_change_within_their_limits(seed):
     rng = np.random.default_rng(seed)
     bare = scores.Prints([Template(Minutiae.empty(), 1, 1)], np.array([0]), [None], [None])
     image = candidates.ImageCandidate.random(rng, bare, 64)
@@ -182,23 +167,21 @@ def test_composed_images_change_within_their_limits(seed) -> None:
     assert (pixels.shape, pixels.dtype, image.fingers) == ((64, 64), np.uint8, ())
 
 
-def row(**other: object) -> dict[str, object]:
+def row(**other):
     figures = [{"score": 40.0, "reached": 1, "share": 0.005, "factor": 50.0}]
     usual = {"kind": "crop", "size": 64, "probes": "with ridges", "references": "minutiae alone"}
     counts = {"templates": 2, "impostors": 200, "highest": 41.25, "worst_share": 0.02}
     return {**usual, **counts, "scores": figures, "adversarial": False, **other}
 
 
-def test_the_table_marks_what_is_beyond_its_limit() -> None:
+def test_the_table_marks_what_is_beyond_its_limit():
     assert wolf_cells([row()])[1][-4:] == ["0.500 %", "50.00 !", "41.2", "2.00 % !"]
-    kept = row(
-        scores=[{"score": 40.0, "reached": 0, "share": 0.0, "factor": 0.0}], worst_share=0.01
-    )
-    assert not any("!" in cell for cell in wolf_cells([kept])[1])
+    none = [{"score": 40.0, "reached": 0, "share": 0.0, "factor": 0.0}]
+    assert not any("!" in cell for cell in wolf_cells([row(scores=none, worst_share=0.01)])[1])
     assert wolf_cells([row(adversarial=True)])[1][-3] == "50.00"
 
 
-def test_the_short_table_has_a_row_a_kind_and_size() -> None:
+def test_the_short_table_has_a_row_a_kind_and_size():
     rows = [row(), row(probes="minutiae alone"), row(kind="wolf", adversarial=True)]
     lines = format_wolves(rows).splitlines()
     assert len(lines) == 4
@@ -206,13 +189,13 @@ def test_the_short_table_has_a_row_a_kind_and_size() -> None:
     assert lines[3] == "| wolf | 64 | – | 2.00 % |  |  |"
 
 
-def run(*words: object) -> subprocess.CompletedProcess[str]:
+def run(*words):
     command = [sys.executable, str(BENCHMARKS / "wolves.py"), *map(str, words), "--workers", "1"]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
-def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path) -> None:
+def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path):
     wanted = ["--kind", "fragment", "--kind", "wolf image"]
     few = ["--templates", 2, "--steps", 0]
     into = ["--json", tmp_path / "w.json", "--markdown", tmp_path / "w.md"]
@@ -229,7 +212,7 @@ def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("folder", ["nowhere", "docs"])
-def test_bad_input_is_one_line(tmp_path, folder) -> None:
+def test_bad_input_is_one_line(tmp_path, folder):
     done = run(tmp_path / folder, "--json", tmp_path / "w.json")
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert done.stderr.startswith("wolves.py: error: ")

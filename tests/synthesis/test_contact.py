@@ -1,4 +1,4 @@
-"""Skin touches inside the outline; what is legible is known."""
+"""Skin touches inside the outline; what is legible is known; patches of skin move."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.synthesis.contact import BORDER_PX, Contact, PressureParameters, is_legible, press
+from fpmatch.synthesis.contact import (
+    BORDER_PX,
+    Contact,
+    PressureParameters,
+    SmearParameters,
+    is_legible,
+    press,
+    smear,
+    stain,
+)
 from fpmatch.synthesis.presets import PRESETS
 
 SHAPE = (130, 110)
@@ -18,6 +27,8 @@ SMOOTH = {"unevenness": 0, "grain": 0, "max_scratches": 0, "max_spots": 0}
 EVEN = PressureParameters(
     dryness=(0.1, 0.1), tilt=(0, 0), wear=(0, 0), outline=0, ragged=0, **SMOOTH
 )
+LEFT_AND_RIGHT = np.array([[30.0, 60.0], [80.0, 60.0]])
+SKIN = np.cos(2 * np.pi * np.add(*np.mgrid[:120, :110]) / 13).astype(np.float32)
 
 
 def pressed(parameters: PressureParameters, seed: int = 1, **layers: np.ndarray) -> Contact:
@@ -52,8 +63,7 @@ def test_neither_creases_nor_what_is_no_skin_touch() -> None:
 
 
 def test_a_preset_can_hide_creases() -> None:
-    contact = press(RADIUS, NONE + 1, NONE + 1, np.random.default_rng(1), PRESETS["clean"].pressure)
-    assert contact.threshold[65, 55] < 0.5
+    assert pressed(PRESETS["clean"].pressure, creases=NONE + 1).threshold[65, 55] < 0.5
 
 
 def test_harder_presets_press_less_evenly() -> None:
@@ -66,22 +76,15 @@ def test_harder_presets_press_less_evenly() -> None:
     assert spread == sorted(spread)
 
 
-@pytest.mark.parametrize("level", [-1.5, 1.5])
-def test_filled_valleys_and_lost_ridges_are_not_legible(level: float) -> None:
-    threshold = np.zeros(SHAPE, np.float32)
-    threshold[:, 55:] = level
-    contact = Contact(threshold, np.ones_like(threshold), np.zeros_like(threshold))
-    points = np.array([[30.0, 60.0], [80.0, 60.0]])
-    assert is_legible(points, contact).tolist() == [True, False]
-
-
-def test_worn_skin_is_legible_only_where_pressure_is_right() -> None:
-    threshold = np.full(SHAPE, 0.5, np.float32)
-    strength = np.ones_like(threshold)
-    strength[:, 55:] = 0.4
-    contact = Contact(threshold, strength, np.zeros_like(threshold))
-    points = np.array([[30.0, 60.0], [80.0, 60.0]])
-    assert is_legible(points, contact).tolist() == [True, False]
+@pytest.mark.parametrize(
+    ("threshold", "strength"),
+    [((0.0, -1.5), (1.0, 1.0)), ((0.0, 1.5), (1.0, 1.0)), ((0.5, 0.5), (1.0, 0.4))],
+    ids=["filled valleys", "lost ridges", "worn skin"],
+)
+def test_what_is_legible_on_the_left_and_not_on_the_right(threshold, strength) -> None:
+    layers = [np.where(X < 0, *sides).astype(np.float32) for sides in (threshold, strength)]
+    contact = Contact(*layers, NONE.astype(np.float32))
+    assert is_legible(LEFT_AND_RIGHT, contact).tolist() == [True, False]
 
 
 def test_nothing_is_legible_at_or_beyond_the_border() -> None:
@@ -98,3 +101,30 @@ def test_a_minutia_at_the_end_of_the_print_is_not_legible() -> None:
     contact = Contact(threshold, np.ones_like(threshold), np.zeros_like(threshold))
     points = np.array([[58.0, 60.0], [45.0, 60.0]])
     assert is_legible(points, contact).tolist() == [False, True]
+
+
+def test_skin_that_never_moves_stays(rng: np.random.Generator) -> None:
+    still, share = smear(SKIN, rng, SmearParameters(chance=0.0))
+    np.testing.assert_array_equal(still, SKIN)
+    assert not share.any()
+
+
+def test_patches_are_blurred_and_the_rest_stays() -> None:
+    always = SmearParameters(chance=1.0, share=(0.2, 0.2), extent_px=20.0)
+    moved, share = smear(SKIN, np.random.default_rng(2), always)
+    assert share.min() == 0
+    assert share.max() > 0.9
+    assert 0.15 < (share > 0).mean() < 0.25
+    np.testing.assert_array_equal(moved[share == 0], SKIN[share == 0])
+    assert np.abs(moved - SKIN)[share > 0.5].mean() > 0.01
+
+
+def test_stains_lie_where_the_finger_touches_and_are_no_darker_than_said() -> None:
+    touching = np.zeros((120, 110))
+    touching[:, :60] = 1
+    stained = stain(touching, np.random.default_rng(4), SmearParameters(stain=(0.3, 0.3)))
+    assert not stained[:, 60:].any()
+    assert 0.05 < stained.max() <= 0.3
+    assert stained.dtype == np.float32
+    clean = SmearParameters(stain=(0.0, 0.0))
+    assert not stain(touching, np.random.default_rng(4), clean).any()

@@ -62,11 +62,12 @@ def test_files_are_named_as_in_the_fvc_and_the_truth_names_its_images(
 
 def test_images_have_their_size_and_resolution(tmp_path: Path) -> None:
     made = make(tmp_path, fingers=1, impressions=3, sensors=[TINY, FINE])
-    for number, (size, dpi) in enumerate([((64, 72), 500), ((128, 144), 1000)] * 2, start=1):
-        if number <= made.impressions:
-            with Image.open(tmp_path / f"101_{number}.tif") as image:
-                assert (image.format, image.mode, image.size) == ("TIFF", "L", size)
-                assert tuple(map(float, image.info["dpi"])) == (dpi, dpi)
+    assert made.impressions == 3
+    for number, sensor in enumerate((TINY, FINE, TINY), start=1):
+        with Image.open(tmp_path / f"101_{number}.tif") as image:
+            assert (image.format, image.mode) == ("TIFF", "L")
+            assert image.size == (sensor.width, sensor.height)
+            assert tuple(map(float, image.info["dpi"])) == (sensor.dpi, sensor.dpi)
     assert load_dataset(tmp_path).dpi is None
 
 
@@ -148,9 +149,7 @@ def half_way(out: Path, files: int) -> Iterator[subprocess.Popen[str]]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
-@pytest.mark.parametrize(
-    ("sent", "files"), [("SIGKILL", 1), ("SIGKILL", 5), ("SIGINT", 2)], ids=str
-)
+@pytest.mark.parametrize(("sent", "files"), [("SIGKILL", 1), ("SIGKILL", 5), ("SIGINT", 2)])
 def test_a_killed_run_goes_on_to_the_same_bytes(
     tmp_path: Path, undisturbed: dict[str, bytes], sent: str, files: int
 ) -> None:
@@ -193,16 +192,12 @@ def assert_refused(folder: Path, reason: str, error: type[FpmatchError], **chang
 def test_folders_of_others_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("dear")
     assert_refused(tmp_path, "holds files but no dataset.toml", DatasetError)
-    (tmp_path / "dataset.toml").write_text('name = "mine"\n')
-    assert_refused(tmp_path, "not made by fpmatch synth", DatasetError)
 
 
 def test_another_database_is_not_mixed_with_this(tmp_path: Path) -> None:
     make(tmp_path, fingers=1)
     assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
-    assert_refused(tmp_path, "impressions 2, not 3", DatasetError, impressions=3)
-    other = [replace(TINY, noise=3.0)]
-    assert_refused(tmp_path, "other ranges", DatasetError, sensors=other)
+    assert_refused(tmp_path, "other ranges", DatasetError, sensors=[replace(TINY, noise=3.0)])
 
 
 @pytest.mark.parametrize("name", ["102_1.tif", "102_2.tif", "truth/102.json"])

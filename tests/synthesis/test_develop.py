@@ -77,7 +77,7 @@ def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners() -> No
 def test_stains_darken_the_glass() -> None:
     flat = np.zeros(SMALL.shape, np.float32)
     glass = [
-        develop(flat - 9, contact_of(flat), SMALL, np.random.default_rng(1), stain=flat + share)
+        develop(flat - 9, contact_of(flat), SMALL, np.random.default_rng(1), flat + share)
         for share in (0.0, 0.3, 0.6)
     ]
     means = [picture.mean() for picture in glass]

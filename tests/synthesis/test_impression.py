@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import subprocess
-import sys
 from dataclasses import replace
 
 import cv2
@@ -19,54 +16,23 @@ from fpmatch.synthesis.impression import (
     make_impression,
     true_transform,
 )
-from fpmatch.synthesis.master import Master, MasterParameters, make_master
+from fpmatch.synthesis.master import Master
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import Sensor
 
-SMALL = MasterParameters(shape=(288, 240))
 SENSOR = Sensor("small", 220, 240)
-DIGEST_CODE = """
-import hashlib
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import MasterParameters, make_master
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import Sensor
-master = make_master(3, 2, MasterParameters(shape=(96, 80)))
-made = make_impression(master, 3, PRESETS["hard"], Sensor("tiny", 64, 72, 250.0))
-arrays = made.image, made.minutiae.xy, made.minutiae.angle, made.master, made.visible
-print(hashlib.sha256(b"".join(a.tobytes() for a in arrays)).hexdigest(), made.warp)
-"""
+
+
+Two = tuple[Impression, Impression]
 
 
 @pytest.fixture(scope="module")
-def master() -> Master:
-    return make_master(3, 1, SMALL)
-
-
-@pytest.fixture(scope="module")
-def normal(master: Master) -> tuple[Impression, Impression]:
+def normal(master: Master) -> Two:
     one, two = (make_impression(master, number, PRESETS["normal"], SENSOR) for number in (1, 2))
     return one, two
 
 
-def test_two_processes_make_the_same_impression() -> None:
-    one, two = (
-        subprocess.run(
-            [sys.executable, "-c", DIGEST_CODE],
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=300,
-        ).stdout
-        for _ in range(2)
-    )
-    assert one == two
-    assert len(one.split()[0]) == 2 * hashlib.sha256().digest_size
-
-
-def test_impressions_differ_and_none_depends_on_another(
-    master: Master, normal: tuple[Impression, Impression]
-) -> None:
+def test_impressions_differ_and_none_depends_on_another(master: Master, normal: Two) -> None:
     one, two = normal
     assert one.warp != two.warp
     assert not np.array_equal(one.image, two.image)
@@ -74,9 +40,7 @@ def test_impressions_differ_and_none_depends_on_another(
     np.testing.assert_array_equal(again.image, two.image)
 
 
-def test_minutiae_lie_where_the_warp_takes_the_masters(
-    master: Master, normal: tuple[Impression, Impression]
-) -> None:
+def test_minutiae_lie_where_the_warp_takes_the_masters(master: Master, normal: Two) -> None:
     for made in normal:
         assert not any(a.flags.writeable for a in (made.image, made.master, made.visible))
         assert len(made.minutiae) == len(made.master) == len(made.visible) > 5
@@ -84,13 +48,10 @@ def test_minutiae_lie_where_the_warp_takes_the_masters(
         expected = made.warp.from_master(master.minutiae.xy[made.master])
         np.testing.assert_allclose(made.minutiae.xy, expected, atol=1e-3)
         np.testing.assert_array_equal(made.minutiae.kind, master.minutiae.kind[made.master])
-        assert (made.minutiae.xy >= 0).all()
-        assert (made.minutiae.xy <= np.array(SENSOR.shape[::-1]) - 1).all()
+        assert np.all((made.minutiae.xy >= 0) & (made.minutiae.xy < SENSOR.shape[::-1]))
 
 
-def test_directions_turn_with_the_finger(
-    master: Master, normal: tuple[Impression, Impression]
-) -> None:
+def test_directions_turn_with_the_finger(master: Master, normal: Two) -> None:
     for made in normal:
         turned = master.minutiae.angle[made.master] - made.transform.rotation
         off = np.mod(made.minutiae.angle - turned + np.pi, 2 * np.pi) - np.pi
@@ -110,9 +71,7 @@ def test_the_picture_shows_the_masters_ridges_where_the_warp_puts_them(master: M
         assert np.corrcoef(shifted[inside], made.image[inside])[0, 1] > likeness + 0.02
 
 
-def test_the_best_similarity_is_as_near_as_its_residual_says(
-    normal: tuple[Impression, Impression],
-) -> None:
+def test_the_best_similarity_is_as_near_as_its_residual_says(normal: Two) -> None:
     for made in normal:
         assert 0 < made.residual_rms_px < 5
         points = made.warp.to_master(np.array(made.warp.centre)[None] + [[0, 0], [40, 0], [0, 40]])
@@ -121,18 +80,13 @@ def test_the_best_similarity_is_as_near_as_its_residual_says(
 
 
 def test_without_slip_the_transform_is_the_placement(master: Master) -> None:
-    preset = replace(
-        PRESETS["clean"],
-        placement=replace(PRESETS["clean"].placement, torsion_deg=(0, 0), traction=(0, 0)),
-    )
-    made = make_impression(master, 1, preset, SENSOR)
+    placement = replace(PRESETS["clean"].placement, torsion_deg=(0, 0), traction=(0, 0))
+    made = make_impression(master, 1, replace(PRESETS["clean"], placement=placement), SENSOR)
     assert made.residual_rms_px < 1e-3
     assert made.transform.rotation == pytest.approx(made.warp.placement.rotation, abs=1e-6)
 
 
-def test_the_same_skin_is_found_in_both_impressions(
-    normal: tuple[Impression, Impression],
-) -> None:
+def test_the_same_skin_is_found_in_both_impressions(normal: Two) -> None:
     one, two = normal
     _, in_one, in_two = np.intersect1d(one.master, two.master, return_indices=True)
     assert len(in_one) > 3
@@ -142,9 +96,7 @@ def test_the_same_skin_is_found_in_both_impressions(
     assert np.abs(back - one.minutiae.xy[in_one]).max() < 1e-2
 
 
-def test_the_true_transform_comes_near_the_true_points(
-    normal: tuple[Impression, Impression],
-) -> None:
+def test_the_true_transform_comes_near_the_true_points(normal: Two) -> None:
     one, two = normal
     transform = true_transform(one, two)
     _, in_one, in_two = np.intersect1d(
@@ -173,10 +125,9 @@ def test_a_sensor_smaller_than_the_finger_and_one_larger_both_work(master: Maste
         assert np.isfinite(made.residual_rms_px)
 
 
-@pytest.mark.parametrize("number", [0, -1])
-def test_impressions_count_from_one(master: Master, number: int) -> None:
-    with pytest.raises(ImageError, match=rf"^impressions are numbered from 1, not {number}$"):
-        make_impression(master, number, PRESETS["clean"], SENSOR)
+def test_impressions_count_from_one(master: Master) -> None:
+    with pytest.raises(ImageError, match=r"^impressions are numbered from 1, not 0$"):
+        make_impression(master, 0, PRESETS["clean"], SENSOR)
 
 
 def test_an_impression_far_off_the_sensor_is_empty_and_still_true(master: Master) -> None:

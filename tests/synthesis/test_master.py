@@ -1,4 +1,4 @@
-"""The same finger everywhere, another finger in everything else."""
+"""The same finger everywhere, another in everything else: its period, its outline, its minutiae."""
 
 from __future__ import annotations
 
@@ -9,10 +9,22 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage
 
 from fpmatch.errors import ImageError
 from fpmatch.synthesis.classes import PatternClass
-from fpmatch.synthesis.master import Master, MasterParameters, make_master
+from fpmatch.synthesis.master import (
+    PERIOD_LEVELS,
+    Master,
+    MasterParameters,
+    PeriodParameters,
+    SilhouetteParameters,
+    fingertip_silhouette,
+    make_master,
+    ridge_period,
+)
 
 SMALL = MasterParameters(shape=(224, 176))
 ARRAYS = ("orientation", "period", "relief", "silhouette", "cores", "deltas")
@@ -31,13 +43,10 @@ def masters() -> list[Master]:
 
 
 def digest_in_a_process(**environment: str) -> str:
+    command = [sys.executable, "-c", DIGEST_CODE.format(names=ARRAYS)]
+    env = {**os.environ, **environment}
     return subprocess.run(
-        [sys.executable, "-c", DIGEST_CODE.format(names=ARRAYS)],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-        env={**os.environ, **environment},
+        command, capture_output=True, text=True, check=True, timeout=300, env=env
     ).stdout
 
 
@@ -112,3 +121,48 @@ def test_a_class_can_be_asked_for(pattern: PatternClass) -> None:
 def test_an_impossible_size_is_refused_by_name(shape: tuple[int, int]) -> None:
     with pytest.raises(ImageError, match=f"{shape[0]} x {shape[1]} pixels"):
         MasterParameters(shape=shape)
+
+
+def period_of(seed: int, p: PeriodParameters | None = None) -> np.ndarray:
+    return ridge_period((200, 160), np.random.default_rng(seed), p or PeriodParameters())
+
+
+@given(st.integers(0, 2**32))
+def test_a_period_map_is_natural_and_smooth(seed: int) -> None:
+    period = period_of(seed)
+    assert (period.dtype, period.shape) == (np.float32, (200, 160))
+    assert 5.5 < period.min() <= period.max() < 13.5
+    assert np.abs(np.diff(period, axis=0)).max() < 0.3
+    assert not np.mod(period * PERIOD_LEVELS, 1).any()
+
+
+def test_periods_of_fingers_differ_about_their_mean() -> None:
+    maps = [period_of(seed) for seed in range(60)]
+    means = [float(period.mean()) for period in maps]
+    assert 8.3 < np.mean(means) < 9.3
+    assert 0.3 < np.std(means) < 0.8
+    rows = np.mean(maps, axis=(0, 2))
+    assert rows[-20:].mean() > rows[:20].mean() + 0.5
+
+
+def test_without_variation_the_period_is_even() -> None:
+    even = PeriodParameters(between_fingers_px=0, variation_share=0, tip_share=0, joint_share=0)
+    np.testing.assert_allclose(period_of(0, even), even.mean_px, atol=1 / PERIOD_LEVELS)
+
+
+@given(st.integers(64, 160), st.integers(64, 160), st.integers(0, 2**32))
+def test_any_outline_is_one_piece_off_the_border(rows: int, columns: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    inside = fingertip_silhouette((rows, columns), rng, SilhouetteParameters())
+    assert (inside.shape, inside.dtype) == ((rows, columns), np.bool_)
+    assert ndimage.label(inside)[1] == ndimage.label(~inside)[1] == 1
+    assert not inside[[0, -1]].any()
+    assert not inside[:, [0, -1]].any()
+    assert 0.45 < inside.mean() < 0.85
+
+
+def test_outlines_differ_and_are_rounder_at_the_tip(rng: np.random.Generator) -> None:
+    outlines = [fingertip_silhouette((300, 240), rng, SilhouetteParameters()) for _ in range(20)]
+    assert np.std([outline.mean() for outline in outlines]) > 0.01
+    inside = np.mean(outlines, axis=0)
+    assert inside[45].sum() < inside[-46].sum()

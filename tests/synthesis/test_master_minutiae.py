@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fpmatch.minutiae import Minutiae, MinutiaKind
-from fpmatch.synthesis.master_minutiae import list_minutiae
+from fpmatch.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
 
 SIDE = 120
 MIDDLE = SIDE // 2
@@ -29,7 +29,8 @@ def minutiae_of(
     relief = pixels.astype(np.float32) * 2 - 1
     orientation = np.full(relief.shape, np.radians(angle_deg) % np.pi, np.float32)
     inside = np.ones(relief.shape, bool) if silhouette is None else silhouette
-    return list_minutiae(relief, orientation, np.full_like(relief, PERIOD), inside)
+    period = np.full_like(relief, PERIOD)
+    return list_minutiae(relief, orientation, period, inside, MinutiaeParameters())
 
 
 def the_one(found: Minutiae, kind: MinutiaKind, angle_deg: float, within_px: float = 3) -> None:
@@ -68,14 +69,11 @@ def test_minutiae_come_from_top_to_bottom() -> None:
         pytest.param([(-100, 100), (-100 + 7j, 100 + 7j), (0, 7j)], id="a bridge"),
         pytest.param([(100 - 3, 100 + 3)], id="beyond the border"),
         pytest.param([(MIDDLE - 6, 100)], id="at the border"),
+        pytest.param([(y * 1j - 99, y * 1j + 99) for y in range(-70, 71)], id="ridge all over"),
     ],
 )
 def test_flaws_are_no_minutiae(lines: list[Line]) -> None:
     assert len(minutiae_of(lines)) == 0
-
-
-def test_a_ridge_all_over_has_no_minutiae() -> None:
-    assert len(minutiae_of([(y * 1j - 99, y * 1j + 99) for y in range(-70, 71)])) == 0
 
 
 def test_two_endings_side_by_side_but_far_enough_are_both_listed() -> None:

@@ -1,75 +1,145 @@
-"""Singular where it should be, smooth elsewhere, arching."""
+"""Classes in natural shares; ridges singular where they should be, smooth elsewhere, arching."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from fpmatch.synthesis.classes import PatternClass, SingularPoints, draw_singular_points
+from fpmatch.synthesis.classes import (
+    NATURAL_SHARES,
+    SINGULAR_RANGES,
+    PatternClass,
+    SingularPoints,
+    draw_pattern,
+    draw_singular_points,
+)
 from fpmatch.synthesis.orientation import (
     ORIENTATION_LEVELS,
     OrientationParameters,
+    ZeroPoleParameters,
     ridge_orientation,
+    zero_pole_turning,
 )
 
 SHAPE = (280, 220)
 SIZE = 0.5
 CENTRE = (110.0, 140.0)
 
+patterns = pytest.mark.parametrize("pattern", PatternClass)
+
 
 def field_of(pattern: PatternClass, seed: int = 0) -> tuple[np.ndarray, SingularPoints]:
     rng = np.random.default_rng(seed)
-    points = draw_singular_points(pattern, CENTRE, rng, size=SIZE)
-    return ridge_orientation(pattern, points, SHAPE, rng, size=SIZE), points
+    points = draw_singular_points(pattern, CENTRE, rng, SIZE)
+    return ridge_orientation(pattern, points, SHAPE, rng, OrientationParameters(), SIZE), points
+
+
+def test_shares_are_those_of_nature(rng: np.random.Generator) -> None:
+    assert sum(NATURAL_SHARES.values()) == pytest.approx(1.0)
+    n = 4000
+    drawn = [draw_pattern(rng) for _ in range(n)]
+    for pattern, share in NATURAL_SHARES.items():
+        assert abs(drawn.count(pattern) / n - share) < 4 * np.sqrt(share * (1 - share) / n)
+
+
+@given(st.sampled_from(PatternClass), st.integers(0, 2**32), st.floats(0.2, 1.2))
+def test_points_are_those_of_the_class_and_lie_in_their_places(pattern, seed, size) -> None:
+    points = draw_singular_points(pattern, CENTRE, np.random.default_rng(seed), size)
+    count = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
+    assert points.cores.shape == points.deltas.shape == (count, 2)
+    if count:
+        assert points.cores[:, 1].max() < points.deltas[:, 1].min()
+    farthest = max(np.abs(SINGULAR_RANGES[pattern].deltas).ravel(), default=0)
+    assert np.abs(points.deltas - CENTRE).max(initial=0) <= size * farthest + 1e-9
+    to_the_right = (points.deltas - points.cores)[:, 0] > 0
+    assert pattern is not PatternClass.LEFT_LOOP or to_the_right.all()
+    assert pattern is not PatternClass.RIGHT_LOOP or not to_the_right.any()
+
+
+def turns(angles: np.ndarray) -> float:
+    """Return how far orientations turn along a closed line, in units of π."""
+    steps = np.mod(np.diff(angles) + np.pi / 2, np.pi) - np.pi / 2
+    return float(steps.sum() / np.pi)
 
 
 def index_at(orientation: np.ndarray, x: float, y: float, radius: float = 7.0) -> float:
     around = np.linspace(0, 2 * np.pi, 200)
     column = np.rint(x + radius * np.cos(around)).astype(int)
-    row = np.rint(y - radius * np.sin(around)).astype(int)
-    steps = np.mod(np.diff(orientation[row, column]) + np.pi / 2, np.pi) - np.pi / 2
-    return float(steps.sum() / np.pi)
+    return turns(orientation[np.rint(y - radius * np.sin(around)).astype(int), column])
 
 
-@pytest.mark.parametrize("pattern", PatternClass)
+@patterns
 def test_cores_and_deltas_are_where_they_were_put(pattern: PatternClass) -> None:
     for seed in range(3):
         orientation, points = field_of(pattern, seed)
-        for x, y in points.cores:
-            assert index_at(orientation, x, y) == pytest.approx(1, abs=1e-3)
-        for x, y in points.deltas:
-            assert index_at(orientation, x, y) == pytest.approx(-1, abs=1e-3)
+        for places, index in zip(points, (1, -1), strict=True):
+            for x, y in places:
+                assert index_at(orientation, x, y) == pytest.approx(index, abs=1e-3)
 
 
-@pytest.mark.parametrize("pattern", PatternClass)
+@patterns
 def test_orientations_are_whole_levels_below_pi(pattern: PatternClass) -> None:
     orientation, _ = field_of(pattern)
-    assert orientation.shape == SHAPE
-    assert orientation.dtype == np.float32
-    assert orientation.min() >= 0
-    assert orientation.max() < np.float32(np.pi)
+    assert (orientation.shape, orientation.dtype) == (SHAPE, np.float32)
+    assert 0 <= orientation.min() <= orientation.max() < np.float32(np.pi)
     levels = orientation.astype(np.float64) * ORIENTATION_LEVELS / np.pi
     assert np.abs(levels - np.rint(levels)).max() < 1e-3
 
 
-@pytest.mark.parametrize("pattern", PatternClass)
+@patterns
 def test_ridges_rise_on_the_left_and_fall_on_the_right_of_the_tip(pattern: PatternClass) -> None:
-    orientation, _ = field_of(pattern)
-    rise = np.sin(2 * orientation[20:60])
+    rise = np.sin(2 * field_of(pattern)[0][20:60])
     assert rise[:, 20:70].mean() > 0.3
     assert rise[:, 150:200].mean() < -0.3
 
 
 def test_fingers_of_a_class_differ() -> None:
-    one, other = (field_of(PatternClass.ARCH, seed)[0] for seed in (1, 2))
+    (one, _), (other, _) = (field_of(PatternClass.ARCH, seed) for seed in (1, 2))
     turn = np.abs(np.mod(one - other + np.pi / 2, np.pi) - np.pi / 2)
     assert np.degrees(turn.mean()) > 2
+    cores = [field_of(PatternClass.WHORL, seed)[1].cores for seed in range(10)]
+    assert np.std(cores, axis=0).min() > 5 * SIZE
 
 
-def test_variation_can_be_switched_off() -> None:
+def test_without_variation_an_arch_is_level_along_the_middle(rng: np.random.Generator) -> None:
     calm = OrientationParameters(variation_deg=(0, 0))
     none = SingularPoints(np.empty((0, 2)), np.empty((0, 2)))
-    orientation = ridge_orientation(
-        PatternClass.ARCH, none, SHAPE, np.random.default_rng(0), calm, size=SIZE
+    orientation = ridge_orientation(PatternClass.ARCH, none, SHAPE, rng, calm, SIZE)
+    assert not orientation[:, 110].any()
+
+
+@given(st.integers(0, 2**32))
+def test_the_index_of_every_point_survives_every_correction(seed: int) -> None:
+    cores, deltas = [-5 + 60j, 8 - 10j], [-100 - 110j, 95 - 120j]
+    expected = [*((core, 3.0, 1) for core in cores), *((delta, 3.0, -1) for delta in deltas)]
+    for point, radius, index in [*expected, (40 + 30j, 3.0, 0), (0j, 900.0, 0)]:
+        circle = point + radius * np.exp(1j * np.linspace(0, 2 * np.pi, 401))
+        rng = np.random.default_rng(seed)
+        turning = zero_pole_turning(circle[None], cores, deltas, rng, ZeroPoleParameters())
+        assert turns(turning[0]) == pytest.approx(index)
+
+
+def plain(uprightness: float = 0.0) -> ZeroPoleParameters:
+    return ZeroPoleParameters(
+        correction_deg=0, uprightness=(uprightness,) * 2, loop_narrowing_deg=(0, 0)
     )
-    assert not orientation[:, 110].any()  # level all along the middle
+
+
+def test_without_corrections_it_is_the_plain_model(rng: np.random.Generator) -> None:
+    place = rng.uniform(-200, 200, (5, 6)) + 1j * rng.uniform(-200, 200, (5, 6))
+    found = zero_pole_turning(place, [0j], [50 - 80j], rng, plain())
+    expected = 0.5 * (np.angle(place) - np.angle(place - (50 - 80j)))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert not zero_pole_turning(place, [], [], rng, ZeroPoleParameters()).any()
+
+
+def test_an_upright_loop_stands_more_upright(rng: np.random.Generator) -> None:
+    leaning, upright = (
+        zero_pole_turning(np.array([[-40j]]), [0j], [100 - 100j], rng, plain(uprightness))[0, 0]
+        for uprightness in (0.0, 1.0)
+    )
+    assert abs(math.degrees(upright) % 180 - 90) < abs(math.degrees(leaning) % 180 - 90) - 5

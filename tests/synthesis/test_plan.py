@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fpmatch.errors import DatasetError, ImageError, ResolutionError
+from fpmatch.errors import DatasetError, ImageError
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
 from fpmatch.synthesis.sensor import SENSORS
@@ -76,26 +76,18 @@ def test_descriptions_of_others_are_refused(tmp_path: Path, content: bytes, reas
 
 
 @pytest.mark.parametrize(
-    ("changes", "reason"),
-    [
-        ({"seed": -1}, "seed -1: must lie between 0 and"),
-        ({"seed": 2**63}, "must lie between 0 and"),
-        ({"impressions": 0}, "0 impressions of a finger"),
-        ({"impressions": 1001}, "there may be 1 to 1000"),
-        ({"sensors": ()}, "no sensor"),
-    ],
+    "changes",
+    [{"seed": -1}, {"seed": 2**63}, {"impressions": 0}, {"impressions": 1001}, {"sensors": ()}],
+    ids=str,
 )
-def test_impossible_plans_are_refused(changes: dict[str, Any], reason: str) -> None:
-    with pytest.raises(DatasetError, match=reason):
+def test_impossible_plans_are_refused(changes: dict[str, Any]) -> None:
+    (name,) = changes
+    with pytest.raises(DatasetError, match=name.removesuffix("s")):
         replace(PLAN, **changes)
 
 
-def test_unknown_names_and_impossible_sensors_are_refused() -> None:
+def test_unknown_names_are_refused() -> None:
     with pytest.raises(ImageError, match="no preset 'wet'"):
         replace(PLAN, preset="wet")
     with pytest.raises(DatasetError, match=f"no sensor 'x': there are {next(iter(SENSORS))}, "):
         sensors_named(["x"])
-    with pytest.raises(ImageError, match="31 x 90 pixels"):
-        plain_sensor(31, 90)
-    with pytest.raises(ResolutionError):
-        plain_sensor(90, 90, 99)

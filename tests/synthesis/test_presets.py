@@ -1,4 +1,4 @@
-"""Four, each harder than the one before, and stretched prints."""
+"""Presets from easy to hard and stretched prints; sensors as those of the FVC."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import pytest
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import ImageError, ResolutionError
 from fpmatch.synthesis.presets import PRESETS, preset_named
+from fpmatch.synthesis.sensor import SENSORS, Sensor
 
 
 def test_there_are_four_from_easy_to_hard_and_stretched_prints() -> None:
     assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
     assert all(preset_named(name) is preset for name, preset in PRESETS.items())
-    assert [preset.name for preset in PRESETS.values()] == list(PRESETS)
     with pytest.raises(ImageError, match=r"^no preset 'harder': there are clean, easy, [^\n]*$"):
         preset_named("harder")
 
@@ -34,10 +34,30 @@ def test_each_turns_and_stretches_at_least_as_far_as_the_one_before() -> None:
 
 def test_stretched_prints_differ_from_normal_ones_in_their_distortion_alone() -> None:
     normal, stretched = PRESETS["normal"], PRESETS["stretched"]
-    for name in ("torsion_deg", "traction"):
-        one, two = (getattr(p.placement, name) for p in (normal, stretched))
-        assert one[0] < two[0]
-        assert one[1] < two[1]
     same = {name: getattr(normal.placement, name) for name in ("torsion_deg", "traction")}
+    for name, (low, high) in same.items():
+        lower, higher = getattr(stretched.placement, name)
+        assert low < lower
+        assert high < higher
     placement = replace(stretched.placement, **same)
     assert replace(stretched, name="normal", placement=placement) == normal
+
+
+def test_sensors_have_the_sizes_and_resolutions_of_the_fvc() -> None:
+    assert [(s.width, s.height, s.dpi) for s in SENSORS.values()] == [
+        (388, 374, 500), (296, 560, 569), (300, 300, 500), (288, 384, 500), (640, 480, 500),
+        (328, 364, 500),
+    ]  # fmt: skip
+    assert list(SENSORS) == [sensor.name for sensor in SENSORS.values()]
+
+
+@pytest.mark.parametrize(("width", "height"), [(0, 100), (100, -5), (31, 100), (100, 5000)])
+def test_impossible_sizes_are_refused(width: int, height: int) -> None:
+    with pytest.raises(ImageError, match=rf"^sensor bad: {width} x {height} pixels[^\n]*$"):
+        Sensor("bad", width, height)
+
+
+@pytest.mark.parametrize("dpi", [0, 99, 4001, float("nan")])
+def test_impossible_resolutions_are_refused(dpi: float) -> None:
+    with pytest.raises(ResolutionError):
+        Sensor("bad", 100, 100, dpi)

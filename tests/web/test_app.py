@@ -7,8 +7,6 @@ import json
 import re
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +17,6 @@ pytest.importorskip("fastapi", reason="the extra `web` is not installed")
 pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
 pytest.importorskip("httpx", reason="httpx is not installed")
 
-import httpx
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
@@ -34,100 +31,80 @@ from .conftest import served
 Prints = dict[str, bytes]
 
 
-def sent(prints: Prints, **names: str) -> dict[str, tuple[str, bytes]]:
+def sent(prints, **names):
     return {field: (name, prints[name]) for field, name in names.items()}
 
 
-def as_printed(folder: Path, prints: Prints, *words: str) -> dict[str, object]:
+def as_printed(folder, prints, *words):
     """Return what a command prints as JSON of these prints, without the folder in its names."""
     for name, data in prints.items():
         (folder / name).write_bytes(data)
     places = [str(folder / word) if word in prints else word for word in words]
     printed = CliRunner().invoke(fpmatch, places).stdout
-    return json.loads(printed.replace(f"{folder}/", ""))  # type: ignore[no-any-return]
+    return json.loads(printed.replace(f"{folder}/", ""))
 
 
-@pytest.mark.parametrize("reference", ["1_2.png", "2_1.png"])
-def test_verify_answers_as_the_command_does(
-    client: httpx.Client, prints: Prints, tmp_path: Path, reference: str
-) -> None:
-    answer = client.post("/verify", files=sent(prints, probe="1_1.png", reference=reference))
+@pytest.mark.parametrize(
+    ("reference", "options", "match"),
+    [
+        ("1_2.png", {}, True),
+        ("2_1.png", {}, False),
+        ("1_2.png", {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"}, True),
+        ("1_2.png", {"rho": 0.05, "area_tolerance": 0.2, "matcher": "paper"}, True),
+    ],
+)
+def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference, options, match):
+    files = sent(prints, probe="1_1.png", reference=reference)
+    answer = client.post("/verify", files=files, data=options)
     assert answer.status_code == 200
-    assert answer.json() == as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json")
-    assert answer.json()["match"] == (reference == "1_2.png")
-
-
-def test_options_of_verify_are_those_of_the_command(
-    client: httpx.Client, prints: Prints, tmp_path: Path
-) -> None:
-    check_options(
-        client,
-        prints,
-        tmp_path,
-        {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"},
-    )
-    found = check_options(
-        client, prints, tmp_path, {"rho": 0.05, "area_tolerance": 0.2, "matcher": "paper"}
-    )
-    assert (found["match"], found["rho"]) == (True, 0.05)
+    words = [f"--{name}={value}".replace("_", "-") for name, value in options.items()]
+    printed = as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json", *words)
+    assert answer.json() == printed
+    assert printed["match"] == match
 
 
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
+        ({"fmr": "5"}, "a false match rate lies"),
+        ({"threshold": "101"}, "threshold must lie in"),
+        ({"threshold": "40", "fmr": "0.1"}, "fmr and threshold exclude each other"),
+        ({"dpi": "7"}, "dpi"),
+        ({"dpi": "many"}, "dpi: input should be a valid number"),
+        ({"matcher": "nobody"}, "matcher"),
+        ({"enhance": "magic"}, "enhance: input should be"),
         ({"matcher": "paper", "rho": 2}, "rho must lie in 0..1, not 2"),
         ({"matcher": "paper", "area_tolerance": 0}, "area tolerance must be positive, not 0"),
         ({"rho": 0.5}, "rho and area tolerance are parameters of matcher paper, not unit-circle"),
-        (
-            {"matcher": "paper", "rho": 0.5, "threshold": 30},
-            "rho decides without a score: give neither fmr nor threshold",
-        ),
+        ({"matcher": "paper", "rho": 0.5, "threshold": 30}, "rho decides without a score"),
     ],
 )
-def test_wrong_parameters_of_the_papers_matcher(
-    client: httpx.Client, prints: Prints, options: dict[str, Any], reason: str
-) -> None:
+def test_a_bad_option_is_one_sentence(client, prints, options, reason):
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     answer = client.post("/verify", files=files, data=options)
     assert answer.status_code == 422
-    assert answer.json() == {"error": reason}
+    assert list(answer.json()) == ["error"]
+    assert reason in answer.json()["error"]
 
 
-def check_options(
-    client: httpx.Client, prints: Prints, tmp_path: Path, options: dict[str, Any]
-) -> dict[str, Any]:
-    """Check that a request with these options is answered as the command answers."""
-    files = sent(prints, probe="1_1.png", reference="1_2.png")
-    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
-    words = [word.replace("_", "-") for word in words]
-    printed = as_printed(tmp_path, prints, "verify", "1_1.png", "1_2.png", "--json", *words)
-    assert client.post("/verify", files=files, data=options).json() == printed
-    return printed
-
-
-def test_extract_returns_the_template_that_the_package_extracts(
-    client: httpx.Client, prints: Prints, tmp_path: Path
-) -> None:
-    answer = client.post("/extract", files=sent(prints, image="1_1.png"))
+def test_extract_returns_the_template_that_the_command_writes(client, prints, tmp_path):
+    files = sent(prints, image="1_1.png")
+    answer = client.post("/extract", files=files)
     (tmp_path / "sent.json").write_bytes(answer.content)
-    as_printed_words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
     (tmp_path / "1_1.png").write_bytes(prints["1_1.png"])
-    assert CliRunner().invoke(fpmatch, as_printed_words).exit_code == 0
+    words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
+    assert CliRunner().invoke(fpmatch, words).exit_code == 0
     assert load_template(tmp_path / "sent.json") == load_template(tmp_path / "out" / "1_1.json")
-    files = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
-    again = client.post("/compare", files=files).json()
+    pair = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
+    again = client.post("/compare", files=pair).json()
     assert again["result"]["score"] > 40
     assert again["probe"]["kind"] == "template"
+    other = client.post("/extract", files=files, data={"format": "iso2005"})
+    assert other.content.startswith(b"FMR\0")
+    assert "template.iso" in other.headers["content-disposition"]
 
 
-def test_a_template_in_another_format(client: httpx.Client, prints: Prints) -> None:
-    files = sent(prints, image="1_1.png")
-    answer = client.post("/extract", files=files, data={"format": "iso2005"})
-    assert answer.content.startswith(b"FMR\0")
-    assert "template.iso" in answer.headers["content-disposition"]
-
-
-def test_overlays_are_pictures(client: httpx.Client, prints: Prints) -> None:
+def test_overlays_are_pictures(client, prints):
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     picture = client.post("/overlay", files=files)
     assert picture.headers["content-type"] == "image/png"
@@ -137,7 +114,7 @@ def test_overlays_are_pictures(client: httpx.Client, prints: Prints) -> None:
     assert drawing.text.startswith("<svg")
 
 
-def test_compare_tells_all_that_the_page_shows(client: httpx.Client, prints: Prints) -> None:
+def test_compare_tells_all_that_the_page_shows(client, prints):
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     shown = client.post("/compare", files=files).json()
     assert len(shown["pairs"]) == shown["result"]["pairs"] > 5
@@ -150,23 +127,18 @@ def test_compare_tells_all_that_the_page_shows(client: httpx.Client, prints: Pri
     assert {"Minutiae", "Transform"} <= {row["label"] for row in shown["rows"]}
 
 
-def test_a_resolution_that_nobody_tells_is_said(client: httpx.Client, prints: Prints) -> None:
-    files = sent(prints, probe="untold.png", reference="1_1.png")
+def test_an_unknown_resolution_and_a_blank_picture_are_said(client, prints):
+    files = sent(prints, probe="untold.png", reference="blank.png")
     shown = client.post("/compare", files=files).json()
     assert shown["probe"]["notes"] == [ASSUMED_DPI]
     assert shown["reference"]["notes"] == []
-
-
-def test_a_blank_picture_is_compared_all_the_same(client: httpx.Client, prints: Prints) -> None:
-    files = sent(prints, probe="blank.png", reference="1_1.png")
-    shown = client.post("/compare", files=files).json()
     assert shown["result"]["match"] is False
     assert shown["result"]["transform"] is None
     assert shown["result"]["reason"]
-    assert shown["probe"]["extent"] == [0, 0, 200, 200]
+    assert shown["reference"]["extent"] == [0, 0, 200, 200]
 
 
-def test_stages_are_pictures_with_words(client: httpx.Client, prints: Prints) -> None:
+def test_stages_are_pictures_with_words(client, prints):
     found = client.post("/stages", files=sent(prints, image="1_1.png")).json()
     names = [stage["name"] for stage in found["stages"]]
     assert (names[0], names[-1]) == ("input", "minutiae")
@@ -182,9 +154,7 @@ def test_stages_are_pictures_with_words(client: httpx.Client, prints: Prints) ->
         ("empty.png", "empty.png: the file is empty"),
     ],
 )
-def test_a_bad_file_is_one_sentence(
-    client: httpx.Client, prints: Prints, name: str, words: str
-) -> None:
+def test_a_bad_file_is_one_sentence(client, prints, name, words):
     answer = client.post("/verify", files=sent(prints, probe=name, reference="1_1.png"))
     assert answer.status_code == 422
     assert list(answer.json()) == ["error"]
@@ -194,33 +164,12 @@ def test_a_bad_file_is_one_sentence(
     assert tempfile.gettempdir() not in sentence
 
 
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        ({"fmr": "5"}, "a false match rate lies"),
-        ({"threshold": "101"}, "threshold must lie in"),
-        ({"threshold": "40", "fmr": "0.1"}, "fmr and threshold exclude each other"),
-        ({"dpi": "7"}, "dpi"),
-        ({"dpi": "many"}, "dpi: input should be a valid number"),
-        ({"matcher": "nobody"}, "matcher"),
-        ({"enhance": "magic"}, "enhance: input should be"),
-    ],
-)
-def test_a_bad_option_is_one_sentence(
-    client: httpx.Client, prints: Prints, data: dict[str, str], words: str
-) -> None:
-    files = sent(prints, probe="1_1.png", reference="1_1.png")
-    answer = client.post("/verify", files=files, data=data)
-    assert answer.status_code == 422
-    assert words in answer.json()["error"]
-
-
-def test_a_missing_file_is_told(client: httpx.Client, prints: Prints) -> None:
+def test_a_missing_file_is_told(client, prints):
     answer = client.post("/verify", files=sent(prints, probe="1_1.png"))
     assert (answer.status_code, answer.json()["error"]) == (422, "reference: field required")
 
 
-def test_too_large_a_file_and_too_large_a_picture(client: httpx.Client, prints: Prints) -> None:
+def test_too_large_a_file_and_too_large_a_picture(client, prints):
     files = {"image": ("big.tif", bytes(3_000_000))}
     assert client.post("/extract", files=files).status_code == 413
     huge = {"image": ("huge.pgm", b"P5 20000 20000 255\n")}
@@ -232,25 +181,21 @@ def test_too_large_a_file_and_too_large_a_picture(client: httpx.Client, prints: 
     assert (wide.status_code, "4 megapixels" in wide.json()["error"]) == (422, True)
 
 
-def test_addresses_and_methods_that_are_not_there(client: httpx.Client) -> None:
+def test_addresses_and_methods_that_are_not_there(client):
     assert client.get("/nothing").json() == {"error": "there is nothing at this address"}
     assert client.get("/%2e%2e/app.py").status_code == 404
     assert client.put("/verify").status_code == 405
     assert client.post("/identify").status_code == 405  # no gallery was given: no such address
 
 
-def test_names_never_become_places(client: httpx.Client, prints: Prints, tmp_path: Path) -> None:
-    files = {
-        "probe": ("../../../../etc/passwd", prints["1_1.png"]),
-        "reference": (f"{tmp_path}/<script>", prints["1_2.png"]),
-    }
+def test_names_never_become_places(client, prints, tmp_path):
+    names = "../../../../etc/passwd", f"{tmp_path}/<script>"
+    files = {"probe": (names[0], prints["1_1.png"]), "reference": (names[1], prints["1_2.png"])}
     answer = client.post("/verify", files=files).json()
     assert (answer["probe"], answer["reference"]) == ("passwd", "<script>")
 
 
-def test_nothing_is_left_in_the_temporary_folder(
-    prints: Prints, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_left_in_the_temporary_folder(prints, tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # for the workers
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # for the server
     with served(make_app(Settings(workers=1))) as client:
@@ -260,22 +205,22 @@ def test_nothing_is_left_in_the_temporary_folder(
             assert list(tmp_path.iterdir()) == []
 
 
-def test_many_at_once_get_each_its_own_answer(client: httpx.Client, prints: Prints) -> None:
+def test_many_at_once_get_each_its_own_answer(client, prints):
     names = ["1_1.png", "1_2.png", "2_1.png"]
     pairs = [(a, b) for a in names for b in names if a != b][: 6 if COMPILED else 1]
 
-    def ask(pair: tuple[str, str]) -> dict[str, object]:
+    def ask(pair):
         files = sent(prints, probe=pair[0], reference=pair[1])
         answer = client.post("/verify", files=files)
         assert answer.status_code == 200
-        return answer.json()  # type: ignore[no-any-return]
+        return answer.json()
 
     alone = {pair: ask(pair) for pair in pairs}
     with ThreadPoolExecutor(8) as people:
         assert list(people.map(ask, pairs * 2)) == [alone[pair] for pair in pairs * 2]
 
 
-def test_too_long_work_is_stopped_and_the_next_is_done(prints: Prints) -> None:
+def test_too_long_work_is_stopped_and_the_next_is_done(prints):
     settings = Settings(workers=1, limits=Limits(seconds=1e-3))
     with served(make_app(settings)) as impatient:
         answer = impatient.post("/extract", files=sent(prints, image="1_1.png"))
@@ -284,16 +229,13 @@ def test_too_long_work_is_stopped_and_the_next_is_done(prints: Prints) -> None:
         assert impatient.get("/about").status_code == 200
 
 
-def test_a_gallery_is_enrolled_in_and_searched(prints: Prints, gallery: Path) -> None:
+def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
     with open_gallery(gallery, create=True):
         pass
     with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
         done = client.post("/enrol", files=sent(prints, image="1_1.png"))
-        assert (done.status_code, done.json()["subject"], done.json()["impression"]) == (
-            201,
-            "1",
-            "1",
-        )
+        assert done.status_code == 201
+        assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
         again = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert (again.status_code, again.json()["enrolled"]) == (200, False)
         label = {"subject": "ada", "finger": "left-thumb"}
@@ -327,12 +269,12 @@ def test_a_gallery_is_enrolled_in_and_searched(prints: Prints, gallery: Path) ->
         assert str(gallery.parent) not in damaged.text
 
 
-def test_the_api_describes_itself(client: httpx.Client) -> None:
+def test_the_api_describes_itself(client):
     paths = client.get("/openapi.json").json()["paths"]
     assert {"/verify", "/extract", "/overlay", "/compare", "/stages", "/about"} == set(paths)
 
 
-def test_the_page_is_light_and_brings_all_it_needs() -> None:
+def test_the_page_is_light_and_brings_all_it_needs():
     files = [path for path in STATIC.iterdir() if path.is_file()]
     assert sum(path.stat().st_size for path in files) < 200_000
     for path in files:
@@ -344,7 +286,7 @@ def test_the_page_is_light_and_brings_all_it_needs() -> None:
         assert "innerHTML" not in text
 
 
-def test_the_page_and_its_parts_are_served(client: httpx.Client) -> None:
+def test_the_page_and_its_parts_are_served(client):
     page = client.get("/")
     assert page.headers["content-type"].startswith("text/html")
     for name in re.findall(r'(?:src|href)="([\w.-]+\.(?:js|css|svg|html))"', page.text):

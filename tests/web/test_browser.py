@@ -10,7 +10,6 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,6 @@ pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
 pytest.importorskip("httpx", reason="httpx is not installed")
 pytest.importorskip("selenium", reason="the extra `browser` is not installed")
 
-import httpx
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -46,7 +44,7 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+def server(tmp_path_factory):
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
     with open_gallery(gallery, create=True):
         pass
@@ -55,12 +53,12 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
 
 
 @pytest.fixture(scope="module")
-def downloads(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def downloads(tmp_path_factory):
     return tmp_path_factory.mktemp("downloads")
 
 
 @pytest.fixture(scope="module")
-def browser(downloads: Path) -> Iterator[Any]:
+def browser(downloads):
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
     for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1400,1000"):
@@ -76,7 +74,7 @@ def browser(downloads: Path) -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def screenshots(tmp_path_factory):
     folder = os.environ.get("FPMATCH_SCREENSHOTS")
     if folder is None:
         return tmp_path_factory.mktemp("screenshots")
@@ -87,7 +85,7 @@ def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
 class Page:
     """The page, as hands and eyes have it."""
 
-    def __init__(self, browser: Any, address: str, screenshots: Path) -> None:
+    def __init__(self, browser, address, screenshots):
         self.browser = browser
         self._screenshots = screenshots
         browser.get_log("browser")
@@ -96,26 +94,26 @@ class Page:
         browser.get(address)
         self.until(lambda: self.shown("#probe-slot .drop"))
 
-    def until(self, done: Callable[[], Any]) -> Any:
+    def until(self, done):
         return WebDriverWait(self.browser, PATIENCE_S, 0.05).until(lambda _: done())
 
-    def one(self, selector: str) -> Any:
+    def one(self, selector):
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
-    def all(self, selector: str) -> list[Any]:
+    def all(self, selector):
         found: list[Any] = self.browser.find_elements(By.CSS_SELECTOR, selector)
         return found
 
-    def shown(self, selector: str) -> bool:
+    def shown(self, selector):
         return any(element.is_displayed() for element in self.all(selector))
 
-    def text(self, selector: str) -> str:
+    def text(self, selector):
         return str(self.one(selector).text)
 
-    def give(self, slot: str, *files: Path) -> None:
+    def give(self, slot, *files):
         self.one(f"#{slot}-slot-file").send_keys("\n".join(map(str, files)))
 
-    def drop(self, selector: str, *names: str) -> None:
+    def drop(self, selector, *names):
         """Drop empty files of these names, as from the desktop."""
         self.browser.execute_script(
             "const data = new DataTransfer();"
@@ -126,10 +124,10 @@ class Page:
             names,
         )
 
-    def idle(self) -> bool:
+    def idle(self):
         return self.one("main").get_attribute("aria-busy") is None
 
-    def set(self, selector: str, value: float) -> None:
+    def set(self, selector, value):
         self.browser.execute_script(
             "arguments[0].value = arguments[1];"
             "arguments[0].dispatchEvent(new Event('input', {bubbles: true}));",
@@ -137,29 +135,29 @@ class Page:
             value,
         )
 
-    def keep(self, name: str) -> None:
+    def keep(self, name):
         self.browser.save_screenshot(str(self._screenshots / f"{name}.png"))
 
-    def complaints(self) -> list[str]:
+    def complaints(self):
         """Return what the browser has to say, but for answers that are no success."""
         said = [str(entry["message"]) for entry in self.browser.get_log("browser")]
         return [line for line in said if "Failed to load resource" not in line]
 
 
 @pytest.fixture
-def page(browser: Any, server: httpx.Client, screenshots: Path) -> Iterator[Page]:
+def page(browser, server, screenshots):
     page = Page(browser, str(server.base_url), screenshots)
     yield page
     assert page.complaints() == []
 
 
-def compare(page: Page, probe: str, reference: str) -> None:
+def compare(page, probe, reference):
     page.give("probe", SAMPLES / probe)
     page.give("reference", SAMPLES / reference)
     page.until(lambda: page.shown("#badge") and page.idle())
 
 
-def test_two_prints_that_match(page: Page) -> None:
+def test_two_prints_that_match(page):
     page.keep("empty")
     compare(page, "101_1.tif", "101_3.tif")
     assert page.text("#badge") == "MATCH"
@@ -170,10 +168,10 @@ def test_two_prints_that_match(page: Page) -> None:
     page.keep("match")
 
 
-def test_the_prints_fade_into_one_another(page: Page) -> None:
+def test_the_prints_fade_into_one_another(page):
     compare(page, "101_1.tif", "101_3.tif")
 
-    def opacity(side: str) -> float:
+    def opacity(side):
         return float(page.one(f".viewer .ink.{side}").value_of_css_property("opacity"))
 
     assert (opacity("probe"), opacity("reference")) == (1, 1)
@@ -184,7 +182,7 @@ def test_the_prints_fade_into_one_another(page: Page) -> None:
     assert (opacity("probe"), opacity("reference")) == (0.5, 1)
 
 
-def test_a_pair_is_lit_on_both_prints_at_once(page: Page) -> None:
+def test_a_pair_is_lit_on_both_prints_at_once(page):
     compare(page, "101_1.tif", "101_3.tif")
     page.one("#view-beside").click()
     assert len(page.all(".viewer")) == 2
@@ -200,7 +198,7 @@ def test_a_pair_is_lit_on_both_prints_at_once(page: Page) -> None:
     page.until(lambda: page.text(".pair-info").startswith("Pair 1: "))
 
 
-def test_the_view_zooms_and_moves_by_keys(page: Page) -> None:
+def test_the_view_zooms_and_moves_by_keys(page):
     compare(page, "101_1.tif", "101_3.tif")
     viewer = page.one(".viewer")
     whole = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
@@ -214,7 +212,7 @@ def test_the_view_zooms_and_moves_by_keys(page: Page) -> None:
     assert [float(part) for part in viewer.get_dom_attribute("viewBox").split()] == whole
 
 
-def test_another_threshold_another_decision(page: Page) -> None:
+def test_another_threshold_another_decision(page):
     compare(page, "101_1.tif", "101_3.tif")
     score = float(page.text("#score"))
     page.set("#threshold", min(score + 5, 100))
@@ -225,16 +223,14 @@ def test_another_threshold_another_decision(page: Page) -> None:
     assert "1 in 1,000 (score 30.0)" in page.text("#threshold-words")
 
 
-def test_two_prints_that_do_not_match(page: Page) -> None:
+def test_two_prints_that_do_not_match(page):
     compare(page, "101_1.tif", "103_1.tif")
     assert page.text("#badge") == "NO MATCH"
     assert page.text("#why")
     page.keep("no_match")
 
 
-def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(
-    page: Page, tmp_path: Path
-) -> None:
+def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(page, tmp_path):
     blank = tmp_path / "blank.png"
     blank.write_bytes(png(np.full((300, 300), 255, np.uint8)))
     page.give("probe", SAMPLES / "101_1.tif")
@@ -247,7 +243,7 @@ def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(
     page.keep("blank")
 
 
-def test_a_broken_file_and_an_empty_one(page: Page, tmp_path: Path) -> None:
+def test_a_broken_file_and_an_empty_one(page, tmp_path):
     broken = tmp_path / "broken.tif"
     broken.write_bytes((SAMPLES / "101_1.tif").read_bytes()[:5000])
     page.give("probe", SAMPLES / "101_1.tif")
@@ -263,7 +259,7 @@ def test_a_broken_file_and_an_empty_one(page: Page, tmp_path: Path) -> None:
     assert page.text("#error") == ""
 
 
-def test_a_huge_file_and_a_huge_picture(page: Page, tmp_path: Path) -> None:
+def test_a_huge_file_and_a_huge_picture(page, tmp_path):
     huge = tmp_path / "huge.tif"
     with huge.open("wb") as stream:
         stream.truncate(40_000_000)
@@ -279,7 +275,7 @@ def test_a_huge_file_and_a_huge_picture(page: Page, tmp_path: Path) -> None:
     assert "4 megapixels" in page.text("#error")
 
 
-def test_what_is_exported_is_what_was_shown(page: Page, downloads: Path) -> None:
+def test_what_is_exported_is_what_was_shown(page, downloads):
     compare(page, "101_1.tif", "101_2.tif")
     for name in ("overlay.png", "overlay.svg", "result.json"):
         (downloads / name).unlink(missing_ok=True)
@@ -295,7 +291,7 @@ def test_what_is_exported_is_what_was_shown(page: Page, downloads: Path) -> None
     assert (result["probe"], result["reference"]) == ("101_1.tif", "101_2.tif")
 
 
-def test_the_stages_of_a_print(page: Page) -> None:
+def test_the_stages_of_a_print(page):
     page.give("probe", SAMPLES / "101_4.tif")
     page.one("#probe-slot .more button").click()
     page.until(lambda: page.shown("#stages"))
@@ -308,7 +304,7 @@ def test_the_stages_of_a_print(page: Page) -> None:
     page.until(lambda: not page.shown("#stages"))
 
 
-def test_enrol_and_identify(page: Page, tmp_path: Path) -> None:
+def test_enrol_and_identify(page, tmp_path):
     page.one("#tab-enrol").click()
     nameless = tmp_path / "nameless.tif"
     nameless.write_bytes(b"x")
@@ -333,8 +329,8 @@ def test_enrol_and_identify(page: Page, tmp_path: Path) -> None:
     page.until(lambda: page.text("#badge") == "NO MATCH")
 
 
-def test_it_works_by_keyboard_alone(page: Page) -> None:
-    def focused() -> Any:
+def test_it_works_by_keyboard_alone(page):
+    def focused():
         return page.browser.switch_to.active_element
 
     compare(page, "101_1.tif", "101_3.tif")
@@ -351,7 +347,7 @@ def test_it_works_by_keyboard_alone(page: Page) -> None:
     assert page.shown("#panel-identify")
 
 
-def test_everything_has_a_name_for_screen_readers(page: Page) -> None:
+def test_everything_has_a_name_for_screen_readers(page):
     compare(page, "101_1.tif", "101_3.tif")
     for element in page.all("button, input, img, [role=tab], svg.viewer, progress"):
         if element.is_displayed():
@@ -362,7 +358,7 @@ def test_everything_has_a_name_for_screen_readers(page: Page) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_it_fits_a_phone(page: Page, scheme: str) -> None:
+def test_it_fits_a_phone(page, scheme):
     compare(page, "101_1.tif", "101_3.tif")
     feature = {"name": "prefers-color-scheme", "value": scheme}
     page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
@@ -375,14 +371,14 @@ def test_it_fits_a_phone(page: Page, scheme: str) -> None:
     page.keep(f"phone_{scheme}")
 
 
-def test_the_page_of_the_api(page: Page) -> None:
+def test_the_page_of_the_api(page):
     page.one(".about a").click()
     page.until(lambda: len(page.all("#operations section")) > 8)
     assert "POST /verify" in page.text("#operations")
     page.keep("api")
 
 
-def test_a_token_is_asked_for(browser: Any, screenshots: Path) -> None:
+def test_a_token_is_asked_for(browser, screenshots):
     token = "a-long-enough-token"
     with served(make_app(Settings(workers=1, token=token))) as client:
         address = f"{client.base_url}/"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
@@ -12,7 +10,6 @@ pytest.importorskip("fastapi", reason="the extra `web` is not installed")
 pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
 pytest.importorskip("httpx", reason="httpx is not installed")
 
-import httpx
 
 from fpmatch.web.guard import FORM_BYTES, Guard
 from fpmatch.web.settings import Limits, Settings
@@ -24,7 +21,7 @@ LIMITS = Limits(file_megabytes=0.05, upload_seconds=5.0, waiting=1)
 MOST = 2 * 50_000 + FORM_BYTES
 
 
-async def echo(scope: Any, receive: Any, send: Any) -> None:
+async def echo(scope, receive, send):
     """Answer with the number of bytes that came."""
     size, more = 0, scope["method"] == "POST"
     while more:
@@ -36,12 +33,12 @@ async def echo(scope: Any, receive: Any, send: Any) -> None:
     await send({"type": "http.response.body", "body": str(size).encode()})
 
 
-def guarded(**settings: Any) -> Guard:
+def guarded(**settings):
     return Guard(echo, Settings(workers=1, limits=LIMITS, **settings))
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
+def client():
     with served(guarded()) as client:
         client.headers["host"] = "localhost:8000"
         yield client
@@ -50,12 +47,12 @@ def client() -> Iterator[httpx.Client]:
 @pytest.mark.parametrize(
     "host", ["localhost", "localhost:99", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST"]
 )
-def test_names_of_this_server_are_answered(client: httpx.Client, host: str) -> None:
+def test_names_of_this_server_are_answered(client, host):
     assert client.get("/about", headers={"host": host}).status_code == 200
 
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "10.0.0.7", "[::2]"])
-def test_other_names_are_refused(client: httpx.Client, host: str) -> None:
+def test_other_names_are_refused(client, host):
     answer = client.get("/about", headers={"host": host})
     assert answer.status_code == 421
     assert "not called" in answer.json()["error"]
@@ -74,13 +71,11 @@ def test_other_names_are_refused(client: httpx.Client, host: str) -> None:
         ({"sec-fetch-site": "same-site"}, 403),
     ],
 )
-def test_other_sites_may_not_post(
-    client: httpx.Client, headers: dict[str, str], status: int
-) -> None:
+def test_other_sites_may_not_post(client, headers, status):
     assert client.post("/verify", headers=headers, content=b"x").status_code == status
 
 
-def test_every_answer_has_the_headers_of_safety(client: httpx.Client) -> None:
+def test_every_answer_has_the_headers_of_safety(client):
     for answer in (client.get("/"), client.post("/x"), client.get("/", headers={"host": "evil"})):
         policy = answer.headers["content-security-policy"]
         assert "default-src 'none'" in policy
@@ -91,7 +86,7 @@ def test_every_answer_has_the_headers_of_safety(client: httpx.Client) -> None:
     assert client.post("/x").headers["cache-control"] == "no-store"
 
 
-def test_a_token_is_needed_for_all_but_the_page() -> None:
+def test_a_token_is_needed_for_all_but_the_page():
     with served(guarded(token=TOKEN)) as client:
         assert client.get("/").status_code == 200
         assert client.get("/main.js").status_code == 200
@@ -108,7 +103,7 @@ def test_a_token_is_needed_for_all_but_the_page() -> None:
         assert client.get("/about", headers={"host": "evil.example", **bearer}).status_code == 421
 
 
-def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
+def test_a_body_may_have_its_size_and_no_more(client):
     assert client.post("/verify", content=bytes(MOST)).text == str(MOST)
     told = client.post("/verify", content=bytes(MOST + 1))
     assert (told.status_code, told.json()["error"]) == (
@@ -116,7 +111,7 @@ def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
         "a file may have 0.05 MB, and this is more",
     )
 
-    def chunks() -> Iterator[bytes]:
+    def chunks():
         for _ in range(10):
             yield bytes(MOST // 5)
 
@@ -126,19 +121,19 @@ def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
 class Wire:
     """Requests to an application, all at once, whose bodies come when they are let."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits):
         self.app = Guard(echo, Settings(workers=1, limits=limits))
         self.released = asyncio.Event()
 
-    async def ask(self, announced: int = 0) -> tuple[int, dict[bytes, bytes]]:
+    async def ask(self, announced=0):
         """Return status and headers of the answer to a request that announces so many bytes."""
-        answers: list[Any] = []
+        answers = []
 
-        async def receive() -> Any:
+        async def receive():
             await self.released.wait()
             return {"type": "http.request", "body": b"", "more_body": False}
 
-        async def send(message: Any) -> None:
+        async def send(message):
             answers.append(message)
 
         headers = [(b"host", b"localhost"), (b"content-length", str(announced).encode())]
@@ -146,7 +141,7 @@ class Wire:
         await self.app(scope, receive, send)
         return answers[0]["status"], dict(answers[0]["headers"])
 
-    async def ask_at_once(self, *announced: int) -> list[tuple[int, dict[bytes, bytes]]]:
+    async def ask_at_once(self, *announced):
         """Return the answers to requests that come at once, and to one that comes later."""
         asked = [asyncio.create_task(self.ask(size)) for size in announced]
         await asyncio.sleep(0.05)
@@ -154,47 +149,19 @@ class Wire:
         return [*await asyncio.gather(*asked), await self.ask()]
 
 
-def test_one_more_than_may_wait_is_told_to_come_again() -> None:
-    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
-        return await Wire(LIMITS).ask_at_once(0, 0, 0, 0)
+@pytest.mark.parametrize(
+    ("limits", "sizes", "statuses"),
+    [
+        (LIMITS, (0, 0, 0, 0), [200, 200, 503, 503, 200]),  # one is worked on, and one waits
+        (Limits(file_megabytes=1.0, megabytes_at_once=1.5), (1_600_000, 100_000), [200, 503, 200]),
+        (Limits(upload_seconds=0.01), (0,), [408, 200]),
+    ],
+    ids=["number", "size", "time"],
+)
+def test_more_than_may_wait_is_told_to_come_again(limits, sizes, statuses):
+    async def test():
+        return await Wire(limits).ask_at_once(*sizes)
 
-    answers = asyncio.run(test())  # one that is worked on, and one that waits
-    assert [status for status, _ in answers] == [200, 200, 503, 503, 200]
-    assert answers[2][1][b"retry-after"].isdigit()
-
-
-def test_what_waits_has_a_size_that_memory_can_hold() -> None:
-    limits = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
-
-    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
-        return await Wire(limits).ask_at_once(1_600_000, 100_000, 100_000)
-
-    assert [status for status, _ in asyncio.run(test())] == [200, 503, 503, 200]
-
-
-def test_a_body_that_does_not_come_is_given_up() -> None:
-    async def ask() -> int:
-        limits = Limits(upload_seconds=0.05)
-        answers: list[Any] = []
-        calls = 0
-
-        async def receive() -> Any:
-            nonlocal calls
-            calls += 1
-            if calls > 1:
-                return {"type": "http.disconnect"}
-            await asyncio.sleep(10)
-
-        async def send(message: Any) -> None:
-            answers.append(message)
-
-        scope = {
-            "type": "http",
-            "method": "POST",
-            "path": "/verify",
-            "headers": [(b"host", b"localhost")],
-        }
-        await Guard(echo, Settings(limits=limits))(scope, receive, send)
-        return int(answers[0]["status"])
-
-    assert asyncio.run(ask()) == 408
+    answers = asyncio.run(test())
+    assert [status for status, _ in answers] == statuses
+    assert all(headers[b"retry-after"].isdigit() for status, headers in answers if status == 503)

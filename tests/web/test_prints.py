@@ -9,7 +9,7 @@ from fpmatch.web.prints import LONGEST_NAME, shown_name
 
 
 @given(st.text())
-def test_a_name_is_one_short_line_without_folders(given_name: str) -> None:
+def test_a_name_is_one_short_line_without_folders(given_name):
     name = shown_name(given_name, "probe")
     assert name
     assert name.isprintable()
@@ -18,6 +18,6 @@ def test_a_name_is_one_short_line_without_folders(given_name: str) -> None:
     assert name.strip(".")
 
 
-def test_a_plain_name_stays_as_it_is() -> None:
+def test_a_plain_name_stays_as_it_is():
     assert shown_name("101_3.tif", "probe") == "101_3.tif"
     assert shown_name(None, "probe") == "probe"

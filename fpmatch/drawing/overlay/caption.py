@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
+from fpmatch.drawing import palette
 from fpmatch.drawing.fonts import text_width, wrapped
-from fpmatch.drawing.palette import (
-    BAND,
-    MATCH,
-    NO_MATCH,
-    PANEL_EDGE,
-    PAPER,
-    TEXT,
-    TEXT_MUTED,
-    Colour,
-)
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
 from fpmatch.drawing.words import odds, verdict
 
 if TYPE_CHECKING:
+    from fpmatch.drawing.palette import Colour
     from fpmatch.matching.result import Verification
 
-Fact: TypeAlias = tuple[str, str]
-"""A label and its value."""
+Fact = tuple[str, str]  # a label and its value
 
 MARGIN: Final = 24.0
 _BADGE_HEIGHT: Final = 44.0
@@ -38,13 +29,10 @@ _MAX_SCORE: Final = 100.0
 def evidence(verification: Verification) -> list[Fact]:
     """Return the evidence for or against a match, as (label, value)."""
     v = verification
+    ours, theirs = len(v.probe.minutiae), len(v.reference.minutiae)
     found = [
         ("False match rate", odds(v.fmr) + (", extrapolated" if v.extrapolated else "")),
-        (
-            "Minutiae paired",
-            f"{len(v.pairs)} (probe {len(v.probe.minutiae)}, "
-            f"reference {len(v.reference.minutiae)})",
-        ),
+        ("Minutiae paired", f"{len(v.pairs)} (probe {ours}, reference {theirs})"),
     ]
     if v.transform is not None:
         area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
@@ -86,14 +74,14 @@ def header(verification: Verification, width: float) -> tuple[list[Item], float]
         lines = wrapped(f"Why: {verification.reason}", _REASON_SIZE, width - 2 * MARGIN)
         if len(lines) > _REASON_LINES:
             lines = [*lines[: _REASON_LINES - 1], lines[_REASON_LINES - 1] + " …"]
-        colour = TEXT if verification.match else NO_MATCH
+        colour = palette.TEXT if verification.match else palette.NO_MATCH
         for line in lines:
             y += _REASON_SIZE + 2
             items.append(Text(MARGIN, y, line, _REASON_SIZE, colour, role="reason"))
             y += 4
         y += 6
     y += 6
-    return [_filled(Box(0, 0, width, y), BAND), *items], y
+    return [_filled(Box(0, 0, width, y), palette.BAND), *items], y
 
 
 def _filled(box: Box, colour: Colour) -> Path:
@@ -103,7 +91,7 @@ def _filled(box: Box, colour: Colour) -> Path:
 def _first_row(verification: Verification, width: float, y: float) -> list[Item]:
     """Compose the decision, the score, and the score on its scale beside the threshold."""
     v = verification
-    colour = MATCH if v.match else NO_MATCH
+    colour = palette.MATCH if v.match else palette.NO_MATCH
     decision, score = verdict(v.match), f"{v.score:.1f}"
     badge = Box(MARGIN, y, text_width(decision, _VERDICT_SIZE) + 40, _BADGE_HEIGHT)
     middle = MARGIN + badge.width / 2
@@ -113,9 +101,9 @@ def _first_row(verification: Verification, width: float, y: float) -> list[Item]
     gauge = Box(gauge_x, y + 25, width - MARGIN - gauge_x, _GAUGE_HEIGHT)
     return [
         _filled(badge, colour),
-        Text(middle, y + 31, decision, _VERDICT_SIZE, PAPER, "middle", 0.5, role="verdict"),
-        Text(score_x, y + 10, "Score", _LABEL_SIZE, TEXT_MUTED),
-        Text(score_x, y + 40, score, _SCORE_SIZE, TEXT, bold=0.4, role="score"),
+        Text(middle, y + 31, decision, _VERDICT_SIZE, palette.PAPER, "middle", 0.5, role="verdict"),
+        Text(score_x, y + 10, "Score", _LABEL_SIZE, palette.TEXT_MUTED),
+        Text(score_x, y + 40, score, _SCORE_SIZE, palette.TEXT, bold=0.4, role="score"),
         *_gauge(v, gauge, colour),
     ]
 
@@ -129,12 +117,12 @@ def _gauge(v: Verification, bar: Box, colour: Colour) -> list[Item]:
     half = text_width(label, _LABEL_SIZE) / 2
     label_x = min(max(threshold, bar.x + half), bar.right - half)
     return [
-        Text(label_x, bar.y - 15, label, _LABEL_SIZE, TEXT_MUTED, "middle"),
-        _filled(bar, PANEL_EDGE),
+        Text(label_x, bar.y - 15, label, _LABEL_SIZE, palette.TEXT_MUTED, "middle"),
+        _filled(bar, palette.PANEL_EDGE),
         _filled(Box(bar.x, bar.y, score - bar.x, bar.height), colour),
-        Path(((threshold, bar.y - 9), (threshold, bar.bottom + 4)), Pen(TEXT, width=2.0)),
-        Text(bar.x, bar.y + 24, "0", _LABEL_SIZE, TEXT_MUTED),
-        Text(bar.right, bar.y + 24, "100", _LABEL_SIZE, TEXT_MUTED, "end"),
+        Path(((threshold, bar.y - 9), (threshold, bar.bottom + 4)), Pen(palette.TEXT, width=2.0)),
+        Text(bar.x, bar.y + 24, "0", _LABEL_SIZE, palette.TEXT_MUTED),
+        Text(bar.right, bar.y + 24, "100", _LABEL_SIZE, palette.TEXT_MUTED, "end"),
     ]
 
 
@@ -151,8 +139,8 @@ def _flow(rows: list[list[Fact]], width: float, y: float) -> tuple[list[Item], f
             if x > MARGIN and x + needed > width - MARGIN:
                 x, y = MARGIN, y + _FACT_HEIGHT
             items += [
-                Text(x, y + 13, label, _LABEL_SIZE, TEXT_MUTED),
-                Text(x, y + 33, value, _VALUE_SIZE, TEXT, role="fact"),
+                Text(x, y + 13, label, _LABEL_SIZE, palette.TEXT_MUTED),
+                Text(x, y + 33, value, _VALUE_SIZE, palette.TEXT, role="fact"),
             ]
             x += needed + _FACT_GAP
         y += _FACT_HEIGHT

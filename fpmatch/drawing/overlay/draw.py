@@ -101,22 +101,17 @@ def save_overlay(
     suffix = target.suffix.lower()
     if suffix not in SUFFIXES:
         raise OutputError(f"{target}: an overlay is written as .png or .svg")
-    content = overlay_file(
-        suffix, probe_image, reference_image, verification, side_by_side=side_by_side
+    images = probe_image, reference_image
+    atomic_write_bytes(
+        target, overlay_file(suffix, *images, verification, side_by_side=side_by_side)
     )
-    atomic_write_bytes(target, content)
 
 
 def overlay_file(
-    suffix: str,
-    probe_image: Any,
-    reference_image: Any,
-    verification: Verification,
-    *,
-    side_by_side: bool = False,
+    suffix: str, probe: Any, reference: Any, verification: Verification, *, side_by_side: bool
 ) -> bytes:
     """Return the content of the file that `save_overlay` writes, for one of `SUFFIXES`."""
-    scene = _scene(probe_image, reference_image, verification, side_by_side)
+    scene = _scene(probe, reference, verification, side_by_side)
     return svg_text(scene).encode() if suffix == ".svg" else png_bytes(paint(scene))
 
 

@@ -5,35 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
+from fpmatch.drawing import palette
 from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.marks import (
-    BESIDE_PROBE_PAIRED,
-    BESIDE_PROBE_UNPAIRED,
-    BESIDE_REFERENCE_PAIRED,
+    BESIDE_PAIRED,
+    BESIDE_UNPAIRED,
+    EDGES,
     PAIR_PEN,
-    PROBE_EDGE,
-    PROBE_PAIRED,
-    PROBE_UNPAIRED,
-    REFERENCE_EDGE,
-    REFERENCE_PAIRED,
-    REFERENCE_UNPAIRED,
+    PAIRED,
+    UNPAIRED,
     MarkStyle,
     mark,
 )
-from fpmatch.drawing.palette import (
-    NEUTRAL_INK,
-    PROBE_INK,
-    REFERENCE_INK,
-    TEXT,
-    TEXT_MUTED,
-    Colour,
-    mixed,
-)
 from fpmatch.drawing.scene.items import Item, Path, Pen, Point, Text
 from fpmatch.minutiae import MinutiaKind
+
+if TYPE_CHECKING:
+    from fpmatch.drawing.palette import Colour
 
 _Entry: TypeAlias = tuple[str, Callable[[float, float], list[Item]]]
 
@@ -43,28 +34,28 @@ _RIGHT: Final[Point] = (1.0, 0.0)
 
 def overlay_legend(width: float, top: float) -> tuple[list[Item], float]:
     """Compose the legend of an overlay from `top` down; returns its items and its height."""
-    both = mixed((PROBE_INK, REFERENCE_INK))
+    both = palette.mixed((palette.PROBE_INK, palette.REFERENCE_INK))
     entries: list[_Entry] = [
-        ("reference ridges", partial(_ridges, ink=REFERENCE_INK)),
-        ("probe ridges, moved", partial(_ridges, ink=PROBE_INK)),
+        ("reference ridges", partial(_ridges, ink=palette.REFERENCE_INK)),
+        ("probe ridges, moved", partial(_ridges, ink=palette.PROBE_INK)),
         ("both together", partial(_ridges, ink=both)),
         ("paired minutiae", _pair),
-        ("unpaired, of reference", partial(_mark, style=REFERENCE_UNPAIRED)),
-        ("unpaired, of probe", partial(_mark, style=PROBE_UNPAIRED)),
+        ("unpaired, of reference", partial(_mark, style=UNPAIRED["reference"])),
+        ("unpaired, of probe", partial(_mark, style=UNPAIRED["probe"])),
         *_kinds(),
-        ("edge of probe", partial(_edge, pen=PROBE_EDGE)),
-        ("edge of reference", partial(_edge, pen=REFERENCE_EDGE)),
+        ("edge of probe", partial(_edge, pen=EDGES["probe"])),
+        ("edge of reference", partial(_edge, pen=EDGES["reference"])),
     ]
     return _rows(entries, width, top)
 
 
 def side_by_side_legend(width: float, top: float, *, paired: bool) -> tuple[list[Item], float]:
     """Compose the legend of two prints beside each other; returns its items and its height."""
-    entries: list[_Entry] = [("ridges", partial(_ridges, ink=NEUTRAL_INK))]
+    entries: list[_Entry] = [("ridges", partial(_ridges, ink=palette.NEUTRAL_INK))]
     if paired:
         entries += [
-            ("paired, numbered, joined", partial(_mark, style=BESIDE_PROBE_PAIRED)),
-            ("unpaired", partial(_mark, style=BESIDE_PROBE_UNPAIRED)),
+            ("paired, numbered, joined", partial(_mark, style=BESIDE_PAIRED["probe"])),
+            ("unpaired", partial(_mark, style=BESIDE_UNPAIRED["probe"])),
         ]
     return _rows([*entries, *_kinds()], width, top)
 
@@ -77,7 +68,7 @@ def _rows(entries: list[_Entry], width: float, top: float) -> tuple[list[Item], 
         if x > MARGIN and x + needed > width - MARGIN:
             x, y = MARGIN, y + _ROW
         items += sample(x, y)
-        items.append(Text(x + _SAMPLE + 8, y + 5, meaning, _SIZE, TEXT))
+        items.append(Text(x + _SAMPLE + 8, y + 5, meaning, _SIZE, palette.TEXT))
         x += needed + _GAP
     return items, y + _ROW / 2 - top
 
@@ -94,7 +85,7 @@ def _mark(
 
 
 def _kinds() -> list[_Entry]:
-    style = replace(BESIDE_REFERENCE_PAIRED, colour=TEXT_MUTED)
+    style = replace(BESIDE_PAIRED["reference"], colour=palette.TEXT_MUTED)
     return [
         ("ending, with direction", partial(_mark, style=style)),
         ("bifurcation", partial(_mark, style=style, kind=MinutiaKind.BIFURCATION)),
@@ -104,8 +95,8 @@ def _kinds() -> list[_Entry]:
 def _pair(x: float, y: float) -> list[Item]:
     reference, probe = (x + 9, y + 3), (x + 17, y - 3)
     return [
-        *mark(reference, _RIGHT, MinutiaKind.ENDING, REFERENCE_PAIRED),
-        *mark(probe, _RIGHT, MinutiaKind.ENDING, PROBE_PAIRED),
+        *mark(reference, _RIGHT, MinutiaKind.ENDING, PAIRED["reference"]),
+        *mark(probe, _RIGHT, MinutiaKind.ENDING, PAIRED["probe"]),
         Path((reference, probe), PAIR_PEN),
     ]
 

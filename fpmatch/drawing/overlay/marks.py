@@ -30,34 +30,16 @@ _KIND_NAMES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class MarkStyle:
-    """Hold how the minutiae of one side are drawn; lengths in page pixels.
+    """Hold how the minutiae of one side are drawn; lengths in page pixels."""
 
-    Parameters
-    ----------
-    colour : Colour
-        Colour of the shape's outline and of the tick.
-    radius : float
-        Radius of an ending's circle; squares and diamonds have about the same area.
-    tick_px : float
-        Length of the tick beyond the shape.
-    width, halo : float
-        Width of the lines, and of the white around them.
-    opacity : float
-        0 to 1.
-    filled : bool
-        Whether the shape is filled with its colour.
-    role : str
-        SVG class.
-    """
-
-    colour: Colour
-    radius: float
-    tick_px: float
-    width: float
-    halo: float
+    colour: Colour  # of the shape's outline and of the tick
+    radius: float  # of an ending's circle; squares and diamonds have about the same area
+    tick_px: float  # beyond the shape
+    width: float  # of the lines
+    halo: float  # of white around them
     opacity: float
     filled: bool
-    role: str
+    role: str  # the SVG class
 
     @property
     def pen(self) -> Pen:
@@ -66,29 +48,26 @@ class MarkStyle:
         return Pen(self.colour, fill, self.width, self.opacity, self.halo)
 
 
-REFERENCE_PAIRED: Final = MarkStyle(
-    REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, filled=False, role="reference paired"
-)
-REFERENCE_UNPAIRED: Final = MarkStyle(
-    REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, filled=False, role="reference unpaired"
-)
-PROBE_PAIRED: Final = MarkStyle(
-    PROBE_MARK, 3.2, 12.0, 2.0, 1.2, 1.0, filled=True, role="probe paired"
-)
-PROBE_UNPAIRED: Final = MarkStyle(
-    PROBE_MARK, 3.0, 8.0, 1.3, 1.0, 0.8, filled=True, role="probe unpaired"
-)
-BESIDE_REFERENCE_PAIRED: Final = replace(REFERENCE_PAIRED, radius=6.0, tick_px=10.0)
-BESIDE_REFERENCE_UNPAIRED: Final = replace(REFERENCE_UNPAIRED, radius=4.5)
-BESIDE_PROBE_PAIRED: Final = replace(
-    BESIDE_REFERENCE_PAIRED, colour=PROBE_MARK, role="probe paired"
-)
-BESIDE_PROBE_UNPAIRED: Final = replace(
-    BESIDE_REFERENCE_UNPAIRED, colour=PROBE_MARK, role="probe unpaired"
-)
+PAIRED: Final = {
+    "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, False, "reference paired"),
+    "probe": MarkStyle(PROBE_MARK, 3.2, 12.0, 2.0, 1.2, 1.0, True, "probe paired"),
+}
+UNPAIRED: Final = {
+    "reference": MarkStyle(REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, False, "reference unpaired"),
+    "probe": MarkStyle(PROBE_MARK, 3.0, 8.0, 1.3, 1.0, 0.8, True, "probe unpaired"),
+}
 PAIR_PEN: Final = Pen(PAIR_LINK, width=2.0, halo=1.2)
-PROBE_EDGE: Final = Pen(PROBE_MARK, width=1.6, opacity=0.85, dash=(9.0, 6.0))
-REFERENCE_EDGE: Final = Pen(REFERENCE_MARK, width=1.6, opacity=0.85, dash=(2.0, 5.0))
+EDGES: Final = {
+    "reference": Pen(REFERENCE_MARK, width=1.6, opacity=0.85, dash=(2.0, 5.0)),
+    "probe": Pen(PROBE_MARK, width=1.6, opacity=0.85, dash=(9.0, 6.0)),
+}
+BESIDE_PAIRED: Final = {
+    role: replace(style, radius=6.0, tick_px=10.0, width=2.2, halo=1.4, filled=False)
+    for role, style in PAIRED.items()
+}
+BESIDE_UNPAIRED: Final = {
+    role: replace(style, radius=4.5, filled=False) for role, style in UNPAIRED.items()
+}
 
 
 def mark(
@@ -124,13 +103,18 @@ def marks(
 ) -> list[Path | Circle]:
     """Draw the minutiae at `index` whose place, under `matrix`, is in `panel`."""
     points = moved(matrix, minutiae.xy)
-    drawn: list[Path | Circle] = []
-    for i in index:
-        if panel.contains(points[i]):
-            direction = direction_on_page(matrix, float(minutiae.angle[i]))
-            title = (titles or {}).get(i, described(minutiae, i))
-            drawn += mark(points[i], direction, int(minutiae.kind[i]), style, title)
-    return drawn
+    return [
+        part
+        for i in index
+        if panel.contains(points[i])
+        for part in mark(
+            points[i],
+            direction_on_page(matrix, float(minutiae.angle[i])),
+            int(minutiae.kind[i]),
+            style,
+            (titles or {}).get(i, described(minutiae, i)),
+        )
+    ]
 
 
 def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:
@@ -139,14 +123,7 @@ def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:
 
 
 def described(minutiae: Minutiae, i: int) -> str:
-    """Return kind, place, direction and quality of a minutia as text.
-
-    Examples
-    --------
-    >>> from fpmatch.minutiae import Minutiae
-    >>> described(Minutiae([3.0], [4.0], [0.0], [1]), 0)
-    'ending at (3, 4), direction 0°, quality 100'
-    """
+    """Return kind, place, direction and quality of a minutia as text."""
     kind = _KIND_NAMES[MinutiaKind(int(minutiae.kind[i]))]
     degrees = math.degrees(float(minutiae.angle[i]))
     return (

@@ -10,7 +10,7 @@ from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk, thinned_off_p
 from fpmatch.drawing.overlay.caption import MARGIN, header
 from fpmatch.drawing.palette import PANEL_EDGE
 from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Path, Pen, Scene
-from fpmatch.drawing.scene.placement import magnification, of_shrunk
+from fpmatch.drawing.scene.placement import magnification, zoomed
 from fpmatch.drawing.words import odds, verdict
 from fpmatch.errors import ImageError
 
@@ -41,12 +41,9 @@ class Print:
 
     @classmethod
     def of(cls, name: str, image: Any, template: Template) -> Print:
-        """Check that `image` is a grey image of its template's size, and hold both.
+        """Check that `image` is a grey image of its template's size, or raise an `ImageError`.
 
-        Raises
-        ------
-        ImageError
-            If it is not; the message begins with `name`.
+        Its message begins with `name`.
         """
         pixels = grey_pixels(name, image)
         height, width = pixels.shape
@@ -78,7 +75,8 @@ def ink_of(side: Print, matrix: NDArray[np.float64], colour: Colour, role: str) 
     coverage = ink_coverage(shrunk(side.pixels, factor), side.template.dpi * factor)
     if side.template.field is not None:
         coverage = thinned_off_print(coverage, side.template.field, factor)
-    return Ink(coverage, colour, matrix @ of_shrunk(factor), role)
+    to_print = zoomed(1 / factor, (-0.5, -0.5), (-0.5, -0.5))
+    return Ink(coverage, colour, matrix @ to_print, role)
 
 
 def page(
@@ -87,18 +85,10 @@ def page(
     panel: Callable[[Box], list[Item]],
     legend: Callable[[float, float], tuple[list[Item], float]],
 ) -> Scene:
-    """Compose a page around a panel.
+    """Compose a page: a header, a panel of `panel_size` (width, height) pixels, and a legend.
 
-    Parameters
-    ----------
-    verification : Verification
-        Content of the header.
-    panel_size : tuple of two floats
-        Width and height of the panel in pixels.
-    panel : callable
-        Given the panel's place, returns its items.
-    legend : callable
-        Given the page's width and the legend's top, returns its items and its height.
+    `panel` returns the panel's items, given its place; `legend` returns the legend's items and its
+    height, given the page's width and the legend's top.
     """
     v = verification
     panel_width, panel_height = panel_size

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
-from fpmatch.drawing.overlay.labels import place_labels
 from fpmatch.drawing.overlay.legend import side_by_side_legend
-from fpmatch.drawing.overlay.marks import (
-    BESIDE_PROBE_PAIRED,
-    BESIDE_PROBE_UNPAIRED,
-    BESIDE_REFERENCE_PAIRED,
-    BESIDE_REFERENCE_UNPAIRED,
-    MarkStyle,
-    marks,
-    unpaired,
-)
+from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, BESIDE_UNPAIRED, marks, unpaired
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
-from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Point, Scene, Text
 from fpmatch.drawing.scene.placement import direction_on_page, moved, zoomed
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.palette import Colour
     from fpmatch.matching.result import Verification
 
 _COMFORTABLE_SIDE: Final = 760.0  # page pixels of each print
@@ -37,17 +33,21 @@ _TITLE_HEIGHT: Final = 26.0
 _TITLE_SIZE: Final = 16.0
 _LINK_PEN: Final = Pen(TEXT, width=1.0, opacity=0.25)
 _MARK_REACH: Final = 7.0  # page pixels around a minutia that numbers avoid
+_SIZE, _HALO = 14.0, 2.0  # of numbers
+_CAP_HEIGHT: Final = 0.72  # of the size: height of digits
+_DISTANCE: Final = 10.0  # from the mark's centre to the nearest edge of its number
+_PLACES: Final = 16
+_TICK_COST: Final = 6.0  # page pixels of overlap that equal a place in the tick's direction
+_OUTSIDE_COST: Final = 4.0  # of leaving the panel, in costs of covering something
 
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """Hold one print of the page, the indices of its paired minutiae, and its styles."""
+    """Hold one print of the page, its role, and the indices of its paired minutiae."""
 
-    title: str
+    role: str
     print_: Print
     indices: list[int]
-    paired: MarkStyle
-    unpaired: MarkStyle
 
     @property
     def size_at_500_dpi(self) -> tuple[float, float]:
@@ -67,24 +67,16 @@ def side_by_side_page(probe: Print, reference: Print, verification: Verification
     """Compose the page; the pairs of `verification` are numbered in their order, from 1."""
     pairs = verification.pairs.reshape(-1, 2)
     i, j = pairs.T.tolist()
-    sides = (
-        _Side("Probe", probe, i, BESIDE_PROBE_PAIRED, BESIDE_PROBE_UNPAIRED),
-        _Side("Reference", reference, j, BESIDE_REFERENCE_PAIRED, BESIDE_REFERENCE_UNPAIRED),
-    )
+    sides = _Side("probe", probe, i), _Side("reference", reference, j)
     longest = max(length for side in sides for length in side.size_at_500_dpi)
     zoom = comfortable_zoom(longest, _COMFORTABLE_SIDE)
     widths = [_panel_side(zoom * side.size_at_500_dpi[0]) for side in sides]
     height = max(_panel_side(zoom * side.size_at_500_dpi[1]) for side in sides)
 
     def panel(place: Box) -> list[Item]:
-        top = place.y + _TITLE_HEIGHT
-        boxes = (
-            Box(place.x, top, widths[0], height),
-            Box(place.right - widths[1], top, widths[1], height),
-        )
-        placed = [
-            (side, side.placed(zoom, box), box) for side, box in zip(sides, boxes, strict=True)
-        ]
+        lefts, top = (place.x, place.right - widths[1]), place.y + _TITLE_HEIGHT
+        boxes = [Box(x, top, w, height) for x, w in zip(lefts, widths, strict=True)]
+        placed = [(s, s.placed(zoom, box), box) for s, box in zip(sides, boxes, strict=True)]
         starts, ends = (moved(m, side.print_.template.minutiae.xy) for side, m, _ in placed)
         return [
             *(item for side in placed for item in _ground(*side)),
@@ -105,32 +97,58 @@ def _panel_side(length: float) -> float:
 
 def _ground(side: _Side, matrix: NDArray[np.float64], panel: Box) -> list[Item]:
     """Draw the title, the ridges and the frame of one print."""
-    role, t = side.title.lower(), side.print_.template
-    title = f"{side.title}: {len(t.minutiae)} minutiae, {t.width} x {t.height} px, {t.dpi:g} dpi"
-    ink = ink_of(side.print_, matrix, NEUTRAL_INK, f"{role} ridges")
+    t = side.print_.template
+    size = f"{t.width} x {t.height} px, {t.dpi:g} dpi"
+    title = f"{side.role.title()}: {len(t.minutiae)} minutiae, {size}"
+    ink = ink_of(side.print_, matrix, NEUTRAL_INK, f"{side.role} ridges")
     return [
-        Text(panel.x, panel.y - 9, title, _TITLE_SIZE, side.paired.colour),
-        Group((ink,) if ink else (), panel, role),
+        Text(panel.x, panel.y - 9, title, _TITLE_SIZE, BESIDE_PAIRED[side.role].colour),
+        Group((ink,) if ink else (), panel, side.role),
         frame(panel),
     ]
 
 
 def _minutiae(side: _Side, matrix: NDArray[np.float64], panel: Box) -> list[Item]:
     """Draw the minutiae of one print, and the numbers of the paired ones."""
-    minutiae, paired = side.print_.template.minutiae, side.indices
+    minutiae, paired, style = side.print_.template.minutiae, side.indices, BESIDE_PAIRED[side.role]
     places = moved(matrix, minutiae.xy)
     directions = [direction_on_page(matrix, float(angle)) for angle in minutiae.angle]
-    numbers = place_labels(
-        [str(n) for n in range(1, len(paired) + 1)],
-        [places[i] for i in paired],
-        [directions[i] for i in paired],
-        [Box(*place, 0, 0).grown(_MARK_REACH) for place in places],
-        panel,
-        side.paired.colour,
-    )
-    rest = unpaired(minutiae, paired)
+    obstacles = [Box(*place, 0, 0).grown(_MARK_REACH) for place in places]
+    marked = [(places[i], directions[i]) for i in paired]
+    rest = BESIDE_UNPAIRED[side.role] if paired else style
     return [
-        *marks(minutiae, rest, matrix, side.unpaired if paired else side.paired, panel),
-        *marks(minutiae, paired, matrix, side.paired, panel),
-        *numbers,
+        *marks(minutiae, unpaired(minutiae, paired), matrix, rest, panel),
+        *marks(minutiae, paired, matrix, style, panel),
+        *place_numbers(marked, obstacles, panel, style.colour),
     ]
+
+
+def place_numbers(
+    marked: Sequence[tuple[Point, Point]], obstacles: Sequence[Box], panel: Box, colour: Colour
+) -> list[Text]:
+    """Place a number, from 1, beside each mark, one after the other, each where it covers least.
+
+    A mark is its place and the unit vector of its tick, which numbers avoid; `obstacles` should
+    stay visible, besides the numbers placed earlier; numbers should not leave the `panel`.
+    """
+    taken = list(obstacles)
+    placed: list[Text] = []
+    angles = (2 * math.pi * k / _PLACES for k in range(_PLACES))
+    ways = [(math.cos(angle), math.sin(angle)) for angle in angles]
+    for n, ((x, y), (tick_x, tick_y)) in enumerate(marked, start=1):
+        width, height = text_width(str(n), _SIZE), _SIZE * _CAP_HEIGHT
+        candidates = []
+        for dx, dy in ways:
+            left = x + dx * (_DISTANCE + width / 2) - width / 2
+            top = y + dy * (_DISTANCE + height / 2) - height / 2
+            box = Box(left, top, width, height)
+            covered = sum(box.overlap(other) for other in taken)
+            outside = width * height - box.overlap(panel)
+            along = dx * tick_x + dy * tick_y
+            candidates.append((covered + _OUTSIDE_COST * outside + _TICK_COST * along, box))
+        _, best = min(candidates, key=lambda candidate: candidate[0])
+        taken.append(best.grown(1))
+        placed.append(
+            Text(best.x, best.bottom, str(n), _SIZE, colour, bold=0.3, halo=_HALO, role="number")
+        )
+    return placed

@@ -6,20 +6,17 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.overlay.legend import overlay_legend
 from fpmatch.drawing.overlay.marks import (
+    EDGES,
     PAIR_PEN,
-    PROBE_EDGE,
-    PROBE_PAIRED,
-    PROBE_UNPAIRED,
-    REFERENCE_EDGE,
-    REFERENCE_PAIRED,
-    REFERENCE_UNPAIRED,
+    PAIRED,
+    UNPAIRED,
     described,
     marks,
     unpaired,
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Pen, Scene
+from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Scene
 from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
@@ -49,8 +46,8 @@ def superposed_page(
         moving = to_page @ probe_to_reference
         inside: tuple[Item, ...] = (
             *inks(probe, reference, moving, to_page),
-            _edge(reference, to_page, REFERENCE_EDGE, "reference edge"),
-            _edge(probe, moving, PROBE_EDGE, "probe edge"),
+            _edge(reference, to_page, "reference"),
+            _edge(probe, moving, "probe"),
             *minutiae_and_pairs(verification, moving, to_page, place),
         )
         return [Group(inside, place, "prints"), frame(place)]
@@ -76,9 +73,9 @@ def inks(probe: Print, reference: Print, probe_to_page: Matrix, to_page: Matrix)
     return [Overprint(lower, upper)] if lower and upper else [i for i in (lower, upper) if i]
 
 
-def _edge(side: Print, matrix: Matrix, pen: Pen, role: str) -> Path:
+def _edge(side: Print, matrix: Matrix, role: str) -> Path:
     outline = moved(matrix, corners(side.template.width, side.template.height))
-    return Path(tuple(outline), pen, closed=True, role=role)
+    return Path(tuple(outline), EDGES[role], closed=True, role=f"{role} edge")
 
 
 def minutiae_and_pairs(
@@ -98,9 +95,9 @@ def minutiae_and_pairs(
         if place.contains(starts[a]) and place.contains(ends[b])
     ]
     return [
-        *marks(theirs, unpaired(theirs, j), to_page, REFERENCE_UNPAIRED, place),
-        *marks(ours, unpaired(ours, i), probe_to_page, PROBE_UNPAIRED, place),
-        *marks(theirs, j, to_page, REFERENCE_PAIRED, place, titles),
+        *marks(theirs, unpaired(theirs, j), to_page, UNPAIRED["reference"], place),
+        *marks(ours, unpaired(ours, i), probe_to_page, UNPAIRED["probe"], place),
+        *marks(theirs, j, to_page, PAIRED["reference"], place, titles),
         *links,
-        *marks(ours, i, probe_to_page, PROBE_PAIRED, place),
+        *marks(ours, i, probe_to_page, PAIRED["probe"], place),
     ]

@@ -1,13 +1,6 @@
 """The paper's Figures 2 to 7, from any point set and the package's own functions.
 
-- Fig. 2, 3: two sets and their triangulations; one-rings in them;
-- Fig. 4: a one-ring mapped to the unit circle, by eq. (3), and its weights, eq. (4);
-- Fig. 5: the sub-triangles from which the weights are computed;
-- Fig. 6: the unit circles of two rings that correspond, and on a second page the rotation of the
-  points compared with that of the circles, and the alignment that follows from it;
-- Fig. 7: the matching algorithm as a flow chart, the same for all sets.
-
-Figures 1, 3 and 8 of prints are drawn by `fpmatch.drawing.case_study`.
+Figures 1, 3 and 8 of prints are drawn by `python -m research case-study`.
 """
 
 from __future__ import annotations
@@ -20,11 +13,9 @@ import numpy as np
 
 from fpmatch.drawing.paper_figures.flow_chart import flow_chart
 from fpmatch.drawing.paper_figures.meshes import one_rings, triangulations
-from fpmatch.drawing.paper_figures.rotation import matched_points, rotation
+from fpmatch.drawing.paper_figures.rotation import matched_points, rotation, two_circles
 from fpmatch.drawing.paper_figures.sheet import draw_sheets
-from fpmatch.drawing.paper_figures.two_circles import two_circles
-from fpmatch.drawing.paper_figures.unit_circle import unit_circle
-from fpmatch.drawing.paper_figures.weights import weights
+from fpmatch.drawing.paper_figures.unit_circle import unit_circle, weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,27 +30,8 @@ def draw_point_figures(
 ) -> list[PointFigure]:
     """Draw all the figures, in the paper's order; the same sets give the same bytes.
 
-    Parameters
-    ----------
-    pair : PointPair
-        The two sets.
-    rings : RingPair
-        The rings to be shown, as `choose_ring_pair` returns them.
-    file_format : {"svg", "png"}
-        Vectors 800 pixels wide, or twice as many pixels.
-
-    Raises
-    ------
-    OutputError
-        If matplotlib is not installed, or the format is unknown.
-
-    Examples
-    --------
-    >>> from fpmatch.drawing.paper_figures.pair import random_point_pair
-    >>> from fpmatch.drawing.paper_figures.rings import choose_ring_pair
-    >>> pair = random_point_pair(1)
-    >>> draw_point_figures(pair, choose_ring_pair(pair))[0].file_name
-    'figure_2_triangulations.svg'
+    `rings` are to be shown, as `choose_ring_pair` returns them. An SVG is 800 pixels wide, a PNG
+    twice as wide. An `OutputError` is raised if matplotlib is not installed.
     """
     sheets: dict[str, Callable[[], Sheet]] = {
         "figure_2_triangulations": partial(triangulations, pair),
@@ -78,14 +50,6 @@ def numbers_drawn(pair: PointPair, rings: RingPair) -> dict[str, Any]:
 
     They are the two rings (centre, points, angles, weights, image, area), the cyclic shift, the
     rotation according to sets, rings, circles and images, and the number of points that match.
-
-    Examples
-    --------
-    >>> from fpmatch.drawing.paper_figures.pair import random_point_pair
-    >>> from fpmatch.drawing.paper_figures.rings import choose_ring_pair
-    >>> pair = random_point_pair(1)
-    >>> round(sum(numbers_drawn(pair, choose_ring_pair(pair))["p"]["weights"]), 12)
-    1.0
     """
     image_rotation = rings.image_rotation
     return {

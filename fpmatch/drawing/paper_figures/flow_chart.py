@@ -5,15 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fpmatch.drawing.palette import (
-    BAND,
-    MATCH,
-    NO_MATCH,
-    PAPER,
-    TEXT_MUTED,
-    Colour,
-    hexadecimal,
-)
+from fpmatch.drawing.palette import BAND, MATCH, NO_MATCH, PAPER, TEXT_MUTED, Colour, hexadecimal
 from fpmatch.drawing.paper_figures.marks import LINES, MESHES, label
 from fpmatch.drawing.paper_figures.sheet import PX, Sheet
 
@@ -27,6 +19,7 @@ LINE_HEIGHT: Final = 19.0
 BOX_ROOM: Final = 16.0  # pixels above and below the text of a box, together
 DIAMOND: Final = (300.0, 84.0)
 LEFT, MIDDLE, RIGHT, RAIL = 78.0, 380.0, 650.0, 138.0  # from the left
+BELOW, ON_THE_LEFT, ON_THE_RIGHT = (20.0, 10.0), (-16.0, -9.0), (16.0, -9.0)  # places of answers
 CAPTION: Final = (
     "The algorithm as section 3.3 of the paper describes it: precomputation, then local matching "
     "of all combinations of a point p of P and a point q of Q, then global matching. The "
@@ -38,10 +31,10 @@ CAPTION: Final = (
 class Step(NamedTuple):
     """Hold one box, or the diamond of a decision, which has no width of its own."""
 
-    x: float
     y: float
     text: str
     width: float | None = 330.0
+    x: float = MIDDLE
     edge: Colour = TEXT_MUTED
 
     @property
@@ -56,41 +49,22 @@ class Step(NamedTuple):
         return self.x + x * self.half[0], self.y + y * self.half[1]
 
 
-COMBINATION: Final = Step(MIDDLE, 176, "Next combination of p and q", 240.0)
-INTERIOR: Final = Step(MIDDLE, 262, "p and q\ninterior points?", None)
-DEGREE: Final = Step(MIDDLE, 376, "As many edges\nat p as at q?", None)
-AREAS: Final = Step(
-    MIDDLE, 474, "Local matching: one-ring polygons of\np and q on the unit circle, their areas"
-)
-THRESHOLD: Final = Step(MIDDLE, 562, "Difference of areas\nbelow the threshold?", None)
-FACTOR: Final = Step(
-    MIDDLE, 660, "p and q match locally: transformation\nfactor (rotation, scale, translation)"
-)
-ALL: Final = Step(MIDDLE, 748, "All combinations\nof p and q done?", None)
-SHARE: Final = Step(MIDDLE, 934, "Share of matching\npoints above ρ?", None)
-MATCHED: Final = Step(RIGHT, 934, "P and Q match;\ntime is recorded", 150.0, MATCH)
-NOT_MATCHED: Final = Step(LEFT, 934, "P and Q do\nnot match", 130.0, NO_MATCH)
 DOWNWARDS: Final = (
-    Step(MIDDLE, 24, "Point sets P and Q", 200.0),
-    Step(MIDDLE, 98, "Precomputation of P and of Q:\ntriangulation, unit-circle parametrization"),
-    COMBINATION,
-    INTERIOR,
-    DEGREE,
-    Step(
-        MIDDLE,
-        474.0,
-        "Local matching: one-ring polygons of\np and q on the unit circle, their areas",
-    ),
-    THRESHOLD,
-    Step(
-        MIDDLE,
-        660.0,
-        "p and q match locally: transformation\nfactor (rotation, scale, translation)",
-    ),
-    ALL,
-    Step(MIDDLE, 846, "Global matching: overlap P and Q\nby the transformation factor"),
-    SHARE,
+    Step(24, "Point sets P and Q", 200.0),
+    Step(98, "Precomputation of P and of Q:\ntriangulation, unit-circle parametrization"),
+    Step(176, "Next combination of p and q", 240.0),
+    Step(262, "p and q\ninterior points?", None),
+    Step(376, "As many edges\nat p as at q?", None),
+    Step(474, "Local matching: one-ring polygons of\np and q on the unit circle, their areas"),
+    Step(562, "Difference of areas\nbelow the threshold?", None),
+    Step(660, "p and q match locally: transformation\nfactor (rotation, scale, translation)"),
+    Step(748, "All combinations\nof p and q done?", None),
+    Step(846, "Global matching: overlap P and Q\nby the transformation factor"),
+    Step(934, "Share of matching\npoints above ρ?", None),
 )
+_, _, COMBINATION, INTERIOR, DEGREE, _, THRESHOLD, _, ALL, _, SHARE = DOWNWARDS
+MATCHED: Final = Step(934, "P and Q match;\ntime is recorded", 150.0, RIGHT, MATCH)
+NOT_MATCHED: Final = Step(934, "P and Q do\nnot match", 130.0, LEFT, NO_MATCH)
 
 
 def flow_chart() -> Sheet:
@@ -101,42 +75,36 @@ def flow_chart() -> Sheet:
     for step in (*DOWNWARDS, MATCHED, NOT_MATCHED):
         _draw(axes, step)
     for above, below in pairwise(DOWNWARDS):
-        _arrow(axes, above.end(0, 1), below.end(0, -1))
-        if above.width is None:
-            _answer(axes, "yes", above.end(0, 1), 20.0, 10.0)
+        answer = "yes" if above.width is None else ""
+        _arrow(axes, [above.end(0, 1), below.end(0, -1)], answer, BELOW)
     again = COMBINATION.end(-1, 0)
     for step in (INTERIOR, DEGREE, THRESHOLD):  # whose "no" leads to the next combination
         start = step.end(-1, 0)
-        _arrow(axes, start, (RAIL, start[1]), (RAIL, again[1]), again)
-        _answer(axes, "no", start, -14.0, -9.0)
+        _arrow(axes, [start, (RAIL, start[1]), (RAIL, again[1]), again], "no", ON_THE_LEFT)
     start, back = ALL.end(1, 0), COMBINATION.end(1, 0)
-    _arrow(axes, start, (RIGHT, start[1]), (RIGHT, back[1]), back)
-    _answer(axes, "no", start, 14.0, -9.0)
-    for end, side, answer in ((MATCHED, 1, "yes"), (NOT_MATCHED, -1, "no")):
-        _arrow(axes, SHARE.end(side, 0), end.end(-side, 0))
-        _answer(axes, answer, SHARE.end(side, 0), 16.0 * side, -9.0)
+    _arrow(axes, [start, (RIGHT, start[1]), (RIGHT, back[1]), back], "no", ON_THE_RIGHT)
+    _arrow(axes, [SHARE.end(1, 0), MATCHED.end(-1, 0)], "yes", ON_THE_RIGHT)
+    _arrow(axes, [SHARE.end(-1, 0), NOT_MATCHED.end(1, 0)], "no", ON_THE_LEFT)
     return sheet
 
 
 def _draw(axes: Axes, step: Step) -> None:
     """Draw a box or a diamond with its text."""
     (x, y), (a, b) = (step.x, step.y), step.half
-    box = ((x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b))
-    diamond = ((x - a, y), (x, y - b), (x + a, y), (x, y + b))
-    axes.fill(
-        *zip(*(diamond if step.width is None else box), strict=True),
-        facecolor=hexadecimal(PAPER if step.width is None else BAND),
-        edgecolor=hexadecimal(step.edge),
-        linewidth=1.6 * PX,
-        zorder=LINES,
-    )
+    if step.width is None:
+        corners = ((x - a, y), (x, y - b), (x + a, y), (x, y + b))
+    else:
+        corners = ((x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b))
+    face, edge = hexadecimal(PAPER if step.width is None else BAND), hexadecimal(step.edge)
+    xs, ys = zip(*corners, strict=True)
+    axes.fill(xs, ys, facecolor=face, edgecolor=edge, linewidth=1.6 * PX, zorder=LINES)
     lines = step.text.split("\n")
     for n, text in enumerate(lines):
         label(axes, (x, y + LINE_HEIGHT * (n - (len(lines) - 1) / 2)), text)
 
 
-def _arrow(axes: Axes, *points: Place) -> None:
-    """Draw a line through points, with a head at its end."""
+def _arrow(axes: Axes, points: list[Place], answer: str, beside: Place) -> None:
+    """Draw a line through points, with a head at its end and an answer beside its start."""
     from matplotlib.patches import FancyArrowPatch  # noqa: PLC0415
     from matplotlib.path import Path  # noqa: PLC0415
 
@@ -147,8 +115,5 @@ def _arrow(axes: Axes, *points: Place) -> None:
             mutation_scale=1, joinstyle="miter", zorder=MESHES,
         )
     )  # fmt: skip
-
-
-def _answer(axes: Axes, word: str, at: Place, x: float, y: float) -> None:
-    """Write yes or no beside the start of an arrow."""
-    label(axes, (at[0] + x, at[1] + y), word)
+    if answer:
+        label(axes, (points[0][0] + beside[0], points[0][1] + beside[1]), answer)

@@ -5,18 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.palette import TEXT
-from fpmatch.drawing.paper_figures.marks import (
-    ABOVE,
-    CENTRE_DOT,
-    EDGE,
-    MESH,
-    TINTS,
-    dots,
-    line,
-    mesh_lines,
-    polygon,
-)
-from fpmatch.drawing.paper_figures.ring_marks import ring_in_mesh
+from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 
 if TYPE_CHECKING:
@@ -64,25 +53,27 @@ def one_rings(rings: RingPair) -> Sheet:
         side = ring.side
         near = sheet.panel(part, f"({part}) the frame of ({whole}), enlarged")
         _points(near, side, show(near, ring.points, NAME_ROOM))
-        ring_in_mesh(near, ring, NAME_ROOM, MESH)
+        marks.ring_in_mesh(near, ring, NAME_ROOM)
         far = sheet.panel(whole, f"({whole}) {side.letter}: one-ring of point {ring.centre}")
         _meshed(far, side)
-        polygon(far, ring.points, TINTS[side.letter])
-        dots(far, ring.middle, TINTS[side.letter], CENTRE_DOT, hollow=True)
+        marks.polygon(far, ring.points, marks.TINTS[side.letter])
+        marks.dots(far, ring.middle, marks.TINTS[side.letter], marks.CENTRE_DOT, hollow=True)
         (x0, x1), (y0, y1) = near.get_xlim(), near.get_ylim()
         corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
-        line(far, corners, TEXT, EDGE, dashed=True, layer=ABOVE)
+        marks.line(far, corners, TEXT, marks.EDGE, "--")
     return sheet
 
 
 def _meshed(axes: Axes, side: PointSide) -> None:
     pixel = show(axes, side.mesh.points, EDGE_ROOM)
-    mesh_lines(axes, side.mesh)
+    marks.mesh_lines(axes, side.mesh)
     _points(axes, side, pixel)
 
 
 def _points(axes: Axes, side: PointSide, pixel: float) -> None:
-    dots(axes, side.mesh.points, TINTS[side.letter], LARGEST_DOT * crowding(side, pixel))
+    marks.dots(
+        axes, side.mesh.points, marks.TINTS[side.letter], LARGEST_DOT * crowding(side, pixel)
+    )
 
 
 def crowding(side: PointSide, pixel: float) -> float:

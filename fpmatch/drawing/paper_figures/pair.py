@@ -42,15 +42,12 @@ TRUE: Final = "true transform"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointSide:
-    """Hold one of the two sets: its letter, its name in errors, and its triangulation.
-
-    `mesh` is in the set's unit frame; `prepared` holds the way back to the points as given.
-    """
+    """Hold one of the two sets: its letter, its name in errors, and its triangulation."""
 
     letter: str
     source: str
-    prepared: PreparedPoints
-    mesh: Triangulation
+    prepared: PreparedPoints  # the way from the points given to the unit frame and back
+    mesh: Triangulation  # in the unit frame
 
     @classmethod
     def of(cls, letter: str, source: str, points: ArrayLike) -> PointSide:
@@ -78,43 +75,19 @@ class PointSide:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointPair:
-    """Hold two sets and their partners.
-
-    Parameters
-    ----------
-    p, q : PointSide
-        The sets.
-    pairs : ndarray of int32, shape (K, 2)
-        Partners (into P, into Q).
-    transform : Similarity
-        Maps P onto Q, in the units given: the truth, or the matcher's result.
-    origin : str
-        A sentence on the origin of Q and of the transform.
-    transform_name : str
-        Name of the transform beside others.
-    y_down : bool
-        Whether y of the points given pointed down, so that the sets are mirrored.
-    """
+    """Hold two sets and their partners."""
 
     p: PointSide
     q: PointSide
-    pairs: NDArray[np.int32]
-    transform: Similarity
-    origin: str
+    pairs: NDArray[np.int32]  # (K, 2), into P and into Q
+    transform: Similarity  # of P onto Q in the units given: the truth, or the matcher's result
+    origin: str  # a sentence on the origin of Q and of the transform
     transform_name: str
-    y_down: bool = False
+    y_down: bool = False  # whether y of the points given pointed down, so that sets are mirrored
 
 
 def random_point_pair(seed: int) -> PointPair:
-    """Make a random set P, and Q from it: rotated, scaled, shifted and jittered.
-
-    The sets have 40 points, jittered as in the first rows of the paper's tables (η = 0.175).
-
-    Examples
-    --------
-    >>> len(random_point_pair(1).pairs)
-    40
-    """
+    """Make a random set P of 40 points, and Q from it: rotated, scaled, shifted and jittered."""
     made = random_pair(RANDOM_POINTS, RANDOM_POINTS, 1.0, ETA, LAMBDA, rng=seed)
     if made.transform is None:  # pragma: no cover - only independent sets have none
         raise PointSetError("independent sets have no rings that correspond")
@@ -126,13 +99,7 @@ def random_point_pair(seed: int) -> PointPair:
 
 
 def upright(points: ArrayLike, *, y_down: bool = True) -> NDArray[np.float64]:
-    """Return points (N, 2) with y pointing up: negated where it points down.
-
-    Examples
-    --------
-    >>> upright([[3.0, 4.0]]).tolist()
-    [[3.0, -4.0]]
-    """
+    """Return points (N, 2) with y pointing up: negated where it points down."""
     given = as_points(points)
     return given * (1.0, -1.0) if y_down else given
 
@@ -140,37 +107,19 @@ def upright(points: ArrayLike, *, y_down: bool = True) -> NDArray[np.float64]:
 def rotated_point_pair(
     points: ArrayLike, source: str, seed: int, *, y_down: bool = False
 ) -> PointPair:
-    """Make Q from P by a rotation about its mean; point i of P is the partner of point i of Q.
+    """Make Q from P, (N, 2), by a rotation about its mean, of an angle that `seed` draws.
 
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        P.
-    source : str
-        Its name in errors, such as that of its file.
-    seed : int
-        Seed of the angle, between 30 and 330 degrees.
-    y_down : bool
-        Whether y of the points points down, as in images.
-
-    Raises
-    ------
-    PointSetError
-        If P is malformed, too large to draw, or has no closed one-ring.
-
-    Examples
-    --------
-    >>> cross = [[0, 0], [4, 0], [4, 4], [0, 5], [2, 1]]
-    >>> rotated_point_pair(cross, "cross", 1).transform.scale
-    1.0
+    Point i of P is the partner of point i of Q. `source` is the name of P in errors, such as that
+    of its file; `y_down` indicates that y of the points points down, as in images. A
+    `PointSetError` is raised if P is malformed, too large to draw, or has no closed one-ring.
     """
     p = PointSide.of("P", source, upright(as_points(points, source), y_down=y_down))
     given = p.prepared.points
     angle = math.radians(np.random.default_rng(seed).uniform(*TURN_DEG))
     turn = Similarity(rotation=math.remainder(angle, 2 * math.pi))
     middle = given.mean(axis=0)
-    shift = middle - turn.apply(middle[None])[0]
-    transform = Similarity(1.0, turn.rotation, float(shift[0]), float(shift[1]))
+    tx, ty = (middle - turn.apply(middle[None])[0]).tolist()
+    transform = Similarity(1.0, turn.rotation, tx, ty)
     q = PointSide.of("Q", f"{source}, rotated", turn.apply(given - middle) + middle)
     pairs = np.repeat(np.arange(len(given), dtype=np.int32)[:, None], 2, axis=1)
     origin = f"Q is P rotated by {degrees(transform.rotation)}."
@@ -182,12 +131,8 @@ def matched_point_pair(
 ) -> PointPair:
     """Take two given sets, and their partners from `match_points`.
 
-    The parameters are those of `rotated_point_pair`, for either set.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed, too large to draw, or has no closed one-ring; or they do not match.
+    The parameters are those of `rotated_point_pair`, for either set; so are the errors, of which
+    there is one for sets that do not match.
     """
     sides = (
         PointSide.of("P", p_source, upright(as_points(p, p_source), y_down=y_down)),

@@ -28,23 +28,11 @@ WELL_APART: Final = 0.4  # the same of the nearest neighbour, in the mean distan
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ring:
-    """Hold a closed one-ring of d points, and its unit circle.
-
-    Parameters
-    ----------
-    side : PointSide
-        The set it belongs to.
-    centre : int
-        Index of its centre.
-    vertex : ndarray of int32, shape (d,)
-        Indices of its points, counter-clockwise.
-    circle : UnitCircle
-        Their places on the circle.
-    """
+    """Hold a closed one-ring of d points, and its unit circle."""
 
     side: PointSide
     centre: int
-    vertex: NDArray[np.int32]
+    vertex: NDArray[np.int32]  # indices of its points (d,), counter-clockwise
     circle: UnitCircle
 
     @classmethod
@@ -96,19 +84,11 @@ class Ring:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RingPair:
-    """Hold the rings of two partners.
+    """Hold the rings of two partners, of as many points each.
 
-    Parameters
-    ----------
-    p, q : Ring
-        The rings; as many points each.
-    shift : int
-        The cyclic shift at which the circles agree best: point k of P's ring is taken for point
-        k + shift of Q's.
-    true_shift : int
-        The shift according to the partners of the points.
-    turn : float
-        Angle in radians that rotates P's circle onto Q's under `shift`.
+    The circles agree best at the cyclic `shift`, by which point k of P's ring is taken for point
+    k + shift of Q's, and at a rotation of P's circle by `turn` radians; `true_shift` follows from
+    the partners of the points.
     """
 
     p: Ring
@@ -136,10 +116,8 @@ class RingPair:
     @property
     def move(self) -> Similarity:
         """The least-squares fit of ring and centre onto ring and centre, in the unit frames."""
-        return Similarity.fit(
-            np.vstack([self.p.points, self.p.middle]),
-            np.vstack([self.q.points[self.partner], self.q.middle]),
-        )
+        ours = np.vstack([self.p.points, self.p.middle])
+        return Similarity.fit(ours, np.vstack([self.q.points[self.partner], self.q.middle]))
 
     @property
     def transform(self) -> Similarity:
@@ -169,15 +147,7 @@ def best_turn(a: UnitCircle, b: UnitCircle) -> tuple[int, float]:
     """Return the cyclic shift and the rotation in radians at which two circles agree best.
 
     As in the paper's matcher, the correlation of boundary points and centres' images is largest,
-    the image counting as much as the whole boundary. Point k of `a` corresponds to point
-    k + shift of `b`, which has as many.
-
-    Examples
-    --------
-    >>> from fpmatch.pointset.unit_circle.parametrize import parametrize
-    >>> ring = np.array([[0, 0], [4, 0], [4, 4], [0, 5]])
-    >>> best_turn(parametrize(ring, [1, 1]), parametrize(np.roll(ring, 1, axis=0), [1, 1]))[0]
-    1
+    the image counting as much as the whole boundary.
     """
     d = len(a.angles)
     images = d * complex(as_complex(a.image).conjugate() * as_complex(b.image))
@@ -195,18 +165,9 @@ def as_complex(xy: Floats) -> NDArray[np.complex128]:
 def choose_ring_pair(pair: PointPair, index: int | None = None) -> RingPair:
     """Return the ring that the figures show, with its partner.
 
-    Parameters
-    ----------
-    pair : PointPair
-        The sets.
-    index : int, optional
-        Index in P of the ring's centre; by default that of the ring of 5 to 7 points that is
-        easiest to read (of other sizes where there is none).
-
-    Raises
-    ------
-    PointSetError
-        If there is no such ring, it is not closed, or it has no partner in Q.
+    `index` is that of its centre in P; by default the ring is the one of 5 to 7 points that is
+    easiest to read, of other sizes where there is none. A `PointSetError` is raised if there is no
+    such ring, it is not closed, or it has no partner in Q.
     """
     if index is not None:
         found = _ring_pair(pair, index)
@@ -235,31 +196,27 @@ def _ring_pair(pair: PointPair, index: int) -> RingPair | str:
     other = partner[index]
     expected = [partner.get(k) for k in pair.p.mesh.one_ring(index).tolist()]
     theirs = pair.q.mesh.one_ring(other).tolist() if pair.q.mesh.interior[other] else []
-    for true_shift in range(len(theirs)):
-        if theirs[true_shift:] + theirs[:true_shift] == expected:
-            try:
-                p, q = Ring.of(pair.p, index), Ring.of(pair.q, other)
-            except PointSetError as error:  # rounding has put a point outside its ring
-                return f"it has no unit circle ({error})"
-            shift, turn = best_turn(p.circle, q.circle)
-            return RingPair(p, q, shift, true_shift, turn)
-    return f"the one-ring of its partner, point {other} of the other set, has other points"
+    shifts = [k for k in range(len(theirs)) if theirs[k:] + theirs[:k] == expected]
+    if not shifts:
+        return f"the one-ring of its partner, point {other} of the other set, has other points"
+    try:
+        p, q = Ring.of(pair.p, index), Ring.of(pair.q, other)
+    except PointSetError as error:  # rounding has put a point outside its ring
+        return f"it has no unit circle ({error})"
+    shift, turn = best_turn(p.circle, q.circle)
+    return RingPair(p, q, shift, shifts[0], turn)
 
 
 def _clarity(rings: RingPair) -> tuple[bool, bool, bool, float]:
     """Rank rings: right shift, few points, inside the set; uncrowded, images off the middle."""
-    p, q = rings.p, rings.q
-    inside = all(ring.side.mesh.interior[ring.vertex].all() for ring in (p, q))
-    narrowest = min(min(ring.arcs.min(), _spoke_gaps(ring.circle).min()) for ring in (p, q))
-    off_middle = min(math.hypot(*ring.circle.image) for ring in (p, q))
-    lengths = [np.hypot(*(ring.points - ring.middle).T) for ring in (p, q)]
+    both = rings.p, rings.q
+    inside = all(ring.side.mesh.interior[ring.vertex].all() for ring in both)
+    narrowest = float(min(min(r.arcs.min(), _spoke_gaps(r.circle).min()) for r in both))
+    off_middle = min(math.hypot(*ring.circle.image) for ring in both)
+    lengths = [np.hypot(*(ring.points - ring.middle).T) for ring in both]
     nearest = min(float(spokes.min() / spokes.mean()) for spokes in lengths)
-    return (
-        rings.shift == rings.true_shift,
-        FEWEST <= len(p) <= MOST,
-        inside,
-        float(narrowest) * min(off_middle, WELL_OFF) * min(nearest, WELL_APART),
-    )
+    clear = narrowest * min(off_middle, WELL_OFF) * min(nearest, WELL_APART)
+    return rings.shift == rings.true_shift, FEWEST <= len(rings.p) <= MOST, inside, clear
 
 
 def _spoke_gaps(circle: UnitCircle) -> Floats:

@@ -11,12 +11,7 @@ import numpy as np
 from fpmatch.drawing.files import write_files
 from fpmatch.drawing.fonts import wrapped
 from fpmatch.drawing.palette import PANEL_EDGE, PAPER, TEXT, TEXT_MUTED, hexadecimal
-from fpmatch.drawing.plots.style import (
-    POINTS_PER_INCH,
-    check_matplotlib,
-    figure_bytes,
-    plain_style,
-)
+from fpmatch.drawing.plots.style import check_matplotlib, figure_bytes, plain_style
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
@@ -31,7 +26,7 @@ FileFormat = Literal["svg", "png"]
 FILE_FORMATS: Final[tuple[FileFormat, ...]] = get_args(FileFormat)
 
 PX_PER_INCH: Final = 96
-PX: Final = POINTS_PER_INCH / PX_PER_INCH
+PX: Final = 72 / PX_PER_INCH
 """A pixel of the page in points, which matplotlib measures fonts and lines in."""
 
 WIDTH, MARGIN, GAP = 800, 20, 20
@@ -45,9 +40,15 @@ PNG_PIXELS: Final = 2  # of a PNG, for each pixel of the page
 
 FONT: Final = "DejaVu Sans"  # the one that comes inside matplotlib
 STYLE: Final = {
+    "axes.edgecolor": hexadecimal(PANEL_EDGE),
+    "axes.titlepad": PANEL_TITLE_PAD * PX,
+    "axes.titlesize": PANEL_TITLE_SIZE * PX,
     "font.family": "sans-serif",
     "font.sans-serif": [FONT, "Verdana"],
+    "lines.dashed_pattern": [4, 3],
+    "lines.solid_capstyle": "round",
     "path.simplify": False,
+    "text.color": hexadecimal(TEXT),
     "text.parse_math": True,
 }
 _RIM_CSS: Final = (
@@ -71,23 +72,18 @@ def draw_sheets(
 ) -> list[PointFigure]:
     """Draw sheets as files of the names given; None leaves one out.
 
-    Raises
-    ------
-    OutputError
-        If matplotlib is not installed, or the format is unknown.
+    An `OutputError` is raised if matplotlib is not installed, or the format is unknown.
     """
     if file_format not in FILE_FORMATS:
         raise OutputError(f"unknown format {file_format!r}: expected {' or '.join(FILE_FORMATS)}")
     check_matplotlib("a figure of point sets")
-    figures = []
     with plain_style(STYLE):
-        for name, make in sheets.items():
-            sheet = make()
-            if sheet is not None:
-                content = sheet.encoded(file_format)
-                file_name = f"{name}.{file_format}"
-                figures.append(PointFigure(file_name, sheet.title, sheet.caption, content))
-    return figures
+        drawn = [(name, make()) for name, make in sheets.items()]
+        return [
+            PointFigure(f"{name}.{file_format}", s.title, s.caption, s.encoded(file_format))
+            for name, s in drawn
+            if s is not None
+        ]
 
 
 def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[str]) -> list[Path]:
@@ -98,14 +94,8 @@ def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[st
 class Sheet:
     """Compose one page, inside `plain_style`.
 
-    Parameters
-    ----------
-    title, caption : str
-        The line above the panels, and the text below them.
-    mosaic : sequence of sequence of str
-        A key for each panel, in rows; a panel spans all places of its key, "." stays empty.
-    heights : sequence of int
-        Height of each row of panels.
+    `mosaic` has a key for each panel, in rows: a panel spans all places of its key, "." stays
+    empty. `heights` are those of the rows.
     """
 
     def __init__(
@@ -117,45 +107,33 @@ class Sheet:
         lines = wrapped(caption, CAPTION_SIZE, FULL_LINE * (WIDTH - 2 * MARGIN), label_width)
         gap = ABOVE_PANEL + BELOW_PANEL
         bottom = PANELS_TOP + sum(heights) + gap * (len(heights) - 1)
-        height = bottom + BELOW_PANEL + ABOVE_CAPTION + len(lines) * LEADING
-        size = (WIDTH / PX_PER_INCH, height / PX_PER_INCH)
-        self.figure = Figure(figsize=size, dpi=PX_PER_INCH, facecolor=hexadecimal(PAPER))
         first = bottom + BELOW_PANEL + ABOVE_CAPTION
-        texts = [(TITLE_BASELINE, title, TITLE_SIZE, TEXT, "bold")]
-        texts += [
-            (first + n * LEADING, line, CAPTION_SIZE, TEXT_MUTED, "normal")
-            for n, line in enumerate(lines)
-        ]
-        for y, text, font_size, colour, weight in texts:
-            self.figure.text(
-                MARGIN / WIDTH, 1 - y / height, text, fontsize=font_size * PX, fontweight=weight,
-                color=hexadecimal(colour), va="baseline", parse_math=False,
-            )  # fmt: skip
+        height = first + len(lines) * LEADING
+        inches = (WIDTH / PX_PER_INCH, height / PX_PER_INCH)
+        self.figure = Figure(figsize=inches, dpi=PX_PER_INCH, facecolor=hexadecimal(PAPER))
+
+        def write(y: float, text: str, size: float, **style: Any) -> None:
+            x, y = MARGIN / WIDTH, 1 - y / height
+            self.figure.text(x, y, text, fontsize=size * PX, parse_math=False, **style)
+
+        write(TITLE_BASELINE, title, TITLE_SIZE, fontweight="bold")
+        for n, line in enumerate(lines):
+            write(first + n * LEADING, line, CAPTION_SIZE, color=hexadecimal(TEXT_MUTED))
         columns = len(mosaic[0])
         width = (WIDTH - 2 * MARGIN - (columns - 1) * GAP) / columns
+        sides = {"left": MARGIN / WIDTH, "right": 1 - MARGIN / WIDTH}
+        ends = {"top": 1 - PANELS_TOP / height, "bottom": 1 - bottom / height}
+        gaps = {"wspace": GAP / width, "hspace": gap * len(heights) / sum(heights)}
         self._panels: Any = self.figure.subplot_mosaic(
-            [list(row) for row in mosaic],
-            height_ratios=heights,
-            gridspec_kw={
-                "left": MARGIN / WIDTH,
-                "right": 1 - MARGIN / WIDTH,
-                "top": 1 - PANELS_TOP / height,
-                "bottom": 1 - bottom / height,
-                "wspace": GAP / width,
-                "hspace": gap * len(heights) / sum(heights),
-            },
+            [list(row) for row in mosaic], height_ratios=heights, gridspec_kw=sides | ends | gaps
         )
         for axes in self._panels.values():
             axes.set(xticks=[], yticks=[])
-            axes.spines[:].set_edgecolor(hexadecimal(PANEL_EDGE))
 
     def panel(self, key: str, title: str) -> Axes:
         """Return the panel of a key, and write its title above it."""
         axes: Axes = self._panels[key]
-        axes.set_title(
-            title, loc="left", fontsize=PANEL_TITLE_SIZE * PX, pad=PANEL_TITLE_PAD * PX,
-            color=hexadecimal(TEXT), parse_math=False,
-        )  # fmt: skip
+        axes.set_title(title, loc="left", parse_math=False)
         return axes
 
     def encoded(self, file_format: FileFormat) -> bytes:
@@ -179,9 +157,8 @@ def _with_rims(svg: bytes) -> bytes:
     """Add the rims, which in an SVG would turn texts into outlines; the size is in pixels."""
     text = svg.decode().replace("<style", f'<style type="text/css">{_RIM_CSS}</style>\n  <style', 1)
     text = text.replace("<svg ", '<svg role="img" ', 1)
-    return re.sub(
-        r'"([\d.]+)pt"', lambda size: f'"{float(size[1]) / PX:g}"', text, count=2
-    ).encode()
+    in_px = re.sub(r'"([\d.]+)pt"', lambda size: f'"{float(size[1]) / PX:g}"', text, count=2)
+    return in_px.encode()
 
 
 def label_width(text: str, size: float) -> float:
@@ -203,6 +180,5 @@ def show(axes: Axes, points: ArrayLike, margin: float = 0.0, *, y_down: bool = F
     low, high = xy.min(axis=0), xy.max(axis=0)
     pixel = float(((high - low) / (size - 2 * margin)).max()) or 1.0
     (x0, y0), (x1, y1) = ((low + high) / 2 + side * size / 2 * pixel for side in (-1, 1))
-    axes.set_xlim(x0, x1)
-    axes.set_ylim((y1, y0) if y_down else (y0, y1))
+    axes.set(xlim=(x0, x1), ylim=(y1, y0) if y_down else (y0, y1))
     return pixel

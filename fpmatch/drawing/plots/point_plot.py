@@ -6,32 +6,15 @@ It needs matplotlib, which the extra ``fpmatch[plot]`` installs; y points up.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.drawing.palette import (
-    MATCH,
-    NO_MATCH,
-    PAIR_LINK,
-    PROBE_INK,
-    PROBE_MARK,
-    REFERENCE_INK,
-    REFERENCE_MARK,
-    TEXT_MUTED,
-    Colour,
-    hexadecimal,
-)
-from fpmatch.drawing.plots.point_caption import match_facts
-from fpmatch.drawing.plots.style import (
-    POINTS_PER_INCH,
-    check_matplotlib,
-    figure_bytes,
-    plain_style,
-)
-from fpmatch.drawing.words import verdict
+from fpmatch.drawing import palette
+from fpmatch.drawing.palette import Colour, hexadecimal
+from fpmatch.drawing.plots.style import check_matplotlib, figure_bytes, plain_style
+from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.pointset.points import as_points
@@ -62,8 +45,7 @@ _PLAIN_EXPONENT: Final = 20  # coordinates beyond 1e±20 are drawn in a unit tha
 _LEAST_EXPONENT: Final = -300
 
 
-@dataclass(frozen=True, slots=True)
-class _Mark:
+class _Mark(NamedTuple):
     """Hold how points of one kind are drawn, by a marker of matplotlib's."""
 
     marker: str
@@ -73,14 +55,14 @@ class _Mark:
     order: int
 
 
-_Q_PAIRED: Final = _Mark("o", REFERENCE_MARK, 1.5, filled=False, order=2)
+_Q_PAIRED: Final = _Mark("o", palette.REFERENCE_MARK, 1.5, filled=False, order=2)
 _LINK_ORDER: Final = 3
-_P_PAIRED: Final = _Mark("o", PROBE_MARK, 0.6, filled=True, order=4)
-_Q_ALONE: Final = _Mark("s", REFERENCE_INK, 0.7, filled=False, order=5)
-_P_ALONE: Final = _Mark("x", PROBE_INK, 0.9, filled=False, order=6)
+_P_PAIRED: Final = _Mark("o", palette.PROBE_MARK, 0.6, filled=True, order=4)
+_Q_ALONE: Final = _Mark("s", palette.REFERENCE_INK, 0.7, filled=False, order=5)
+_P_ALONE: Final = _Mark("x", palette.PROBE_INK, 0.9, filled=False, order=6)
 _APART: Final = (
-    _Mark("o", PROBE_MARK, 0.8, filled=True, order=2),
-    _Mark("o", REFERENCE_MARK, 0.8, filled=True, order=2),
+    _Mark("o", palette.PROBE_MARK, 0.8, filled=True, order=2),
+    _Mark("o", palette.REFERENCE_MARK, 0.8, filled=True, order=2),
 )
 
 
@@ -103,31 +85,10 @@ def save_point_plot(
     *,
     names: tuple[str, str] = ("P", "Q"),
 ) -> None:
-    """Draw Q, and P moved onto it, with pairs linked; both sets apart where there is no match.
+    """Draw Q (M, 2), and P (N, 2) moved onto it, with pairs linked; apart where there is no match.
 
-    Parameters
-    ----------
-    path : path-like
-        The file; its ending is ``.png`` or ``.svg``.
-    p, q : array_like of float, shape (N, 2) and (M, 2)
-        The point sets.
-    match : PointMatch
-        Their match, as `fpmatch.match_points` returns it.
-    names : tuple of str
-        Names of the two sets.
-
-    Raises
-    ------
-    OutputError
-        As `check_plot`; no file is left behind then.
-    PointSetError
-        If a set is malformed.
-
-    Examples
-    --------
-    >>> from fpmatch.pointset.match import match_points
-    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
-    >>> save_point_plot("stars.png", points, points, match_points(points, points))  # doctest: +SKIP
+    `match` is the result of `fpmatch.match_points`, `names` are those of the sets. Errors are those
+    of `check_plot`, and a `PointSetError` for a malformed set; no file is left behind then.
     """
     check_plot(path)
     source, target = as_points(p, "p"), as_points(q, "q")
@@ -148,9 +109,11 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     high = _WIDTH * height / width if width > 0 else _MOST_HEIGHT
     title = f"{_title('P', names[0])}, moved, on {_title('Q', names[1])}"
     facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
-    figure = _figure(high + len(facts) * _LINE, verdict(True), MATCH)
+    figure = _figure(high + len(facts) * _LINE, verdict(True), palette.MATCH)
     axes = figure.subplots()
-    axes.set_title("\n".join(facts), loc="left", fontsize="medium", color=hexadecimal(TEXT_MUTED))
+    axes.set_title(
+        "\n".join(facts), loc="left", fontsize="medium", color=hexadecimal(palette.TEXT_MUTED)
+    )
     rows_p, rows_q = match.pairs.T
     size = _mark_size(high, max(len(moved), len(q)))
     for points, mark, words in (
@@ -163,13 +126,10 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     links = np.full((len(match.pairs), 3, 2), np.nan)  # the third of each breaks the line
     links[:, 0], links[:, 1] = moved[rows_p], q[rows_q]
     axes.plot(
-        *links.reshape(-1, 2).T,
-        color=hexadecimal(PAIR_LINK),
-        linewidth=max(size / 6, _LEAST_LINE),
-        zorder=_LINK_ORDER,
-        label=f"pair ({len(rows_p):,})",
+        *links.reshape(-1, 2).T, color=hexadecimal(palette.PAIR_LINK), zorder=_LINK_ORDER,
+        linewidth=max(size / 6, _LEAST_LINE), label=f"pair ({len(rows_p):,})",
         rasterized=len(rows_p) > _MOST_VECTORS,
-    )
+    )  # fmt: skip
     _finish(axes, unit)
     figure.legend(loc="outside lower left", ncols=3, frameon=False, markerscale=_LEGEND_MARK / size)
     return figure
@@ -177,7 +137,7 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
 
 def _apart(p: Floats, q: Floats, names: tuple[str, str]) -> Figure:
     """Draw the sets side by side, each in a frame of its own."""
-    figure = _figure(_WIDTH / 2 - _LEGEND, verdict(False), NO_MATCH)
+    figure = _figure(_WIDTH / 2 - _LEGEND, verdict(False), palette.NO_MATCH)
     size = _mark_size(_WIDTH / 2, 2 * max(len(p), len(q)))
     both = zip(figure.subplots(1, 2), (p, q), _APART, "PQ", names, strict=True)
     for axes, points, mark, letter, name in both:
@@ -208,25 +168,17 @@ def _unit(*sets: Floats) -> float:
 
 def _mark_size(height: float, count: int) -> float:
     """Return the size of marks, in points, at which `count` of them fit axes of a height."""
-    side = POINTS_PER_INCH * min(_WIDTH, max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
+    side = 72 * min(_WIDTH, max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
     return float(np.clip(_MARK_SHARE * side / np.sqrt(count), _LEAST_MARK, _MOST_MARK))
 
 
 def _draw(axes: Axes, points: Floats, mark: _Mark, size: float, label: str) -> None:
     colour = hexadecimal(mark.colour)
     axes.plot(
-        points[:, 0],
-        points[:, 1],
-        linestyle="none",
-        marker=mark.marker,
-        markersize=mark.size * size,
-        markeredgecolor=colour,
-        markerfacecolor=colour if mark.filled else "none",
-        markeredgewidth=max(size / 8, _LEAST_LINE),
-        zorder=mark.order,
-        label=label,
-        rasterized=len(points) > _MOST_VECTORS,
-    )
+        *points.T, mark.marker, markersize=mark.size * size, markeredgecolor=colour,
+        markerfacecolor=colour if mark.filled else "none", zorder=mark.order, label=label,
+        markeredgewidth=max(size / 8, _LEAST_LINE), rasterized=len(points) > _MOST_VECTORS,
+    )  # fmt: skip
 
 
 def _finish(axes: Axes, unit: float) -> None:

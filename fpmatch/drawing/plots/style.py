@@ -7,7 +7,7 @@ import warnings
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from fpmatch.errors import OutputError
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from matplotlib.figure import Figure
-
-POINTS_PER_INCH: Final = 72.0  # matplotlib measures fonts and lines in points
 
 
 def check_matplotlib(purpose: str) -> None:
@@ -44,23 +42,10 @@ def figure_bytes(
     dpi: int,
     metadata: Mapping[str, str | None] | None = None,
 ) -> bytes:
-    """Return the content of a figure's file; the same figure gives the same SVG.
+    """Return the content of a figure's file, whose ending is the format, inside `plain_style`.
 
-    Parameters
-    ----------
-    figure : Figure
-        The figure, made and to be encoded inside `plain_style`.
-    path : path-like
-        The file; its ending is the format.
-    dpi : int
-        Pixels per inch, for formats that have pixels.
-    metadata : mapping, optional
-        Metadata of the file, such as its title.
-
-    Returns
-    -------
-    bytes
-        The file's content.
+    The same figure gives the same SVG. `dpi` is used for formats that have pixels; `metadata` is
+    that of the file, such as its title.
     """
     content = io.BytesIO()
     suffix = Path(path).suffix.lower().removeprefix(".")

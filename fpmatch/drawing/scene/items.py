@@ -22,13 +22,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Hold an upright rectangle: its top-left corner and its size, not negative.
-
-    Examples
-    --------
-    >>> Box(0, 0, 10, 10).overlap(Box(5, 8, 10, 10))
-    10.0
-    """
+    """Hold an upright rectangle: its top-left corner and its size, not negative."""
 
     x: float
     y: float
@@ -53,9 +47,8 @@ class Box:
 
     def grown(self, margin: float) -> Box:
         """Return the box with `margin` added on every side."""
-        return Box(
-            self.x - margin, self.y - margin, self.width + 2 * margin, self.height + 2 * margin
-        )
+        width, height = self.width + 2 * margin, self.height + 2 * margin
+        return Box(self.x - margin, self.y - margin, width, height)
 
     def intersection(self, other: Box) -> Box:
         """Return the part that both boxes cover; of size 0 where there is none."""
@@ -75,28 +68,14 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """Hold how a shape is drawn.
+    """Hold how a shape is drawn."""
 
-    Parameters
-    ----------
-    stroke, fill : Colour or None
-        Colours of the line and of the inside; None leaves it out.
-    width : float
-        Width of the line.
-    opacity : float
-        0 (invisible) to 1 (opaque), of line and inside together.
-    halo : float
-        Width of white around the line, which separates it from the ridges beneath.
-    dash : tuple of two floats or None
-        Lengths of the dashes and of the gaps; None for a solid line.
-    """
-
-    stroke: Colour | None = None
-    fill: Colour | None = None
+    stroke: Colour | None = None  # of the line
+    fill: Colour | None = None  # of the inside
     width: float = 1.0
-    opacity: float = 1.0
-    halo: float = 0.0
-    dash: tuple[float, float] | None = None
+    opacity: float = 1.0  # of line and inside together
+    halo: float = 0.0  # width of white around the line, on the ridges beneath
+    dash: tuple[float, float] | None = None  # lengths of the dashes and of the gaps
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,11 +102,7 @@ class Circle:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Write one line of `text`; (x, y) is the start, middle or end of its baseline.
-
-    `size` is the font's size, `bold` the width of an outline that makes it heavier, `halo` that of
-    the white around it.
-    """
+    """Write one line of `text`; (x, y) is the start, middle or end of its baseline."""
 
     x: float
     y: float
@@ -135,8 +110,8 @@ class Text:
     size: float
     colour: Colour
     anchor: Anchor = "start"
-    bold: float = 0.0
-    halo: float = 0.0
+    bold: float = 0.0  # width of an outline that makes it heavier
+    halo: float = 0.0  # and of the white around it
     role: str = ""
 
 

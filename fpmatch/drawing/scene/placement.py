@@ -35,11 +35,6 @@ def of_transform(transform: Similarity) -> Matrix:
     return np.vstack([transform.matrix, [0.0, 0.0, 1.0]])
 
 
-def of_shrunk(factor: float) -> Matrix:
-    """Return the matrix from a shrunk print's pixels to those of the print."""
-    return zoomed(1 / factor, (-0.5, -0.5), (-0.5, -0.5))
-
-
 def moved(matrix: Matrix, points: ArrayLike) -> list[Point]:
     """Map `points` (shape (N, 2)) onto the page; coordinates are clipped to ±1e7 pixels."""
     p = np.asarray(points, dtype=np.float64).reshape(-1, 2)

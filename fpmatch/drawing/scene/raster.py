@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
@@ -38,14 +38,7 @@ _PIL_ANCHORS: Final[dict[Anchor, str]] = {"start": "ls", "middle": "ms", "end": 
 
 
 def paint(scene: Scene) -> NDArray[np.uint8]:
-    """Paint `scene`; returns RGB, uint8, of shape (height, width, 3).
-
-    Examples
-    --------
-    >>> from fpmatch.drawing.scene.items import Scene
-    >>> paint(Scene(width=3, height=2, items=())).shape
-    (2, 3, 3)
-    """
+    """Paint `scene`; returns RGB, uint8, of shape (height, width, 3)."""
     page = np.empty((scene.height, scene.width, 3), dtype=np.uint8)
     page[:] = scene.paper
     return paint_over(page, scene.items)
@@ -78,10 +71,8 @@ def _paint_items(page: Page, items: tuple[Item, ...], clip: Box) -> None:
 def _pixels(box: Box) -> tuple[slice, slice]:
     """Return the rows and columns of the page that `box`, inside the page, touches."""
     top, left = math.floor(box.y), math.floor(box.x)
-    return (
-        slice(top, max(math.ceil(box.bottom), top)),
-        slice(left, max(math.ceil(box.right), left)),
-    )
+    bottom, right = max(math.ceil(box.bottom), top), max(math.ceil(box.right), left)
+    return slice(top, bottom), slice(left, right)
 
 
 def _blend(window: Page, share: Page, colour: Colour) -> None:
@@ -113,14 +104,9 @@ def _write(page: Page, text: Text, clip: Box, colour: Colour, stroke: float) -> 
     if not window.size or not letters:
         return
     mask = Image.new("L", (window.shape[1], window.shape[0]))
-    ImageDraw.Draw(mask).text(
-        (text.x - columns.start, text.y - rows.start),
-        letters,
-        fill=255,
-        font=typeface,
-        anchor=anchor,
-        stroke_width=stroke,
-    )
+    start = text.x - columns.start, text.y - rows.start
+    style: dict[str, Any] = {"font": typeface, "anchor": anchor, "stroke_width": stroke}
+    ImageDraw.Draw(mask).text(start, letters, fill=255, **style)
     _blend(window, np.asarray(mask, dtype=np.float32) / np.float32(255), colour)
 
 
@@ -181,24 +167,15 @@ def _disc(cells: NDArray[np.uint8], centre: Cell, radius: float, value: int) -> 
         cv2.circle(cells, centre, fixed, value, cv2.FILLED, cv2.LINE_8, _SUBPIXEL_BITS)
 
 
-def _visible(start: Point, end: Point, box: Box) -> tuple[Point, Point] | None:
-    """Return the part of a straight line inside `box`, or None; coordinates are rounded."""
+def _lines(path: Path, box: Box) -> Iterator[tuple[Point, Point]]:
+    """Yield the parts of a path's straight lines inside `box`; coordinates are rounded."""
     scale = _OVERSAMPLING * _UNIT
     rectangle = [round(v * scale) for v in (box.x, box.y, box.width, box.height)]
-    (x0, y0), (x1, y1) = ((round(x * scale), round(y * scale)) for x, y in (start, end))
-    inside, first, last = cv2.clipLine(rectangle, (x0, y0), (x1, y1))
-    if not inside:
-        return None
-    return (first[0] / scale, first[1] / scale), (last[0] / scale, last[1] / scale)
-
-
-def _lines(path: Path, box: Box) -> Iterator[tuple[Point, Point]]:
-    """Yield the visible parts of a path's straight lines."""
-    corners = path.points + path.points[:1] if path.closed else path.points
-    for start, end in pairwise(corners):
-        visible = _visible(start, end, box)
-        if visible is not None:
-            yield visible
+    corners = [(round(x * scale), round(y * scale)) for x, y in path.points]
+    for start, end in pairwise(corners + corners[:1] if path.closed else corners):
+        inside, first, last = cv2.clipLine(rectangle, start, end)
+        if inside:
+            yield (first[0] / scale, first[1] / scale), (last[0] / scale, last[1] / scale)
 
 
 def _dashes(path: Path, dash: float, gap: float, box: Box) -> Iterator[Path]:

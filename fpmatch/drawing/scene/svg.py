@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from xml.etree.ElementTree import Element
 
-    from fpmatch.drawing.scene.items import Item, Pen, Scene
+    from fpmatch.drawing.scene.items import Item, Scene
 
 _FONTS: Final = "Aileron, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -31,23 +31,13 @@ def svg_text(scene: Scene) -> str:
 
     Not every viewer can multiply colours, so the area that two overprinted inks share becomes a
     third picture above them.
-
-    Examples
-    --------
-    >>> from fpmatch.drawing.scene.items import Scene
-    >>> svg_text(Scene(width=30, height=20, items=()))[:29]
-    '<svg xmlns="http://www.w3.org'
     """
+    width, height = str(scene.width), str(scene.height)
     root = ElementTree.Element(
-        "svg",
-        {
-            "xmlns": "http://www.w3.org/2000/svg",
-            "width": str(scene.width),
-            "height": str(scene.height),
-            "viewBox": f"0 0 {scene.width} {scene.height}",
-            "role": "img",
-        },
+        "svg", xmlns="http://www.w3.org/2000/svg", width=width, height=height
     )
+    root.set("viewBox", f"0 0 {width} {height}")
+    root.set("role", "img")
     ElementTree.SubElement(root, "title").text = _legal(scene.description)
     ElementTree.SubElement(root, "style").text = f"text{{font-family:{_FONTS}}}"
     _add(root, "rect", width="100%", height="100%", fill=hexadecimal(scene.paper))
@@ -73,11 +63,9 @@ def shared_ink(print_: Overprint) -> Ink:
 def _add(parent: Element, tag: str, **attributes: Any) -> Element:
     """Add an element; numbers are rounded, underscores become dashes, empty values are left out."""
     written = {
-        name.rstrip("_").replace("_", "-"): _number(value)
-        if isinstance(value, int | float)
-        else value
+        name.rstrip("_").replace("_", "-"): value if isinstance(value, str) else _number(value)
         for name, value in attributes.items()
-        if value not in {None, ""}
+        if value != ""
     }
     return ElementTree.SubElement(parent, tag, written)
 
@@ -106,73 +94,45 @@ def _add_ink(parent: Element, ink: Ink) -> None:
     rgba = np.empty((height, width, 4), dtype=np.uint8)
     rgba[:, :, :3] = ink.colour
     rgba[:, :, 3] = ink.coverage
-    data = base64.b64encode(png_bytes(rgba)).decode("ascii")
+    href = f"data:image/png;base64,{base64.b64encode(png_bytes(rgba)).decode('ascii')}"
     (a, c, e), (b, d, f) = ink.matrix[:2].tolist()
     # An SVG image covers 0 to `width`; the ink's first pixel has its centre at 0.
     e, f = e - (a + c) / 2, f - (b + d) / 2
-    _add(
-        parent,
-        "image",
-        class_=ink.role,
-        width=width,
-        height=height,
-        transform=f"matrix({a:.8g} {b:.8g} {c:.8g} {d:.8g} {e:.8g} {f:.8g})",
-        href=f"data:image/png;base64,{data}",
-    )
+    matrix = f"matrix({a:.8g} {b:.8g} {c:.8g} {d:.8g} {e:.8g} {f:.8g})"
+    size = {"width": width, "height": height}
+    _add(parent, "image", class_=ink.role, **size, transform=matrix, href=href)
 
 
 def _add_text(parent: Element, text: Text) -> None:
     legal = _legal(" ".join(text.text.split()))
-    halo = {
-        "stroke": hexadecimal(PAPER),
-        "stroke_width": 2 * text.halo,
-        "stroke_linejoin": "round",
-        "paint_order": "stroke",
-    }
-    element = _add(
-        parent,
-        "text",
-        class_=text.role,
-        x=text.x,
-        y=text.y,
-        font_size=text.size,
-        fill=hexadecimal(text.colour),
-        text_anchor=text.anchor,
-        textLength=text_width(legal, text.size),
-        lengthAdjust="spacingAndGlyphs",
-        font_weight="600" if text.bold else None,
-        **(halo if text.halo else {}),
-    )
-    element.text = legal
+    place = {"x": text.x, "y": text.y, "font_size": text.size}
+    width = {"textLength": text_width(legal, text.size), "lengthAdjust": "spacingAndGlyphs"}
+    style: dict[str, Any] = {"fill": hexadecimal(text.colour), "text_anchor": text.anchor, **width}
+    style["font_weight"] = "600" if text.bold else ""
+    if text.halo:
+        style |= {"stroke": hexadecimal(PAPER), "stroke_width": 2 * text.halo}
+        style |= {"stroke_linejoin": "round", "paint_order": "stroke"}
+    _add(parent, "text", class_=text.role, **place, **style).text = legal
 
 
 def _add_shape(parent: Element, shape: Path | Circle) -> None:
     pen = shape.pen
     tag, geometry = _geometry(shape)
-    ends = {
-        "stroke_linecap": "round" if pen.stroke else None,
-        "stroke_linejoin": "round" if pen.stroke else None,
-        "opacity": pen.opacity if pen.opacity < 1 else None,
-    }
+    round_ = {"stroke_linecap": "round", "stroke_linejoin": "round"}
+    ends: dict[str, Any] = round_ if pen.stroke else {}
+    ends |= {"opacity": pen.opacity} if pen.opacity < 1 else {}
     if pen.halo and pen.stroke:
         wider, paper = pen.width + 2 * pen.halo, hexadecimal(PAPER)
         halo = {"class_": "halo", "fill": "none", "stroke": paper, "stroke_width": wider}
         _add(parent, tag, **geometry, **halo, **ends)
-    element = _add(
-        parent, tag, **geometry, class_=shape.role, fill=_colour(pen.fill), **ends, **_line(pen)
-    )
+    style = {"class_": shape.role, "fill": hexadecimal(pen.fill) if pen.fill else "none"} | ends
+    if pen.stroke:
+        style |= {"stroke": hexadecimal(pen.stroke), "stroke_width": pen.width}
+    if pen.dash:
+        style["stroke_dasharray"] = " ".join(map(_number, pen.dash))
+    element = _add(parent, tag, **geometry, **style)
     if shape.title:
         ElementTree.SubElement(element, "title").text = _legal(shape.title)
-
-
-def _line(pen: Pen) -> dict[str, Any]:
-    dash = " ".join(map(_number, pen.dash)) if pen.dash else None
-    stroked = {"stroke": _colour(pen.stroke), "stroke_width": pen.width} if pen.stroke else {}
-    return {**stroked, "stroke_dasharray": dash}
-
-
-def _colour(colour: tuple[int, int, int] | None) -> str:
-    return hexadecimal(colour) if colour else "none"
 
 
 def _geometry(shape: Path | Circle) -> tuple[str, dict[str, Any]]:

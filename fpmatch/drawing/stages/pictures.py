@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene.items import Item
-
 Picture: TypeAlias = "NDArray[np.uint8]"
 
 _UNITS: Final = {"orientation": " rad", "period": " px"}
@@ -42,12 +40,12 @@ _BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "bi
 
 
 def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:
-    """Draw the array of one stage.
+    """Draw the array of one stage, with its contrast stretched where its name is unknown.
 
     Parameters
     ----------
     name : str
-        Name of the stage; one that is unknown is drawn with its contrast stretched.
+        Name of the stage.
     array : ndarray, shape (H, W) or (H, W, 3); for ``minutiae`` (N, 5)
         Booleans, integers or floats, NaN where unknown. Orientations are in radians,
         counter-clockwise from +x. Minutiae are rows of x, y, angle, kind, quality.
@@ -85,13 +83,7 @@ def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = Non
 
 
 def value_range(name: str, array: NDArray[Any]) -> str:
-    """Return the range of a stage's values, or its number of minutiae, as text.
-
-    Examples
-    --------
-    >>> value_range("period", np.array([[7.25, np.nan, 11.0]]))
-    '7.25 to 11.00 px'
-    """
+    """Return the range of a stage's values, or its number of minutiae, as text."""
     values = np.asarray(array)
     if name == "minutiae":
         return f"{len(values)} found"
@@ -136,7 +128,9 @@ def _stretched(values: NDArray[Any], _: Picture | None) -> Picture:
     if values.dtype == bool:
         return _ridges(values, None)
     levels, known = _levels(values)
-    return _known(_grey_to_rgb(levels), known)
+    picture = _grey_to_rgb(levels)
+    picture[~known] = _UNKNOWN
+    return picture
 
 
 def _darkness(values: NDArray[Any], _: Picture | None) -> Picture:
@@ -147,13 +141,9 @@ def _darkness(values: NDArray[Any], _: Picture | None) -> Picture:
 def _graded(values: NDArray[Any], _: Picture | None) -> Picture:
     """Draw a field of magnitudes from dark blue over green to yellow."""
     levels, known = _levels(values)
-    coloured = cv2.cvtColor(cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
-    return _known(np.asarray(coloured, dtype=np.uint8), known)
-
-
-def _known(picture: Picture, known: NDArray[np.bool_]) -> Picture:
+    picture = np.ascontiguousarray(cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS)[..., ::-1])
     picture[~known] = _UNKNOWN
-    return picture
+    return np.asarray(picture, dtype=np.uint8)
 
 
 def _ridges(values: NDArray[Any], _: Picture | None) -> Picture:
@@ -163,11 +153,10 @@ def _ridges(values: NDArray[Any], _: Picture | None) -> Picture:
 
 def _mask(values: NDArray[Any], beneath: Picture | None) -> Picture:
     """Draw the print, tinted outside the mask."""
-    inside = values.astype(bool)
-    ground = np.full(values.shape, 255, dtype=np.uint8) if beneath is None else beneath
-    picture = _grey_to_rgb(ground)
-    left_out = picture[~inside].astype(np.float32)
-    picture[~inside] = np.rint(0.35 * left_out + 0.65 * np.array(_TINT)).astype(np.uint8)
+    outside = ~values.astype(bool)
+    picture = _grey_to_rgb(np.full(values.shape, 255, np.uint8) if beneath is None else beneath)
+    left_out = picture[outside].astype(np.float32)
+    picture[outside] = np.rint(0.35 * left_out + 0.65 * np.array(_TINT)).astype(np.uint8)
     return picture
 
 
@@ -190,7 +179,7 @@ def _orientation(values: NDArray[Any], beneath: Picture | None) -> Picture:
     colour = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB).astype(np.float32) / 255
     picture[known] = np.rint(picture[known] * colour[known]).astype(np.uint8)
     start = _NEEDLE_STEP // 2
-    needles: list[Item] = []
+    needles = []
     for y, x in np.argwhere(known[start::_NEEDLE_STEP, start::_NEEDLE_STEP]) * _NEEDLE_STEP + start:
         dx, dy = math.cos(angle[y, x]) * _NEEDLE_HALF, -math.sin(angle[y, x]) * _NEEDLE_HALF
         ends = ((x + 0.5 - dx, y + 0.5 - dy), (x + 0.5 + dx, y + 0.5 + dy))
@@ -206,13 +195,11 @@ def _minutiae(minutiae: Minutiae, backdrop: Picture | None) -> Picture:
     height, width = backdrop.shape[0] * _MARK_ZOOM, backdrop.shape[1] * _MARK_ZOOM
     large = cv2.resize(_faded(backdrop), (width, height), interpolation=cv2.INTER_CUBIC)
     matrix = zoomed(_MARK_ZOOM, (-0.5, -0.5), (0.0, 0.0))
-    panel = Box(0, 0, width, height)
     forked = minutiae.kind == MinutiaKind.BIFURCATION
-    drawn = (
-        *marks(minutiae, np.flatnonzero(~forked).tolist(), matrix, _ENDING, panel),
-        *marks(minutiae, np.flatnonzero(forked).tolist(), matrix, _BIFURCATION, panel),
-    )
-    return paint_over(np.asarray(large, dtype=np.uint8), drawn)
+    panel = Box(0, 0, width, height)
+    endings = marks(minutiae, np.flatnonzero(~forked).tolist(), matrix, _ENDING, panel)
+    forks = marks(minutiae, np.flatnonzero(forked).tolist(), matrix, _BIFURCATION, panel)
+    return paint_over(np.asarray(large, dtype=np.uint8), (*endings, *forks))
 
 
 _PICTURES: Final[dict[str, Callable[[NDArray[Any], Picture | None], Picture]]] = {

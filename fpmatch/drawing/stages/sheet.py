@@ -35,28 +35,8 @@ _EDGE: Final = Pen(PANEL_EDGE, width=1.0)
 def contact_sheet(stages: Mapping[str, NDArray[Any]]) -> Picture:
     """Draw all stages on one sheet, in their order, each below its name and range of values.
 
-    Parameters
-    ----------
-    stages : mapping of str to ndarray
-        Arrays by the names of their stages, as for `stage_picture`; ``input``, where it is among
-        them, is drawn beneath the others.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W, 3)
-        RGB.
-
-    Raises
-    ------
-    ImageError
-        If an array cannot be drawn.
-    OutputError
-        If there is no stage.
-
-    Examples
-    --------
-    >>> contact_sheet({"binary": np.eye(40, dtype=bool)}).ndim
-    3
+    `stages` are arrays by the names of their stages, as for `stage_picture`; ``input``, where it is
+    among them, is drawn beneath the others. The sheet is RGB, uint8, (H, W, 3).
     """
     return _sheet(stages, _pictures(stages))
 
@@ -66,24 +46,8 @@ def write_stages(
 ) -> list[pathlib.Path]:
     """Write each stage as ``01_input.png`` and so on, and ``contact_sheet.png`` with all of them.
 
-    Parameters
-    ----------
-    stages : mapping of str to ndarray
-        As for `contact_sheet`.
-    folder : path
-        Folder for the files, made where it does not exist.
-
-    Returns
-    -------
-    list of Path
-        The files written, the contact sheet last.
-
-    Raises
-    ------
-    ImageError
-        If an array cannot be drawn; nothing is written then.
-    OutputError
-        If there is no stage, or the folder or a file cannot be written.
+    The folder is made where it does not exist. Returns the files, the contact sheet last. Nothing
+    is written where an array cannot be drawn.
     """
     pictures = _pictures(stages)
     stems = (re.sub(r"[^\w-]+", "_", name) or "stage" for name in pictures)

@@ -27,24 +27,18 @@ MAX_CELLS: Final = 50_000_000
 
 
 def finger_of_name(name: str) -> str:
-    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix.
-
-    Examples
-    --------
-    >>> finger_of_name("101_3.tif"), finger_of_name("left thumb.png")
-    ('101', 'left thumb')
-    """
+    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix."""
     label = NamePattern().label(Path(name))
     return Path(name).stem if label is None else str(label.of_finger)
 
 
 def check_fingers(probes: int, fingers: Sequence[str]) -> None:
     """Raise a `ScoringError` if there are more pairs of a probe and a finger than `MAX_CELLS`."""
-    cells = probes * len(set(fingers))
-    if cells > MAX_CELLS:
+    several = len(set(fingers))
+    if probes * several > MAX_CELLS:
         raise ScoringError(
-            f"scores of fingers: {probes:,} probes and {len(set(fingers)):,} fingers are "
-            f"{cells:,} pairs, more than {MAX_CELLS:,}; score fewer probes at a time"
+            f"scores of fingers: {probes:,} probes and {several:,} fingers are "
+            f"{probes * several:,} pairs, more than {MAX_CELLS:,}; score fewer probes at a time"
         )
 
 
@@ -60,8 +54,7 @@ def write_fingers(
     """Write the scores of fingers, with the columns `FINGER_COLUMNS`; return the number of rows.
 
     There is a row for each probe and finger of which a pair has a score, in the order of the sides.
-    The file of scores is one that was written without a threshold, `fingers` holds the finger of
-    each reference, and with `same` a print is not compared with itself.
+    `fingers` holds the finger of each reference; with `same` a print is not compared with itself.
     """
     probe_number = {name: k for k, name in enumerate(probes)}
     reference_number = {name: k for k, name in enumerate(references)}

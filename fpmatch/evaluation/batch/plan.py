@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-REFERENCES_PER_BAND: Final = 256
-PAIRS_PER_CHUNK: Final = 4096
-LISTED_PAIRS_PER_CHUNK: Final = 512
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"
 
@@ -63,21 +60,10 @@ class AllPairs:
     Every probe is compared with the first band, one probe after the other, then every probe with
     the next. Each reference is thus prepared once, and only the templates of a band and of some
     probes are in memory.
-
-    Examples
-    --------
-    >>> chunk, = AllPairs(2, 2).chunks()
-    >>> chunk.probe.tolist(), chunk.reference.tolist()
-    ([0, 0, 1, 1], [0, 1, 0, 1])
     """
 
     def __init__(
-        self,
-        probes: int,
-        references: int,
-        *,
-        band: int = REFERENCES_PER_BAND,
-        pairs_per_chunk: int = PAIRS_PER_CHUNK,
+        self, probes: int, references: int, *, band: int = 256, pairs_per_chunk: int = 4096
     ) -> None:
         self.probes: Sequence[int] = range(probes)
         self.references: Sequence[int] = range(references)
@@ -91,7 +77,7 @@ class AllPairs:
         return len(self.probes) * len(self.references)
 
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
-        """Yield the pairs in their order, from chunk number `start` on."""
+        """Yield the pairs, as `Plan` says."""
         for number in range(start, self.number_of_chunks):
             band, block = divmod(number, self._blocks)
             reference = _span(band, self._band, len(self.references))
@@ -104,12 +90,8 @@ class ListedPairs:
 
     The list is a CSV file with the columns ``probe`` and ``reference`` among others; or, without a
     first line that names these, with probe and reference as the first two. They contain names of
-    prints, with or without extension.
-
-    Raises
-    ------
-    ScoringError
-        If the list cannot be read, is empty, or names a print that is not there.
+    prints, with or without extension. Raises a `ScoringError` if the list cannot be read, is empty,
+    or names a print that is not there.
     """
 
     def __init__(
@@ -118,7 +100,7 @@ class ListedPairs:
         probes: Sequence[str],
         references: Sequence[str],
         *,
-        pairs_per_chunk: int = LISTED_PAIRS_PER_CHUNK,
+        pairs_per_chunk: int = 512,
     ) -> None:
         self._size = pairs_per_chunk
         # 8 bytes a pair: less than the rows of the output
@@ -142,7 +124,7 @@ class ListedPairs:
         return len(self._pairs)
 
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
-        """Yield the pairs in their order, from chunk number `start` on."""
+        """Yield the pairs, as `Plan` says."""
         for k in range(start * self._size, len(self._pairs), self._size):
             probe, reference = self._pairs[k : k + self._size].T
             yield PairChunk(probe, reference)
@@ -166,18 +148,15 @@ def _read_pairs(path: Path) -> Iterator[tuple[int, tuple[str, str]]]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream)
-            for first, row in enumerate(reader):
+            for number, row in enumerate(reader):
                 cells = [cell.strip() for cell in row]
-                if not any(cells):
-                    continue
-                if first == 0 and {PROBE, REFERENCE} <= set(cells):
+                if number == 0 and {PROBE, REFERENCE} <= set(cells):
                     columns = (cells.index(PROBE), cells.index(REFERENCE))
-                    continue
-                if len(cells) <= max(columns):
-                    raise ScoringError(
-                        f"{path}: line {reader.line_num}: expected a probe and a reference"
-                    )
-                yield reader.line_num, (cells[columns[0]], cells[columns[1]])
+                elif any(cells):
+                    line = reader.line_num
+                    if len(cells) <= max(columns):
+                        raise ScoringError(f"{path}: line {line}: expected a probe and a reference")
+                    yield line, (cells[columns[0]], cells[columns[1]])
     except OSError as error:
         raise ScoringError(f"{path}: cannot be read: {reason(error)}") from error
     except (UnicodeDecodeError, csv.Error) as error:

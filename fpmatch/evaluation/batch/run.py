@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from contextlib import closing
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Position, flush
 from fpmatch.evaluation.comparison import Comparer
-from fpmatch.evaluation.score_file import COLUMNS, convert_to_parquet, csv_lines, is_parquet
+from fpmatch.evaluation.score_file import (
+    COLUMNS,
+    convert_to_parquet,
+    csv_lines,
+    failure_reason,
+    is_parquet,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -23,14 +30,67 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
     from fpmatch.evaluation.batch.plan import PairChunk, Plan
-    from fpmatch.evaluation.batch.rows import RowWriter
     from fpmatch.evaluation.batch.sources import PrintSource
     from fpmatch.evaluation.batch.store import Store
+    from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
 
+
 COMPARE: Final = "compare"
 HEADER: Final = csv_lines([COLUMNS])
+
+
+class SideRows(NamedTuple):
+    """Names and fingers of the prints of one side, and why some have no template."""
+
+    names: Sequence[str]
+    fingers: Sequence[str]
+    failures: Mapping[int, str]
+
+
+@dataclass(frozen=True, slots=True)
+class RowWriter:
+    """Write pairs and their similarities as rows of `fpmatch.evaluation.score_file.COLUMNS`.
+
+    Genuine pairs are known only if both sides are the `same` prints. Without a calibration, scores
+    are left empty. With a `threshold`, rows of lower scores are left out, but not those of prints
+    without a template, whose score is not known.
+    """
+
+    matcher: str
+    database: str
+    probes: SideRows
+    references: SideRows
+    same: bool
+    calibration: Calibration | None
+    threshold: float | None
+
+    def lines(self, chunk: PairChunk, similarity: NDArray[np.float64]) -> tuple[bytes, int, int]:
+        """Return the lines of some pairs, their number, and the number of pairs without a score.
+
+        `similarity` is not a number where a print has no template.
+        """
+        failed = np.isnan(similarity)
+        score = np.full(len(chunk), np.nan)
+        if self.calibration is not None:
+            score = self.calibration.scores(similarity)
+        kept = np.arange(len(chunk))
+        if self.threshold is not None:
+            kept = np.flatnonzero(failed | (score >= self.threshold))
+        columns = (chunk.probe, chunk.reference, similarity, score)
+        rows = map(self._row, *(column[kept].tolist() for column in columns))
+        return csv_lines(rows), len(kept), int(failed.sum())
+
+    def _row(self, i: int, j: int, similarity: float, score: float) -> tuple[object, ...]:
+        probes, references = self.probes, self.references
+        genuine = int(probes.fingers[i] == references.fingers[j]) if self.same else ""
+        reason = ""
+        if math.isnan(similarity):
+            reason = failure_reason(probes.failures.get(i, ""), references.failures.get(j, ""))
+        names = probes.names[i], references.names[j]
+        numbers = ["" if math.isnan(value) else value for value in (similarity, score)]
+        return (self.matcher, self.database, *names, genuine, *numbers, reason)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +138,7 @@ def collect(
     engine: Engine,
     progress: Progress,
 ) -> None:
-    """Store the templates of some prints of a side, ascending, that are not stored yet.
-
-    `key` names the side in the store, and the stage for `progress`.
-    """
+    """Store the templates of some prints of a side, ascending, that are not stored yet."""
     start = store.count_items(key)
     missing = numbers[start:]
     progress(key, start, len(numbers))
@@ -96,14 +153,11 @@ def collect(
 
 @dataclass(frozen=True, slots=True)
 class Comparing:
-    """Compare the pairs of a plan and write their rows; every `save_every_s` the position is saved.
-
-    `probes` and `references` name the two sides in the store, which holds the templates.
-    """
+    """Compare the pairs of a plan and write their rows; save the position every `save_every_s`."""
 
     store: Store
     plan: Plan
-    probes: str
+    probes: str  # name of the side in the store
     references: str
     matcher: Matcher
     writer: RowWriter
@@ -111,8 +165,7 @@ class Comparing:
 
     def run(self, engine: Engine, progress: Progress) -> tuple[Position, Position]:
         """Write the rows that are missing, and the file; return the positions before and after."""
-        start = self._saved_position()
-        position = start
+        position = start = self._saved_position()
         progress(COMPARE, start.pairs, len(self.plan))
         if not self._is_in_place(start):
             with closing(self._write(start, engine)) as positions:
@@ -125,9 +178,8 @@ class Comparing:
     def _saved_position(self) -> Position:
         """Return the position of an earlier run; the start if its rows are missing."""
         position = self.store.position
-        if self.store.rows_file.exists() or self._is_in_place(position):
-            return position
-        return Position()
+        is_there = self.store.rows_file.exists() or self._is_in_place(position)
+        return position if is_there else Position()
 
     def _is_in_place(self, position: Position) -> bool:
         """Return whether an earlier run put its file in place without clearing up."""
@@ -149,7 +201,7 @@ class Comparing:
         ):
             if start == Position():
                 stream.write(HEADER)
-                position = replace(position, size=len(HEADER))
+                position = Position(size=len(HEADER))
             try:
                 for similarity in results:
                     chunk = pending.popleft()

@@ -14,12 +14,12 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
 from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
-from fpmatch.evaluation.batch.rows import RowWriter, SideRows
-from fpmatch.evaluation.batch.run import Comparing, collect
+from fpmatch.evaluation.batch.run import Comparing, RowWriter, SideRows, collect
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
+from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.score_file import check_format
-from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
+from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import check_writable
 from fpmatch.reading import group_by_note
@@ -103,8 +103,7 @@ def score(
     references, probes : PrintSource or path-like or str
         Folders of prints or galleries; see `open_source`.
     output : path-like
-        The file to write or replace, ``.csv`` or ``.parquet``; see
-        `fpmatch.evaluation.score_file`.
+        The ``.csv`` or ``.parquet`` to write or replace; see `fpmatch.evaluation.score_file`.
     pairs : path-like or Plan, optional
         A list of the pairs to score (see `ListedPairs`); by default all (see `AllPairs`).
     matcher : str or Matcher
@@ -114,9 +113,7 @@ def score(
     threshold : float, optional
         Keep only rows whose score is at least this, and those without a score.
     fingers : path-like, optional
-        A CSV file for the scores of fingers, too; see
-        `fpmatch.evaluation.batch.fingers.write_fingers`. Not with a threshold: the rows that it
-        leaves out are needed.
+        A CSV file for the scores of fingers, too, which need all rows: not with a threshold.
     dpi : float, optional
         Resolution of all images of folders, in dots per inch.
     engine : Engine, optional
@@ -146,8 +143,7 @@ def score(
     target = Path(output)
     check_format(target)
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    if calibration is None and chosen.name in calibrated_matchers():
-        calibration = load_calibration(chosen.name)
+    calibration = calibration or calibration_of(chosen.name)
     _check_threshold(threshold, calibration, chosen.name)
     sides = {REFERENCES: _opened(references, dpi), PROBES: _opened(probes, dpi)}
     plan = _planned(pairs, sides)
@@ -171,23 +167,22 @@ def score(
         "set of probes": sides[PROBES].content_hash,
         "list of pairs": plan.identity,
     }
-    needed = {REFERENCES: plan.references, PROBES: plan.probes}
-    key = {side: side for side in sides}
     one, other = sides[PROBES], sides[REFERENCES]
     same = (one.place, one.content_hash) == (other.place, other.content_hash)
+    needed = {REFERENCES: plan.references, PROBES: plan.probes}
+    key = {REFERENCES: REFERENCES, PROBES: PROBES}  # of each side in the store
     if same:
+        needed = {REFERENCES: sorted({*plan.references, *plan.probes})}
         key[PROBES] = REFERENCES
-        needed[REFERENCES] = sorted({*plan.references, *plan.probes})
-    stored = dict.fromkeys(key.values())
     with engine or serial() as place, Store(target, run) as store:
-        for name in stored:
-            collect(store, name, sides[name], needed[name], place, progress)
+        for name, numbers in needed.items():
+            collect(store, name, sides[name], numbers, place, progress)
         failed = {side: store.failures(key[side]) for side in sides}
-        assumed = {_full_name(sides[k], n) for k in stored for n in store.assumed(k)}
+        assumed = {_full_name(sides[k], n) for k in needed for n in store.assumed(k)}
         noted = group_by_note(
-            (_full_name(sides[k], n), notes) for k in stored for n, notes in store.notes(k).items()
+            (_full_name(sides[k], n), notes) for k in needed for n, notes in store.notes(k).items()
         )
-        rows_of = {s: SideRows(sides[s].names, sides[s].fingers, failed[s]) for s in sides}
+        rows_of = {k: SideRows(s.names, s.fingers, failed[k]) for k, s in sides.items()}
         comparing = Comparing(
             store=store,
             plan=plan,
@@ -221,7 +216,7 @@ def score(
         failed_pairs=end.failed,
         failures=tuple(
             ImageFailure(side, sides[side].names[number], reason)
-            for side in stored
+            for side in needed
             for number, reason in failed[side].items()
         ),
         dpi_assumed=tuple(sorted(assumed)),
@@ -237,9 +232,7 @@ def _full_name(side: PrintSource, number: int) -> str:
 
 
 def _opened(side: AnySource, dpi: float | None) -> PrintSource:
-    if isinstance(side, str | os.PathLike):
-        return open_source(side, dpi=dpi)
-    return side
+    return open_source(side, dpi=dpi) if isinstance(side, str | os.PathLike) else side
 
 
 def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, PrintSource]) -> Plan:

@@ -24,7 +24,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Generator, Iterable, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     from fpmatch.engine.engine import Engine
     from fpmatch.formats.record import TemplateRecord
@@ -75,9 +75,16 @@ def open_source(
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
-    `place` is a folder of prints, or a gallery: a file or the URL of a database. Resolution,
-    polarity and reader apply to the files of a folder; by default the resolution is that in its
-    ``dataset.toml``, else each file's own.
+    Parameters
+    ----------
+    place : path-like or str
+        A folder of prints, or a gallery: a file or the URL of a database.
+    dpi : float, optional
+        Resolution of all images of a folder (default: that in its ``dataset.toml``, else each
+        file's own).
+    polarity, reader
+        For the files of a folder, as for
+        `fpmatch.image.quality.folder_polarity.find_polarities`.
 
     Raises
     ------
@@ -109,8 +116,9 @@ class FolderSource:
         self.title = info.name or folder.resolve().name
         self.names = [file.path.name for file in self._files]
         self.fingers = [finger_of_name(name) for name in self.names]
-        states: list[object] = [_state(file) for file in self._files]
-        self.content_hash = _digest(states if known == "auto" else [*states, known])
+        states = [repr(_state(file)) for file in self._files]
+        parts = states if known == "auto" else [*states, repr(known)]
+        self.content_hash = hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def templates(
         self, engine: Engine, numbers: Sequence[int]
@@ -144,10 +152,11 @@ class GallerySource:
             raise ScoringError(f"{self.place}: the gallery is empty")
         self._numbers = [entry.id for entry in entries]
         self.fingers = [str(entry.label.of_finger) for entry in entries]
-        times = Counter(str(entry.label) for entry in entries)
-        # Different labels may give the same word.
+        labels = [str(entry.label) for entry in entries]
+        times = Counter(labels)  # different labels may give the same word
         self.names = [
-            str(e.label) if times[str(e.label)] == 1 else f"{e.label}#{e.id}" for e in entries
+            label if times[label] == 1 else f"{label}#{entry.id}"
+            for label, entry in zip(labels, entries, strict=True)
         ]
 
     def templates(
@@ -208,7 +217,3 @@ def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
     except OSError:  # a missing file fails when it is read, and becomes a row
         return file.path.name, -1, -1, file.dpi
     return file.path.name, status.st_size, status.st_mtime_ns, file.dpi
-
-
-def _digest(parts: Iterable[object]) -> str:
-    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()

@@ -13,8 +13,7 @@ import shutil
 import sqlite3
 import time
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fpmatch.errors import OutputError, ScoringError
 from fpmatch.output import reason
@@ -41,31 +40,22 @@ CREATE TABLE IF NOT EXISTS item (
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Position:
-    """Hold the position that a run has reached: chunks, pairs and rows written, and bytes of rows.
-
-    `failed` counts the rows without a score.
-    """
+class Position(NamedTuple):
+    """The position that a run has reached."""
 
     chunks: int = 0
     pairs: int = 0
-    rows: int = 0
-    size: int = 0
-    failed: int = 0
+    rows: int = 0  # that were written
+    size: int = 0  # of the rows, in bytes
+    failed: int = 0  # rows without a score
 
 
 class Store:
     """Keep an unfinished run on disk; a context manager that leaves it there.
 
-    A run of another description than `run` cannot resume it.
-
-    Raises
-    ------
-    ScoringError
-        If a different run is unfinished there, or another one is running now.
-    OutputError
-        If the disk is full, or nothing can be written there.
+    A run of another description than `run` cannot resume it. Raises a `ScoringError` if a different
+    run is unfinished there, or another one is running now, and an `OutputError` if nothing can be
+    written there.
     """
 
     def __init__(self, output: Path, run: Mapping[str, str]) -> None:
@@ -118,10 +108,8 @@ class Store:
     def advance(self, position: Position) -> None:
         """Save the position that the run has reached; its rows must be on disk."""
         with self.writing(), self._database:
-            self._database.execute(
-                "UPDATE position SET (chunks, pairs, rows, bytes, failed) = (?, ?, ?, ?, ?)",
-                astuple(position),
-            )
+            columns = "(chunks, pairs, rows, bytes, failed)"
+            self._database.execute(f"UPDATE position SET {columns} = (?, ?, ?, ?, ?)", position)
 
     @contextmanager
     def rows(self, size: int) -> Iterator[BinaryIO]:
@@ -163,32 +151,28 @@ class Store:
         """Return the templates, in bytes, of those of some prints that have one."""
         found: dict[int, bytes] = {}
         for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
-            part = numbers[k : k + _NUMBERS_PER_QUERY]
-            query = (
-                "SELECT number, data FROM item WHERE side = ? AND data IS NOT NULL "
-                f"AND number IN ({','.join('?' * len(part))})"
-            )
-            with self.writing():
-                found.update(self._database.execute(query, [side, *part]).fetchall())
+            part = ",".join(map(str, numbers[k : k + _NUMBERS_PER_QUERY]))
+            found |= self._items(side, "data", f"data IS NOT NULL AND number IN ({part})")
         return found
 
     def failures(self, side: str) -> dict[int, str]:
         """Return the reasons of the prints of a side that have no template, by number."""
-        query = "SELECT number, reason FROM item WHERE side = ? AND data IS NULL ORDER BY number"
-        with self.writing():
-            return dict(self._database.execute(query, [side]).fetchall())
+        return self._items(side, "reason", "data IS NULL")
 
     def assumed(self, side: str) -> list[int]:
         """Return the numbers of the prints of a side whose resolution was assumed."""
-        query = "SELECT number FROM item WHERE side = ? AND dpi_assumed ORDER BY number"
-        with self.writing():
-            return [number for (number,) in self._database.execute(query, [side])]
+        return list(self._items(side, "dpi_assumed", "dpi_assumed"))
 
     def notes(self, side: str) -> dict[int, list[str]]:
         """Return the notes on reading prints of a side, by number."""
-        query = "SELECT number, notes FROM item WHERE side = ? AND notes != '' ORDER BY number"
+        found = self._items(side, "notes", "notes != ''")
+        return {number: json.loads(notes) for number, notes in found.items()}
+
+    def _items(self, side: str, column: str, which: str) -> dict[int, Any]:
+        """Return a column of those prints of a side for which a condition holds, by number."""
+        query = f"SELECT number, {column} FROM item WHERE side = ? AND {which} ORDER BY number"
         with self.writing():
-            return {n: json.loads(notes) for n, notes in self._database.execute(query, [side])}
+            return dict(self._database.execute(query, [side]).fetchall())
 
     def put_in_place(self, finished: Path) -> None:
         """Move a file of the folder to the output's path."""
@@ -209,15 +193,12 @@ class Store:
         except OSError as error:
             raise OutputError(f"{self.output}: cannot be written: {reason(error)}") from error
         except sqlite3.Error as error:
-            raise self._as_error(error) from error
-
-    def _as_error(self, error: sqlite3.Error) -> OutputError | ScoringError:
-        code = getattr(error, "sqlite_errorname", "")
-        if code == "SQLITE_BUSY":
-            return ScoringError(f"{self.folder}: another run is writing this output")
-        if code in {"SQLITE_NOTADB", "SQLITE_CORRUPT"} or not code:
-            return ScoringError(f"{self.folder}: damaged; {_START_AGAIN}")
-        return OutputError(f"{self.output}: cannot be written: {error}")
+            code = getattr(error, "sqlite_errorname", "")
+            if code == "SQLITE_BUSY":
+                raise ScoringError(f"{self.folder}: another run is writing this output") from error
+            if code in {"SQLITE_NOTADB", "SQLITE_CORRUPT", ""}:
+                raise ScoringError(f"{self.folder}: damaged; {_START_AGAIN}") from error
+            raise OutputError(f"{self.output}: cannot be written: {error}") from error
 
 
 def flush(stream: BinaryIO) -> None:

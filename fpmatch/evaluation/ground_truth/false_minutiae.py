@@ -20,23 +20,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-    from fpmatch.minutiae import Minutiae, RidgeField, Template
+    from fpmatch.minutiae import Minutiae, Template
 
 
 class Cause(StrEnum):
-    """Causes of false positives, in the order in which they are tested.
+    """Causes of false positives, in the order in which they are tested."""
 
-    - DIRECTION: an unassigned true minutia is there, but has another direction;
-    - BORDER: it lies near the border of the print, as extracted, or of the image;
-    - NO_RIDGES: no visible ridges there: of all the finger's minutiae, the nearest is hidden;
-    - NEAR_ANOTHER: another extracted minutia is so near that a ridge must be split or doubled;
-    - OTHER: none of these.
-    """
-
-    DIRECTION = "wrong direction"
-    BORDER = "border"
-    NO_RIDGES = "no ridges"
-    NEAR_ANOTHER = "near another"
+    DIRECTION = "wrong direction"  # an unassigned true minutia is there, but points elsewhere
+    BORDER = "border"  # near the border of the print, as extracted, or of the image
+    NO_RIDGES = "no ridges"  # of all the finger's minutiae, the nearest is hidden
+    NEAR_ANOTHER = "near another"  # of another so near, a ridge must be split or doubled
     OTHER = "other"
 
 
@@ -75,37 +68,21 @@ def false_minutiae(template: Template, truth: ImpressionTruth) -> dict[int, Caus
         Cause.OTHER: np.ones(len(suspect), dtype=bool),
     }
     first = np.argmax(np.stack([applies[cause] for cause in Cause]), axis=0)
-    causes = list(Cause)
-    return {int(k): causes[c] for k, c in zip(false, first, strict=True)}
+    return {int(k): list(Cause)[c] for k, c in zip(false, first, strict=True)}
 
 
 def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the distances of points from the border of the print or image; 0 outside.
-
-    The points, of shape (N, 2), and the distances are in pixels.
-
-    Examples
-    --------
-    >>> from fpmatch.minutiae import Minutiae, Template
-    >>> blank = Template(Minutiae.empty(), width=100, height=60)
-    >>> distance_to_border(blank, np.array([[50.0, 20.0], [97.0, 30.0]])).tolist()
-    [20.0, 3.0]
-    """
+    """Return the distances of points (N, 2) from the border of the print or image; 0 outside."""
     x, y = np.asarray(points, dtype=np.float64).T
     to_edge = np.min([x, y, template.width - x, template.height - y], axis=0).clip(min=0.0)
-    if template.field is None or template.field.mask.all():
+    field = template.field
+    if field is None or field.mask.all():
         return np.asarray(to_edge)
-    return np.asarray(np.minimum(to_edge, _distance_to_background(template.field, x, y)))
-
-
-def _distance_to_background(
-    field: RidgeField, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    rows, columns = np.nonzero(~field.mask)
-    half = field.step / 2
-    across = np.abs(x[:, None] - (columns + 0.5) * field.step) - half
-    down = np.abs(y[:, None] - (rows + 0.5) * field.step) - half
-    return np.asarray(np.hypot(across.clip(min=0.0), down.clip(min=0.0)).min(axis=1))
+    rows, columns = np.nonzero(~field.mask)  # blocks without ridges
+    across = np.abs(x[:, None] - (columns + 0.5) * field.step) - field.step / 2
+    down = np.abs(y[:, None] - (rows + 0.5) * field.step) - field.step / 2
+    to_background = np.hypot(across.clip(min=0.0), down.clip(min=0.0)).min(axis=1)
+    return np.asarray(np.minimum(to_edge, to_background))
 
 
 def _nearest(minutiae: Minutiae, points: NDArray[np.float64]) -> NDArray[np.float64]:

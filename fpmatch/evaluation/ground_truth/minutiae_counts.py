@@ -82,16 +82,7 @@ def count_minutiae(
     *,
     with_kind: bool = False,
 ) -> MinutiaeCounts:
-    """Count the minutiae of one print; arguments as in `assign_minutiae`.
-
-    Examples
-    --------
-    >>> from fpmatch.minutiae import Minutiae
-    >>> true = Minutiae(x=[10, 50, 90], y=[10, 50, 90], angle=[0.0, 1.0, 2.0])
-    >>> found = Minutiae(x=[12, 50, 88], y=[10, 50, 90], angle=[0.1, 4.0, 2.0])
-    >>> count_minutiae(found, true, np.array([True, True, False]))
-    MinutiaeCounts(true_positives=1, false_negatives=1, false_positives=1, ignored=1)
-    """
+    """Count the minutiae of one print; arguments as in `assign_minutiae`."""
     pairs = assign_minutiae(found, true, visible, tolerance, with_kind=with_kind)
     assigned = int(np.count_nonzero(visible[pairs[:, 1]]))
     return MinutiaeCounts(
@@ -113,11 +104,9 @@ def assign_minutiae(
     """Assign extracted minutiae to true ones, one to one.
 
     The assignment has the most visible true minutiae, then the most invisible ones, then the least
-    sum of squared distances and turns in units of their tolerances.
-
-    `found` and `true` are in one frame, and `visible` marks those of `true` that are visible. The
-    two of a pair are within the tolerance and, if `with_kind`, of one kind. Returns indices into
-    `found` and `true`, shape (K, 2), sorted by the first.
+    sum of squared distances and turns in units of their tolerances. `visible` marks the visible
+    ones of `true`. The two of a pair are within the tolerance and, if `with_kind`, of one kind.
+    Returns indices into `found` and `true`, shape (K, 2), sorted by the first.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
 
@@ -143,4 +132,4 @@ def differences(one: Minutiae, other: Minutiae) -> tuple[NDArray[np.float64], ND
 
 
 def _share(part: int, whole: int) -> float:
-    return part / whole if whole else float("nan")
+    return part / whole if whole else math.nan

@@ -1,4 +1,4 @@
-"""The minutiae and transforms of an evaluation, measured against the ground truth."""
+"""The minutiae and transforms of an evaluation, measured against the ground truth; as tables."""
 
 from __future__ import annotations
 
@@ -22,15 +22,30 @@ from fpmatch.evaluation.ground_truth.transform_error import (
     measure_transforms,
     summarise_transforms,
 )
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
+from fpmatch.minutiae import STANDARD_DPI, Template
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from fpmatch.evaluation.ground_truth.minutiae_counts import Tolerance
     from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
+    Cells = tuple[str, ...]
+
+
 _DIGITS: Final = 4  # of shares, degrees and pixels in JSON
+_SHARES: Final = ("precision", "recall", "F1")
+_MINUTIAE_HEAD: Final = (
+    *("minutiae", "within", "extracted", "visible", "TP", *_SHARES),
+    *("with kind: precision", *_SHARES[1:]),
+)
+_FALSE_HEAD: Final = (f"false positives within {MAIN_TOLERANCE}", "all", *(c.value for c in Cause))
+_TRANSFORM_HEAD: Final = (
+    *("transforms", "genuine", "judged", "MATCH", "in place"),
+    *("rotation", "95 %", "shift", "95 %", "scale", "95 %", "residual", "at best"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +72,11 @@ class MinutiaeResult:
         """The counts at `MAIN_TOLERANCE`, with any kinds."""
         return self.counts[TOLERANCES.index(MAIN_TOLERANCE)]
 
+    @property
+    def by_tolerance(self) -> list[tuple[Tolerance, MinutiaeCounts, MinutiaeCounts]]:
+        """Each tolerance with its counts, with any kinds and with equal ones."""
+        return list(zip(TOLERANCES, self.counts, self.with_kind, strict=True))
+
     def as_json(self) -> dict[str, Any]:
         """Return the result as JSON values: shares as fractions, null where undefined."""
         return {
@@ -69,9 +89,7 @@ class MinutiaeResult:
                     **_counts_as_json(counts),
                     "with_kind": _counts_as_json(with_kind),
                 }
-                for tolerance, counts, with_kind in zip(
-                    TOLERANCES, self.counts, self.with_kind, strict=True
-                )
+                for tolerance, counts, with_kind in self.by_tolerance
             ],
             "false_positives_by_cause": _causes_as_json(self.causes),
         }
@@ -154,16 +172,13 @@ def measure_minutiae(
 def _measure_set(
     row: SetResult, truths: Sequence[ImpressionTruth], matcher: str
 ) -> MinutiaeSetResult:
-    extracted = row.extracted
-    names = [impression.path.name for impression in extracted.dataset.impressions]
-    templates = [extraction.template for extraction in extracted.extractions]
-    results = map(measure_print, templates, truths)
-    return MinutiaeSetResult(
-        name=row.name,
-        prints=tuple(zip(names, results, strict=True)),
-        genuine=row.genuine,
-        errors=tuple(measure_transforms(row, truths, matcher)),
-    )
+    names = [impression.path.name for impression in row.extracted.dataset.impressions]
+    results = [
+        measure_print(found.template, truth)
+        for found, truth in zip(row.extracted.extractions, truths, strict=True)
+    ]
+    errors = tuple(measure_transforms(row, truths, matcher))
+    return MinutiaeSetResult(row.name, tuple(zip(names, results, strict=True)), row.genuine, errors)
 
 
 def measure_print(template: Template | None, truth: ImpressionTruth) -> MinutiaeResult:
@@ -175,16 +190,14 @@ def measure_print(template: Template | None, truth: ImpressionTruth) -> Minutiae
         missed = MinutiaeCounts(false_negatives=int(np.count_nonzero(truth.visible)))
         return MinutiaeResult((missed,) * len(TOLERANCES), (missed,) * len(TOLERANCES))
     factor = STANDARD_DPI / template.dpi
-    found, true = _scaled(template.minutiae, factor), _scaled(truth.minutiae, factor)
+    found, true = (
+        replace(m, x=m.x * factor, y=m.y * factor) for m in (template.minutiae, truth.minutiae)
+    )
     counts, with_kind = (
         tuple(count_minutiae(found, true, truth.visible, t, with_kind=kind) for t in TOLERANCES)
         for kind in (False, True)
     )
     return MinutiaeResult(counts, with_kind, Counter(false_minutiae(template, truth).values()))
-
-
-def _scaled(minutiae: Minutiae, factor: float) -> Minutiae:
-    return replace(minutiae, x=minutiae.x * factor, y=minutiae.y * factor)
 
 
 def _print_as_json(name: str, result: MinutiaeResult) -> dict[str, Any]:
@@ -205,3 +218,56 @@ def _rounded(value: float) -> float | None:
     if isinstance(value, int):
         return value
     return round(value, _DIGITS) if math.isfinite(value) else None
+
+
+def format_minutiae(report: MinutiaeReport) -> str:
+    """Return three tables: of the minutiae, of the false positives by cause, of the transforms.
+
+    Several databases are followed by a row that pools them; undefined cells are "-".
+    """
+    rows = [*report.sets, *([report.pooled] if len(report.sets) > 1 else [])]
+    blocks = [
+        [_MINUTIAE_HEAD, *(cells for row in rows for cells in _minutiae_cells(row))],
+        [_FALSE_HEAD, *map(_false_cells, rows)],
+        [_TRANSFORM_HEAD, *map(_transform_cells, rows)],
+    ]
+    return "\n\n".join(map(text_table, blocks))
+
+
+def _minutiae_cells(row: MinutiaeSetResult) -> list[Cells]:
+    main = row.total.main
+    return [
+        (
+            *(row.name, str(tolerance), str(main.extracted), str(main.true)),
+            *(str(counts.true_positives), *_shares(counts), *_shares(with_kind)),
+        )
+        for tolerance, counts, with_kind in row.total.by_tolerance
+    ]
+
+
+def _shares(counts: MinutiaeCounts) -> Cells:
+    return tuple(_percent(share) for share in (counts.precision, counts.recall, counts.f1))
+
+
+def _false_cells(row: MinutiaeSetResult) -> Cells:
+    causes = row.total.causes
+    return (row.name, str(causes.total()), *(str(causes[cause]) for cause in Cause))
+
+
+def _transform_cells(row: MinutiaeSetResult) -> Cells:
+    t = row.transforms
+    return (
+        *(row.name, str(row.genuine), str(t.judged), _percent(t.match), _percent(t.in_place)),
+        *(_number(v, "°") for v in (t.rotation_deg, t.rotation_deg_p95)),
+        *(_number(v, " px") for v in (t.shift_px, t.shift_px_p95)),
+        *(_number(v, " %") for v in (t.scale_percent, t.scale_percent_p95)),
+        *(_number(v, " px") for v in (t.residual_px, t.least_residual_px)),
+    )
+
+
+def _percent(share: float) -> str:
+    return "-" if math.isnan(share) else f"{100 * share:.1f} %"
+
+
+def _number(value: float, unit: str) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}{unit}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 MIN_COMMON: Final = 12
 MAX_ROTATION_DEG: Final = 2.0  # errors of a transform in place; pixels at 500 dpi
 MAX_SHIFT_PX: Final = 4.0
-_NAN: Final = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +61,7 @@ def measure_transform(
     px = STANDARD_DPI / dpi
     least = px * _residual(Similarity.fit(p, q), p, q)
     if found is None:
-        return TransformError(match, _NAN, _NAN, _NAN, _NAN, least)
+        return TransformError(match, *(math.nan,) * 4, least)
     true = reference.transform.after(probe.transform.inverse())
     middle = p.mean(axis=0, keepdims=True)
     return TransformError(
@@ -92,7 +91,6 @@ def measure_transforms(
     """Measure the transforms of a database's genuine pairs that have enough in common.
 
     Pairs with fewer than `MIN_COMMON` true minutiae that are visible in both prints are not judged.
-    A matcher without a rule of its own and without calibration finds no match.
     """
     errors = []
     decided = decide(matcher, result.outcomes["similarity"])
@@ -101,17 +99,10 @@ def measure_transforms(
         i, j = int(result.pairs.probe[k]), int(result.pairs.reference[k])
         if len(common_minutiae(truths[i], truths[j])[0]) < MIN_COMMON:
             continue
-        found = _transform_of(result.outcomes[k])
-        reference = templates[j]
-        errors.append(
-            measure_transform(
-                found,
-                truths[i],
-                truths[j],
-                match=found is not None and bool(decided[k]),
-                dpi=STANDARD_DPI if reference is None else reference.dpi,
-            )
-        )
+        found, reference = _transform_of(result.outcomes[k]), templates[j]
+        dpi = STANDARD_DPI if reference is None else reference.dpi
+        match = found is not None and bool(decided[k])
+        errors.append(measure_transform(found, truths[i], truths[j], match=match, dpi=dpi))
     return errors
 
 
@@ -149,20 +140,9 @@ class TransformSummary:
 
 
 def summarise_transforms(errors: Sequence[TransformError]) -> TransformSummary:
-    """Summarise the errors of some pairs.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> near = TransformError(True, 0.5, 1.0, 1.01, 2.0, 1.5)
-    >>> summary = summarise_transforms([near, replace(near, shift_px=9.0)])
-    >>> summary.match, summary.in_place, summary.shift_px
-    (1.0, 0.5, 5.0)
-    """
-    table = np.array([astuple(error) for error in errors], dtype=np.float64)
-    match, rotation, shift, scale, residual, least = table.reshape(
-        len(errors), len(fields(TransformError))
-    ).T
+    """Summarise the errors of some pairs."""
+    table = np.array([astuple(error) for error in errors], dtype=np.float64).reshape(-1, 6)
+    match, rotation, shift, scale, residual, least = table.T
     turned_well, shifted_well = rotation <= MAX_ROTATION_DEG, shift <= MAX_SHIFT_PX
     percent = 100 * np.abs(scale - 1)
     return TransformSummary(
@@ -183,9 +163,9 @@ def summarise_transforms(errors: Sequence[TransformError]) -> TransformSummary:
 
 
 def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
-    return float(np.mean(values)) if values.size else float("nan")
+    return float(np.mean(values)) if values.size else math.nan
 
 
 def _quantile(values: NDArray[np.float64], share: float) -> float:
     known = values[np.isfinite(values)]
-    return float(np.quantile(known, share)) if known.size else float("nan")
+    return float(np.quantile(known, share)) if known.size else math.nan

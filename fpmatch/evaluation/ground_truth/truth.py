@@ -84,15 +84,17 @@ def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
         If a file is missing or malformed, or an impression is not in it.
     """
     folder = dataset.impressions[0].path.parent / TRUTH_FOLDER
-    fingers = {i.path.stem.partition("_")[0] for i in dataset.impressions}
-    files = {finger: folder / f"{finger}.json" for finger in fingers}
-    documents = {finger: _read_object(path) for finger, path in sorted(files.items())}
-    truths = []
-    for impression in dataset.impressions:
-        name = impression.path.stem
-        finger = name.partition("_")[0]
-        truths.append(_impression_truth(files[finger], documents[finger], name))
-    return tuple(truths)
+    stems = [impression.path.stem for impression in dataset.impressions]
+    files = {finger: folder / f"{finger}.json" for finger in sorted(map(_finger_of, stems))}
+    documents = {finger: _read_object(path) for finger, path in files.items()}
+    return tuple(
+        _impression_truth(files[finger], documents[finger], stem)
+        for stem, finger in zip(stems, map(_finger_of, stems), strict=True)
+    )
+
+
+def _finger_of(stem: str) -> str:
+    return stem.partition("_")[0]
 
 
 def _read_object(path: Path) -> dict[str, Any]:

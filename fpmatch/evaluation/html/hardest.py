@@ -1,7 +1,8 @@
-"""The hardest pairs: genuine pairs least similar, impostor pairs most similar."""
+"""The hardest pairs, genuine and impostor, with their likely causes and a picture."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -11,10 +12,10 @@ from fpmatch.drawing.files import webp_bytes
 from fpmatch.drawing.overlay.draw import draw
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.matching.verify import verify
+from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,8 +25,18 @@ if TYPE_CHECKING:
     from fpmatch.image.io.read import GreyImage
     from fpmatch.matching.result import Verification
 
+
 DEFAULT_COUNT: Final = 6
 _PICTURE_WIDTH: Final = 900
+
+# Bounds of what is named as a likely cause.
+FEW_MINUTIAE: Final = 20
+SMALL_OVERLAP: Final = 0.5  # of the smaller print
+LOW_AGREEMENT: Final = 0.4  # share of the minutiae in the overlap that are paired
+POOR_QUALITY: Final = 35.0  # median over the minutiae, 0 to 100
+STRETCHED_PX: Final = 5.0  # rms residual of the pairs at 500 dpi
+ODD_ROTATION_DEG: Final = 60.0
+ODD_SCALE: Final = 1.07  # beyond that of the resolutions
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,23 +71,22 @@ def hardest_impostors(report: EvaluationReport, count: int = DEFAULT_COUNT) -> l
 
 def _hardest(report: EvaluationReport, count: int, *, genuine: bool) -> list[HardPair]:
     """Return the hardest pairs of all databases."""
-    indices, similarity, set_index = [], [], []
-    for k, row in enumerate(report.sets):
-        usable = row.outcomes["reason"] != NO_TEMPLATE
-        chosen = np.flatnonzero((row.pairs.genuine == genuine) & usable)
-        indices.append(chosen)
-        similarity.append(row.outcomes["similarity"][chosen])
-        set_index.append(np.full(chosen.size, k))
-    pair, of = np.concatenate(indices), np.concatenate(set_index)
-    towards = np.concatenate(similarity) * (1 if genuine else -1)
+    rows = report.sets
+    places = [
+        (n, k)
+        for n, row in enumerate(rows)
+        for k in np.flatnonzero(row.pairs.genuine == genuine).tolist()
+        if row.outcomes["reason"][k] != NO_TEMPLATE
+    ]
+    similarity = np.array([rows[n].outcomes["similarity"][k] for n, k in places])
     found: list[HardPair] = []
     seen: set[tuple[int, int]] = set()
-    for n in np.argsort(towards, kind="stable"):
-        row, k = report.sets[of[n]], int(pair[n])
-        sides = [(int(of[n]), int(row.pairs.probe[k])), (int(of[n]), int(row.pairs.reference[k]))]
+    for n in np.argsort(similarity if genuine else -similarity, kind="stable"):
+        of, k = places[n]
+        sides = {(of, int(rows[of].pairs.probe[k])), (of, int(rows[of].pairs.reference[k]))}
         if seen.isdisjoint(sides):
-            seen.update(sides)
-            found.append(_explained(report, row, k, genuine=genuine))
+            seen |= sides
+            found.append(_explained(report, rows[of], k, genuine=genuine))
         if len(found) >= count:
             break
     return found
@@ -86,20 +96,17 @@ def _explained(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
     i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
     impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
     probe, reference = extractions[i].template, extractions[j].template
-    if probe is None or reference is None:
-        raise ValueError("a pair without templates cannot be explained")
-    causes: tuple[str, ...]
-    score: float | None = None
-    picture = b""
+    assert probe is not None
+    assert reference is not None
+    score, picture = None, b""
     try:
         verification = verify(probe, reference, matcher=report.matcher)
     except MatcherError as error:  # not one of the package's, or not calibrated
-        causes = (f"not drawn: {error}",)
+        causes: tuple[str, ...] = (f"not drawn: {error}",)
     else:
-        causes = (
-            explain_false_non_match(verification) if genuine else explain_false_match(verification)
-        )
         score = verification.score
+        explain = explain_false_non_match if genuine else explain_false_match
+        causes = explain(verification)
         try:
             images = (_as_extracted(impressions[m].path, extractions[m]) for m in (i, j))
             picture = _picture(verification, *images)
@@ -130,3 +137,71 @@ def _picture(verification: Verification, probe: GreyImage, reference: GreyImage)
         size = (_PICTURE_WIDTH, round(height * _PICTURE_WIDTH / width))
         drawn = cv2.resize(drawn, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
     return webp_bytes(drawn)
+
+
+def explain_false_non_match(verification: Verification) -> tuple[str, ...]:
+    """Return likely causes of a low score of two prints of one finger, as short phrases."""
+    v = verification
+    found = _poor_prints(v)
+    if v.reason:
+        found.append(v.reason)
+    if v.transform is None:
+        return tuple(found)
+    odd = _odd_placement(v)
+    if odd:  # measures under a wrong placement do not describe the prints
+        return (*found, *(f"placed wrongly, it seems: {words}" for words in odd))
+    if v.overlap < SMALL_OVERLAP:
+        found.append(f"as placed they overlap by only {v.overlap:.0%} of the smaller print")
+    if v.agreement < LOW_AGREEMENT:
+        found.append(
+            f"only {v.agreement:.0%} of the minutiae in the overlap are paired: "
+            "found in one print and not in the other, or wrongly placed"
+        )
+    found += _stretch(v)
+    return tuple(found) or (f"{len(v.pairs)} pairs agree; nothing stands out",)
+
+
+def explain_false_match(verification: Verification) -> tuple[str, ...]:
+    """Return evidence for and against prints of different fingers with a high score."""
+    v = verification
+    found = [
+        f"{len(v.pairs)} pairs, {v.agreement:.0%} of the minutiae where they overlap, "
+        "agree by chance"
+    ]
+    if v.overlap < SMALL_OVERLAP:
+        found.append(
+            f"they overlap by only {v.overlap:.0%} of the smaller print, which leaves little "
+            "to disagree"
+        )
+    odd = [f"only {words}" for words in _odd_placement(v)]
+    return (*found, *_stretch(v), *odd, *_poor_prints(v))
+
+
+def _poor_prints(v: Verification) -> list[str]:
+    found = []
+    for name, side in (("probe", v.probe), ("reference", v.reference)):
+        count = len(side.minutiae)
+        if count < FEW_MINUTIAE:
+            found.append(f"the {name} has only {count} minutiae")
+        elif (quality := float(np.median(side.minutiae.quality))) < POOR_QUALITY:
+            found.append(f"the {name} is poor: its minutiae have a median quality of {quality:.0f}")
+    return found
+
+
+def _stretch(v: Verification) -> list[str]:
+    at_500_dpi = v.rms_px * STANDARD_DPI / v.reference.dpi
+    if math.isfinite(at_500_dpi) and at_500_dpi > STRETCHED_PX:
+        return [f"the pairs lie {at_500_dpi:.1f} px (rms, at 500 dpi) off each other"]
+    return []
+
+
+def _odd_placement(v: Verification) -> list[str]:
+    if v.transform is None:
+        return []
+    found = []
+    if abs(v.transform.rotation_deg) > ODD_ROTATION_DEG:
+        found.append(f"after a turn by {abs(v.transform.rotation_deg):.0f}°")
+    factor = v.transform.scale * v.probe.dpi / v.reference.dpi
+    if max(factor, 1 / factor) > ODD_SCALE:
+        found.append(f"after a change of size by {factor - 1:+.0%}")
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.plots.style import plain_style
 from fpmatch.errors import OutputError
@@ -15,20 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Placeholders that matplotlib writes, each replaced by a CSS variable of the page.
-INK: Final = "#000001"
-MUTED: Final = "#000002"
-GRID: Final = "#000003"
-SHADE: Final = "#000004"
-GENUINE: Final = "#000005"
-IMPOSTOR: Final = "#000006"
 _NAMES: Final = {
-    INK: "ink",
-    MUTED: "muted",
-    GRID: "grid",
-    SHADE: "shade",
-    GENUINE: "genuine",
-    IMPOSTOR: "impostor",
+    f"#00000{k}": name
+    for k, name in enumerate(("ink", "muted", "grid", "shade", "genuine", "impostor"), start=1)
 }
+INK, MUTED, GRID, SHADE, GENUINE, IMPOSTOR = _NAMES
 SERIES_COLOURS: Final = 8
 _FIRST_SERIES: Final = 0x10
 _COLOUR: Final = re.compile(r"#0000([0-9a-f]{2})")
@@ -54,19 +45,18 @@ _SETTINGS: Final = {
 
 
 def series_colour(index: int) -> str:
-    """Return the placeholder of the colour of a page's `index`-th series.
-
-    Examples
-    --------
-    >>> series_colour(0), series_colour(9)
-    ('#000010', '#000011')
-    """
+    """Return the placeholder of the colour of a page's `index`-th series."""
     return f"#0000{_FIRST_SERIES + index % SERIES_COLOURS:02x}"
 
 
 def series_dashes(index: int) -> str:
     """Return the dashes of a page's `index`-th series, by which lines differ without colour."""
     return ("-", "--", "-.", ":")[index // 2 % 4]
+
+
+def series_look(index: int) -> dict[str, Any]:
+    """Return colour and dashes of a line, as matplotlib takes them."""
+    return {"color": series_colour(index), "linestyle": series_dashes(index)}
 
 
 def settings() -> AbstractContextManager[None]:
@@ -81,18 +71,15 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
     """
     import matplotlib as mpl  # noqa: PLC0415
 
-    stream = io.StringIO()
+    stream, metadata = io.StringIO(), {"Date": None, "Creator": None}
     with mpl.rc_context({"svg.hashsalt": name}):
-        figure.savefig(
-            stream, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
-        )
+        figure.savefig(stream, format="svg", transparent=True, metadata=metadata)
     text = stream.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = _COLOUR.sub(lambda found: f"var(--{colour_name(found[0])})", text)
     text = _IDENTIFIER.sub(lambda found: f"{found[1]}{name}-", text)
-    head = re.compile(r'<svg[^>]*viewBox="([^"]*)"[^>]*>')
-    box = head.match(text)
+    box = re.match(r'<svg[^>]*viewBox="([^"]*)"[^>]*>', text)
     if box is None:
         raise OutputError("matplotlib wrote no SVG")
     opened = (
@@ -103,11 +90,5 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
 
 
 def colour_name(placeholder: str) -> str:
-    """Return the CSS variable of a placeholder colour.
-
-    Examples
-    --------
-    >>> colour_name(INK), colour_name(series_colour(2))
-    ('ink', 'series-2')
-    """
+    """Return the CSS variable of a placeholder colour."""
     return _NAMES.get(placeholder) or f"series-{int(placeholder[5:], 16) - _FIRST_SERIES}"

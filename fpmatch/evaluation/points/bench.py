@@ -13,7 +13,7 @@ import platform
 import signal
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any, Final
 
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     Outcome = PointCell | SkippedCell
 
 _LIBRARIES: Final = ("numpy", "scipy", "astroalign")
-_MS: Final = 1e3
 
 
 def describe_settings(plan: TrialPlan, workers: int = 1) -> dict[str, Any]:
@@ -56,14 +55,11 @@ def describe_settings(plan: TrialPlan, workers: int = 1) -> dict[str, Any]:
 
 
 def check_same_settings(name: str, old: dict[str, Any], new: dict[str, Any]) -> None:
-    """Refuse to add to the results of file `name` with other settings, with a `FpmatchError`.
-
-    `old` and `new` are settings as `describe_settings` makes them.
-    """
+    """Raise an `FpmatchError` where results of file `name` have other settings than a new run."""
     was, now = _flat(old), _flat(new)
     differing = [
         f"{key} was {was.get(key)}, is {now.get(key)}"
-        for key in [*now, *(key for key in was if key not in now)]
+        for key in {**now, **was}
         if was.get(key) != now.get(key)
     ]
     if differing:
@@ -82,29 +78,11 @@ def run_bench(
 ) -> None:
     """Run the cells that are not among the results yet, and add them.
 
-    Parameters
-    ----------
-    results : BenchResults
-        Earlier results, to which cells are added.
-    conditions : sequence of Condition
-        Where in the tables.
-    matchers : sequence of BenchMatcher
-        The matchers.
-    plan : TrialPlan
-        The trials of a cell.
-    workers : int
-        Processes to use; 1 runs in this one. More compete for shared caches and clock, so that
-        only the times of one cell are comparable with one another. Matchers must be those of
-        `matcher_named` then.
-    started : callable
-        Called with a cell's name when it begins, or is found done or skipped.
-    finished : callable
-        Called with each cell once it is among the results.
-
-    Raises
-    ------
-    FpmatchError
-        If a worker process died.
+    `workers` processes are used; 1 runs in this one. More compete for shared caches and clock, so
+    that only the times of one cell are comparable with one another, and matchers must be those of
+    `matcher_named`. `started` is called with a cell's name when it begins, or is found done or
+    skipped, and `finished` with each cell once it is among the results. Raises an `FpmatchError` if
+    a worker process died.
     """
     cells = [(condition, matcher) for condition in conditions for matcher in matchers]
     queue = _Queue(results, cells, plan, started, finished)
@@ -114,19 +92,15 @@ def run_bench(
         queue.run_in_processes(workers)
 
 
+@dataclass(frozen=True, slots=True)
 class _Queue:
     """The cells still to run, and their results."""
 
-    def __init__(
-        self,
-        results: BenchResults,
-        cells: list[tuple[Condition, BenchMatcher]],
-        plan: TrialPlan,
-        started: Callable[[str], None],
-        finished: Callable[[Outcome], None],
-    ) -> None:
-        self._results, self._cells, self._plan = results, cells, plan
-        self._started, self._finished = started, finished
+    results: BenchResults
+    cells: list[tuple[Condition, BenchMatcher]]
+    plan: TrialPlan
+    started: Callable[[str], None]
+    finished: Callable[[Outcome], None]
 
     def run_serially(self) -> None:
         """Run the cells in this process, one after the other."""
@@ -134,7 +108,7 @@ class _Queue:
 
         with threadpool_limits(1):
             for condition, matcher in self._open_cells():
-                self._add(_run(condition, matcher, self._plan))
+                self._add(_run(condition, matcher, self.plan))
 
     def run_in_processes(self, workers: int) -> None:
         """Run the cells in so many processes, a cell each at a time."""
@@ -148,7 +122,7 @@ class _Queue:
             running = set()
             for condition, matcher in self._open_cells():
                 with safe_import_path():  # submitting may start a process
-                    running.add(pool.submit(_run_named, condition, matcher.name, self._plan))
+                    running.add(pool.submit(_run_named, condition, matcher.name, self.plan))
                 if len(running) == workers:
                     done, running = wait(running, return_when=FIRST_COMPLETED)
                     for future in done:
@@ -162,14 +136,14 @@ class _Queue:
 
     def _open_cells(self) -> Iterator[tuple[Condition, BenchMatcher]]:
         """Yield the cells to run; finish the others in turn."""
-        known: list[Outcome] = [*self._results.cells, *self._results.skipped]
+        known: list[Outcome] = [*self.results.cells, *self.results.skipped]
         done = {(cell.condition, cell.matcher): cell for cell in known}
-        for condition, matcher in self._cells:
-            self._started(f"{matcher.name}, {condition}")
+        for condition, matcher in self.cells:
+            self.started(f"{matcher.name}, {condition}")
             earlier = done.get((condition, matcher.name))
             reason = "" if matcher.complete else self._why_too_long(condition, matcher.name)
             if earlier is not None:
-                self._finished(earlier)
+                self.finished(earlier)
             elif reason:
                 self._add(SkippedCell(condition, matcher.name, reason))
             else:
@@ -177,20 +151,20 @@ class _Queue:
 
     def _add(self, outcome: Outcome) -> None:
         if isinstance(outcome, PointCell):
-            self._results.cells.append(outcome)
+            self.results.cells.append(outcome)
         else:
-            self._results.skipped.append(outcome)
-        self._finished(outcome)
+            self.results.skipped.append(outcome)
+        self.finished(outcome)
 
     def _why_too_long(self, condition: Condition, matcher: str) -> str:
         """Return why the cell would take too long, or ""."""
         too_long: list[Outcome] = [
-            *(c for c in self._results.cells if c.first_ms > _MS * self._plan.budget_s),
-            *self._results.skipped,
+            *(c for c in self.results.cells if c.first_ms > 1e3 * self.plan.budget_s),
+            *self.results.skipped,
         ]
         for cell in too_long:
             if cell.matcher == matcher and condition.is_harder_than(cell.condition):
-                return f"a match took over {self._plan.budget_s:g} s at {cell.condition}"
+                return f"a match took over {self.plan.budget_s:g} s at {cell.condition}"
         return ""
 
 
@@ -198,9 +172,8 @@ def _run(condition: Condition, matcher: BenchMatcher, plan: TrialPlan) -> Outcom
     try:
         return run_cell(condition, matcher, plan)
     except StoppedError:
-        return SkippedCell(
-            condition, matcher.name, f"a match was stopped after {plan.budget_s:g} s"
-        )
+        reason = f"a match was stopped after {plan.budget_s:g} s"
+        return SkippedCell(condition, matcher.name, reason)
 
 
 def _run_named(condition: Condition, matcher: str, plan: TrialPlan) -> Outcome:

@@ -8,8 +8,7 @@ depend on the other conditions and the matchers that run.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,27 +21,13 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.points.published_results import PaperRow
     from fpmatch.pointset.random_sets import PointModel, RandomPair
 
-_GENUINE: Final = 0
-_INDEPENDENT: Final = 1
 
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """Hold one column of one row of the paper's tables, under one model.
-
-    Parameters
-    ----------
-    model : {"patch", "clutter"}
-        Where P's partners lie in Q; see `fpmatch.pointset.random_sets`.
-    row : int
-        Index into `PAPER_ROWS`.
-    factor : int
-        Points of Q for each point of P.
-    """
+class Condition(NamedTuple):
+    """One column of one row of the paper's tables, under one model of where P's partners lie."""
 
     model: PointModel
-    row: int
-    factor: int
+    row: int  # index into `PAPER_ROWS`
+    factor: int  # points of Q for each point of P
 
     @property
     def parameters(self) -> PaperRow:
@@ -61,12 +46,8 @@ class Condition:
 
     def is_harder_than(self, other: Condition) -> bool:
         """Return whether this condition differs from the other in larger sets only."""
-        mine, others = self.parameters, other.parameters
-        same = (self.model, mine.rho, mine.eta, mine.lambda_) == (
-            *(other.model, others.rho, others.eta, others.lambda_),
-        )
-        larger = self.m >= other.m and self.n >= other.n
-        return same and larger and self != other
+        same = (self.model, self.parameters.setting) == (other.model, other.parameters.setting)
+        return same and self.m >= other.m and self.n >= other.n and self != other
 
     def __str__(self) -> str:
         row = self.parameters
@@ -79,11 +60,6 @@ def conditions(
     """Return the conditions of these models in the order of the tables, 39 a model.
 
     Rows of more than `largest_m` points of P are left out.
-
-    Examples
-    --------
-    >>> len(conditions()), str(conditions(["clutter"])[1])
-    (78, 'clutter, rho 0.95, m 50, n 200')
     """
     return [
         Condition(model, row, factor)
@@ -95,30 +71,11 @@ def conditions(
 
 
 def make_pair(condition: Condition, seed: int, trial: int, *, genuine: bool) -> RandomPair:
-    """Return the sets and the truth of trial number `trial`, from 0.
-
-    Parameters
-    ----------
-    condition : Condition
-        Where in the tables.
-    seed, trial : int
-        Seed of the experiment, number of the trial.
-    genuine : bool
-        Whether the sets have points in common.
-
-    Examples
-    --------
-    >>> pair = make_pair(Condition("patch", 0, 2), seed=0, trial=3, genuine=True)
-    >>> pair.p.shape, pair.q.shape, len(pair.pairs)
-    ((50, 2), (100, 2), 48)
-    """
-    row, kind = condition.parameters, _GENUINE if genuine else _INDEPENDENT
-    key = (POINT_MODELS.index(condition.model), condition.row, condition.factor, trial, kind)
+    """Return the sets and the truth of trial number `trial`, from 0, of an experiment's `seed`."""
+    model, kind = condition.model, 0 if genuine else 1
+    key = (POINT_MODELS.index(model), condition.row, condition.factor, trial, kind)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-    if not genuine:
-        return independent_pair(
-            condition.m, condition.n, row.lambda_, model=condition.model, rng=rng
-        )
-    return random_pair(
-        condition.m, condition.n, row.rho, row.eta, row.lambda_, model=condition.model, rng=rng
-    )
+    sizes, row = (condition.m, condition.n), condition.parameters
+    if genuine:
+        return random_pair(*sizes, *row.setting, model=model, rng=rng)
+    return independent_pair(*sizes, row.lambda_, model=model, rng=rng)

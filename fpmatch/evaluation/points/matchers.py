@@ -39,29 +39,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCase:
-    """Hold the input of a matcher.
+    """Hold the input of a matcher."""
 
-    Parameters
-    ----------
-    p, q : ndarray of float64, shape (m, 2) and (n, 2)
-        The sets.
-    tolerance : float
-        The matching distance t, in the units of `q`.
-    rho, lambda_ : float
-        ρ and λ of the experiment.
-    max_steps : int
-        Bound of the work for a matcher that counts its steps.
-    limit_s : float
-        Seconds after which a matcher without a bound of its own is stopped.
-    """
-
-    p: NDArray[np.float64]
-    q: NDArray[np.float64]
-    tolerance: float
+    p: NDArray[np.float64]  # shape (m, 2)
+    q: NDArray[np.float64]  # shape (n, 2)
+    tolerance: float  # the matching distance t, in the units of `q`
     rho: float
     lambda_: float
-    max_steps: int
-    limit_s: float
+    max_steps: int  # bound of the work for a matcher that counts its steps
+    limit_s: float  # seconds after which a matcher without a bound of its own is stopped
 
 
 class StoppedError(BaseException):
@@ -73,46 +59,15 @@ class StoppedError(BaseException):
 
 @dataclass(frozen=True, slots=True)
 class BenchMatcher:
-    """Hold a matcher of the experiment.
-
-    Parameters
-    ----------
-    name : str
-        Its name in tables and files.
-    find : callable
-        Takes a `PointCase` and returns a `PointMatch`. Raises `StoppedError` where it was stopped.
-    complete : bool
-        Whether a full run has to try it on all pairs, however long that takes.
-    """
+    """Hold a matcher by its name in tables and files; `find` raises `StoppedError` if stopped."""
 
     name: str
     find: Callable[[PointCase], PointMatch]
-    complete: bool = False
+    complete: bool = False  # whether a full run has to try it on all pairs, however long that takes
 
 
 def matcher_named(name: str) -> BenchMatcher:
-    """Return the matcher of that name.
-
-    Parameters
-    ----------
-    name : str
-        One of `MATCHER_NAMES`.
-
-    Returns
-    -------
-    BenchMatcher
-        The matcher.
-
-    Raises
-    ------
-    MatcherError
-        If there is none of that name, or it is not installed.
-
-    Examples
-    --------
-    >>> matcher_named("triangles").complete
-    True
-    """
+    """Return the matcher of that name; MatcherError if there is none or it is not installed."""
     if name not in _MATCHERS:
         raise MatcherError(f"unknown matcher {name!r}: expected one of {', '.join(MATCHER_NAMES)}")
     if not is_installed(name):
@@ -145,13 +100,8 @@ def _paper(case: PointCase) -> PointMatch:
 def _van_wamelen(case: PointCase) -> PointMatch:
     from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen  # noqa: PLC0415
 
-    return match_van_wamelen(
-        *(case.p, case.q),
-        rho=case.rho,
-        lambda_=case.lambda_,
-        tolerance=case.tolerance,
-        max_steps=case.max_steps,
-    )
+    known: Any = {"rho": case.rho, "lambda_": case.lambda_, "tolerance": case.tolerance}
+    return match_van_wamelen(case.p, case.q, **known, max_steps=case.max_steps)
 
 
 def _astroalign(case: PointCase) -> PointMatch:
@@ -162,10 +112,10 @@ def _astroalign(case: PointCase) -> PointMatch:
     try:
         with _time_limit(case.limit_s), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it calls functions that its own libraries deprecate
-            found, _ = astroalign.find_transform(
-                case.p, case.q, max_control_points=max(len(case.p), len(case.q))
-            )
-    except (astroalign.MaxIterError, *_ASTROALIGN_FAILURES):
+            most = max(len(case.p), len(case.q))
+            found, _ = astroalign.find_transform(case.p, case.q, max_control_points=most)
+    except (astroalign.MaxIterError, ValueError, AttributeError):
+        # The last two are raised where a transform loses all its triangles as it is refitted.
         return PointMatch.none()
     finally:
         astroalign.PIXEL_TOL = usual_tolerance
@@ -178,18 +128,11 @@ def _astroalign(case: PointCase) -> PointMatch:
     return PointMatch(transform, pairs, len(pairs) / min(len(case.p), len(case.q)), rms, 0)
 
 
-_ASTROALIGN_FAILURES: Final = (ValueError, AttributeError)
-"""Raised by astroalign where a transform loses all its triangles as it is refitted."""
-
-
 _MATCHERS: Final = {
-    matcher.name: matcher
-    for matcher in (
-        BenchMatcher("triangles", _triangles, complete=True),
-        BenchMatcher("paper", _paper),
-        BenchMatcher("van-wamelen", _van_wamelen),
-        BenchMatcher("astroalign", _astroalign),
-    )
+    "triangles": BenchMatcher("triangles", _triangles, complete=True),
+    "paper": BenchMatcher("paper", _paper),
+    "van-wamelen": BenchMatcher("van-wamelen", _van_wamelen),
+    "astroalign": BenchMatcher("astroalign", _astroalign),
 }
 MATCHER_NAMES: Final = tuple(_MATCHERS)
 

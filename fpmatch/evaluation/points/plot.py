@@ -34,10 +34,7 @@ _DPI: Final = 150
 
 
 def check_plot(path: str | os.PathLike[str]) -> None:
-    """Refuse a plot that cannot be written, before hours of work, with an `OutputError`.
-
-    Its name must end with one of `PLOT_FORMATS`, be writable, and matplotlib be installed.
-    """
+    """Refuse a plot that cannot be written, before hours of work, with an `OutputError`."""
     if Path(path).suffix.lower() not in PLOT_FORMATS:
         raise OutputError(f"{path}: a plot's name ends with {', '.join(PLOT_FORMATS)}")
     check_writable(path)
@@ -56,11 +53,8 @@ def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None
     with plain_style():
         models = [r for r in POINT_MODELS if any(c.condition.model == r for c in results.cells)]
         shares = list(dict.fromkeys(row.rho for row in PAPER_ROWS))
-        width, height = _PANEL_INCHES
-        figure = Figure(
-            figsize=(width * len(shares), height * max(1, len(models)) + 0.6),
-            layout="constrained",
-        )
+        size = _PANEL_INCHES[0] * len(shares), _PANEL_INCHES[1] * max(1, len(models)) + 0.6
+        figure = Figure(figsize=size, layout="constrained")
         if models:
             panels = figure.subplots(
                 len(models), len(shares), sharex=True, sharey=True, squeeze=False
@@ -94,13 +88,14 @@ def _fill(panel: Any, cells: dict[Any, PointCell]) -> None:
         own = [cells[name, condition] for condition in conditions() if (name, condition) in cells]
         for factor in TARGET_FACTORS:
             drawn = [c for c in own if c.condition.factor == factor]
+            smallest = factor == TARGET_FACTORS[0]
             panel.plot(
                 [cell.condition.n for cell in drawn],
                 [cell.time_ms for cell in drawn],
                 marker=_MARKERS[factor],
-                markersize=5 if factor == TARGET_FACTORS[0] else 3.5,
-                markerfacecolor=_COLOURS[name] if factor == TARGET_FACTORS[0] else "white",
-                linestyle="-" if factor == TARGET_FACTORS[0] else "",
+                markersize=5 if smallest else 3.5,
+                markerfacecolor=_COLOURS[name] if smallest else "white",
+                linestyle="-" if smallest else "",
                 color=_COLOURS[name],
             )
     beside = {c.condition.n: c for c in cells.values() if c.condition.factor == TARGET_FACTORS[0]}
@@ -115,16 +110,9 @@ def _add_legend(figure: Any, results: BenchResults) -> None:
     handles = [
         *(Line2D([], [], color=_COLOURS[n], label=n) for n in MATCHER_NAMES if n in known),
         Line2D([], [], **_SCIPY_LINE, label="scipy, both triangulations (n = 2m)"),
-        *(
-            Line2D(
-                *([], []),
-                color="black",
-                linestyle="",
-                marker=marker,
-                markerfacecolor="black" if factor == TARGET_FACTORS[0] else "white",
-                label=f"n = {factor}m",
-            )
-            for factor, marker in _MARKERS.items()
-        ),
     ]
+    for factor, marker in _MARKERS.items():
+        face = "black" if factor == TARGET_FACTORS[0] else "white"
+        look: Any = {"marker": marker, "markerfacecolor": face, "label": f"n = {factor}m"}
+        handles.append(Line2D([], [], color="black", linestyle="", **look))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)

@@ -1,46 +1,33 @@
 """The paper's experiment on random point sets: its parameters, and the times it published.
 
-The figures are those of Tables 1 and 2 of N. Choi, B.-G. Lee and J. J. Lee, "Point pattern
-matching algorithm using unit-circle parametrization", section 4.2: seconds a match, on average, on
-a processor of 1.66 GHz. Table 1 is the algorithm of van Wamelen, Li and Iyengar (2004), Table 2
-the paper's own. The paper does not say how often either of them was right.
+Tables 1 and 2 of N. Choi, B.-G. Lee and J. J. Lee, "Point pattern matching algorithm using
+unit-circle parametrization", section 4.2, give seconds a match, on average, on a processor of
+1.66 GHz. Table 1 is the algorithm of van Wamelen, Li and Iyengar (2004), Table 2 the paper's own.
+The paper does not say how often either of them was right.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 TARGET_FACTORS: Final = (2, 4, 8)
 """Points of Q for each point of P, in the order of the tables' columns."""
 
 
-@dataclass(frozen=True, slots=True)
-class PaperRow:
-    """Hold one row of the paper's two tables.
+class PaperRow(NamedTuple):
+    """One row of the paper's two tables."""
 
-    Parameters
-    ----------
-    m : int
-        Points of P; Q has 2, 4 and 8 times as many.
-    rho : float
-        ρ: share of P that has a partner in Q, and that a match must reach.
-    eta : float
-        η: radius of the jitter, in mean nearest-neighbour distances of Q.
-    lambda_ : float
-        λ: matching distance, in mean nearest-neighbour distances of Q.
-    van_wamelen_s : tuple of float
-        Seconds in Table 1 for n = 2m, 4m and 8m.
-    unit_circle_s : tuple of float
-        Seconds in Table 2 for n = 2m, 4m and 8m.
-    """
+    m: int  # points of P; Q has 2, 4 and 8 times as many
+    rho: float  # share of P that has a partner in Q, and that a match must reach
+    eta: float  # radius of the jitter, in mean nearest-neighbour distances of Q
+    lambda_: float  # matching distance, in the same unit
+    van_wamelen_s: tuple[float, float, float]  # seconds in Table 1 for n = 2m, 4m and 8m
+    unit_circle_s: tuple[float, float, float]  # the same in Table 2
 
-    m: int
-    rho: float
-    eta: float
-    lambda_: float
-    van_wamelen_s: tuple[float, float, float]
-    unit_circle_s: tuple[float, float, float]
+    @property
+    def setting(self) -> tuple[float, float, float]:
+        """ρ, η and λ."""
+        return self.rho, self.eta, self.lambda_
 
 
 PAPER_ROWS: Final = (

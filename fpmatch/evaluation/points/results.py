@@ -20,45 +20,24 @@ from fpmatch.output import atomic_write_bytes, reason
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Sequence
 
 
 @dataclass(frozen=True, slots=True)
 class PointCell:
-    """Hold the results of one matcher under one condition.
-
-    Parameters
-    ----------
-    condition : Condition
-        Where in the tables.
-    matcher : str
-        Name of the matcher.
-    outcomes : str
-        A character a genuine pair, in the order of the trials: "1" recognised, "0" not.
-    false_positives, independent_trials : int
-        Matches of independent pairs, and the number of those tried.
-    time_ms, scipy_delaunay_ms : float
-        Median time of a match of genuine pairs, and of scipy's triangulations of the same pairs.
-    independent_time_ms : float
-        Median time of a match of independent pairs.
-    first_ms : float
-        Time of the first match of a genuine pair.
-    stopped : int
-        Matches that were stopped for taking too long, which count as no match.
-    mean_ms, independent_mean_ms : float or None
-        Mean times of genuine and of independent pairs; None where only medians are known.
-    """
+    """Hold the results of one matcher under one condition; times are medians or called means."""
 
     condition: Condition
     matcher: str
-    outcomes: str
-    false_positives: int
+    outcomes: str  # a character a genuine pair, in the order of the trials: "1" recognised, "0" not
+    false_positives: int  # matches of independent pairs
     independent_trials: int
-    time_ms: float
-    scipy_delaunay_ms: float
-    independent_time_ms: float
-    first_ms: float
-    stopped: int = 0
-    mean_ms: float | None = None
+    time_ms: float  # of a match of genuine pairs
+    scipy_delaunay_ms: float  # of scipy's triangulations of the same pairs
+    independent_time_ms: float  # of a match of independent pairs
+    first_ms: float  # of the first match of a genuine pair
+    stopped: int = 0  # matches that were stopped for taking too long, which count as no match
+    mean_ms: float | None = None  # None where only medians are known
     independent_mean_ms: float | None = None
 
     @property
@@ -116,17 +95,7 @@ class SkippedCell:
 
 @dataclass(slots=True)
 class BenchResults:
-    """Gather the results of an experiment.
-
-    Parameters
-    ----------
-    settings : dict
-        The plan, versions, the machine: JSON values.
-    cells : list of PointCell
-        The cells that were run.
-    skipped : list of SkippedCell
-        The cells that were not, because they would have taken too long.
-    """
+    """Gather the results of an experiment; `skipped` are the cells that would take too long."""
 
     settings: dict[str, Any]
     cells: list[PointCell] = field(default_factory=list)
@@ -139,14 +108,13 @@ class BenchResults:
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of the file, the cells in the order of the tables."""
-        order = {condition: rank for rank, condition in enumerate(conditions())}
-        return {
-            "settings": self.settings,
-            "cells": [c.as_json() for c in sorted(self.cells, key=lambda c: order[c.condition])],
-            "skipped": [
-                c.as_json() for c in sorted(self.skipped, key=lambda c: order[c.condition])
-            ],
-        }
+        order = conditions().index
+
+        def in_order(outcomes: Sequence[PointCell | SkippedCell]) -> list[dict[str, Any]]:
+            return [one.as_json() for one in sorted(outcomes, key=lambda one: order(one.condition))]
+
+        cells, skipped = in_order(self.cells), in_order(self.skipped)
+        return {"settings": self.settings, "cells": cells, "skipped": skipped}
 
 
 def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
@@ -165,7 +133,7 @@ def read_results(path: str | os.PathLike[str]) -> BenchResults:
         raise FpmatchError(f"{path}: not a file of results: {error}") from error
     try:
         return BenchResults(
-            settings=_settings_of(document.get("settings", {})),
+            settings={_FORMER.get(k, k): v for k, v in document.get("settings", {}).items()},
             cells=[_cell_of(entry) for entry in document["cells"]],
             skipped=[
                 SkippedCell(_condition_of(entry), _matcher_of(entry), str(entry["reason"]))
@@ -178,27 +146,16 @@ def read_results(path: str | os.PathLike[str]) -> BenchResults:
 
 
 def _key(condition: Condition, matcher: str) -> dict[str, Any]:
-    row = condition.parameters
-    return {
-        "model": condition.model,
-        "matcher": matcher,
-        "rho": row.rho,
-        "eta": row.eta,
-        "lambda": row.lambda_,
-        "m": condition.m,
-        "n": condition.n,
-    }
+    rho, eta, lambda_ = condition.parameters.setting
+    sets = {"rho": rho, "eta": eta, "lambda": lambda_, "m": condition.m, "n": condition.n}
+    return {"model": condition.model, "matcher": matcher, **sets}
 
 
-_FORMER_SETTINGS = {
+_FORMER = {  # names of settings in version 0.1
     "genuine_looks": "genuine_steps",
     "independent_looks": "independent_steps",
     "spare_complete": "exempt_complete",
 }
-
-
-def _settings_of(settings: dict[str, Any]) -> dict[str, Any]:
-    return {_FORMER_SETTINGS.get(key, key): value for key, value in settings.items()}
 
 
 def _matcher_of(entry: dict[str, Any]) -> str:
@@ -233,8 +190,8 @@ def _cell_of(entry: dict[str, Any]) -> PointCell:
         independent_time_ms=_milliseconds(entry.get("independent_time_ms", entry["time_ms"])),
         first_ms=_milliseconds(entry.get("first_ms", entry["time_ms"])),
         stopped=int(entry.get("stopped", 0)),
-        mean_ms=_mean(entry, "mean_ms"),
-        independent_mean_ms=_mean(entry, "independent_mean_ms"),
+        mean_ms=_milliseconds_or_none(entry.get("mean_ms")),
+        independent_mean_ms=_milliseconds_or_none(entry.get("independent_mean_ms")),
     )
     if min(trials, independent) < 1 or (cell.trials, cell.true_positives) != (trials, recognised):
         raise ValueError(f"trials and outcomes disagree: {cell.matcher}, {condition}")
@@ -247,8 +204,8 @@ def _share(value: Any) -> float:
     return float(value)
 
 
-def _mean(entry: dict[str, Any], key: str) -> float | None:
-    return None if entry.get(key) is None else _milliseconds(entry[key])
+def _milliseconds_or_none(value: Any) -> float | None:
+    return None if value is None else _milliseconds(value)
 
 
 def _milliseconds(value: Any) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from statistics import linear_regression, median
 from typing import TYPE_CHECKING, Final
 
@@ -12,26 +13,20 @@ from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTO
 from fpmatch.pointset.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from fpmatch.evaluation.points.conditions import Condition
-    from fpmatch.evaluation.points.results import BenchResults, PointCell
+    from fpmatch.evaluation.points.results import BenchResults
     from fpmatch.pointset.random_sets import PointModel
 
-_FEWEST_SIZES: Final = 3
-"""Sizes of sets from which on a power of growth is fitted."""
+_FEWEST_SIZES: Final = 3  # of sets, from which on a power of growth is fitted
 
 
 def summarise(results: BenchResults) -> list[str]:
-    """Return the summary lines.
-
-    Speed of the default matcher beside van Wamelen's and scipy's triangulations; mean times, times
-    on independent pairs and growth of the times with the sets, beside those that the paper gives;
-    for each matcher and model the worst condition and the false positives; bounds of the search,
-    and cells that were not run.
-    """
+    """Return the summary lines, first on times, then on answers."""
     lines = []
     for model in POINT_MODELS:
-        ratios = speed_ups(results, model)
-        if ratios:
+        if ratios := speed_ups(results, model):
             lines.append(
                 f"triangles over van-wamelen at n = 2m, {model}: {geometric_mean(ratios):.1f} "
                 f"times as fast (geometric mean of {len(ratios)} rows, {min(ratios):.1f} to "
@@ -41,112 +36,85 @@ def summarise(results: BenchResults) -> list[str]:
         lines += _averages(results, model)
         lines += _independent(results, model)
         lines += [line for name in MATCHER_NAMES for line in _growth(results, model, name)]
-    if results.cells:
-        lines += _published()
-    for model in POINT_MODELS:
-        for matcher in MATCHER_NAMES:
-            lines += _answers(results, model, matcher)
+    lines += _published() if results.cells else []
+    for model, name in product(POINT_MODELS, MATCHER_NAMES):
+        lines += _answers(results, model, name)
     return [*lines, *_bounds(results), *_not_run(results)]
 
 
 def speed_ups(results: BenchResults, model: PointModel, factor: int = 2) -> list[float]:
-    """Return, for each row that both ran, van Wamelen's time over the default matcher's.
-
-    Parameters
-    ----------
-    results : BenchResults
-        The results.
-    model : {"patch", "clutter"}
-        The model.
-    factor : int
-        Points of Q for each point of P.
-    """
-    ratios = []
-    for condition in conditions([model]):
-        if condition.factor == factor:
-            default, baseline = (
-                results.cell(condition, "triangles"),
-                results.cell(condition, "van-wamelen"),
-            )
-            if default and baseline:
-                ratios.append(baseline.time_ms / default.time_ms)
-    return ratios
+    """Return, for each row that both ran, van Wamelen's time over the default matcher's."""
+    pairs = (
+        (results.cell(condition, "van-wamelen"), results.cell(condition, "triangles"))
+        for condition in conditions([model])
+        if condition.factor == factor
+    )
+    return [
+        baseline.time_ms / default.time_ms for baseline, default in pairs if baseline and default
+    ]
 
 
 def geometric_mean(values: list[float]) -> float:
-    """Return the geometric mean of positive values.
-
-    Examples
-    --------
-    >>> round(geometric_mean([2.0, 8.0]), 9)
-    4.0
-    """
+    """Return the geometric mean of positive values."""
     return math.exp(math.fsum(map(math.log, values)) / len(values))
 
 
-def _over_triangulation(results: BenchResults, model: PointModel) -> list[str]:
-    """Return the range of the default matcher's time over scipy's, for each ρ."""
+def _over_triangulation(results: BenchResults, model: PointModel) -> Iterator[str]:
+    """Yield the range of the default matcher's time over scipy's, for each ρ."""
     ratios: dict[float, list[float]] = {}
     for cell in results.cells:
         if (cell.matcher, cell.condition.model) == ("triangles", model):
             share = cell.time_ms / cell.scipy_delaunay_ms
             ratios.setdefault(cell.condition.parameters.rho, []).append(share)
-    if not ratios:
-        return []
-    words = [f"rho {rho:g}: {min(r):.2f} to {max(r):.2f}" for rho, r in sorted(ratios.items())]
-    return [
-        f"triangles over scipy's two triangulations, {model}: {', '.join(words)} times its time"
-    ]
+    if ratios:
+        words = (f"rho {rho:g}: {min(r):.2f} to {max(r):.2f}" for rho, r in sorted(ratios.items()))
+        ranges = ", ".join(words)
+        yield f"triangles over scipy's two triangulations, {model}: {ranges} times its time"
 
 
-def _averages(results: BenchResults, model: PointModel) -> list[str]:
-    """Return the mean over the rows at n = 2m of each matcher's average times."""
+def _averages(results: BenchResults, model: PointModel) -> Iterator[str]:
+    """Yield the mean over the rows at n = 2m of each matcher's average times."""
     words = []
     for matcher in MATCHER_NAMES:
         cells = [results.cell(condition, matcher) for condition in _at_2m(model)]
         means = [cell.mean_ms for cell in cells if cell is not None and cell.mean_ms is not None]
         if len(means) == len(PAPER_ROWS):
             words.append(f"{matcher} {sum(means) / len(means):.3g} ms")
-    return (
-        [f"average time at n = 2m, {model}, over all {len(PAPER_ROWS)} rows: {', '.join(words)}"]
-        if words
-        else []
-    )
+    if words:
+        over = f"average time at n = 2m, {model}, over all {len(PAPER_ROWS)} rows"
+        yield f"{over}: {', '.join(words)}"
 
 
-def _independent(results: BenchResults, model: PointModel) -> list[str]:
+def _independent(results: BenchResults, model: PointModel) -> Iterator[str]:
     """Compare times on independent pairs with those on genuine pairs and with the paper matcher."""
-    ratios, slower, both = [], 0, 0
-    for condition in conditions([model]):
-        default, paper = results.cell(condition, "triangles"), results.cell(condition, "paper")
-        if default is not None:
-            ratios.append(default.independent_time_ms / default.time_ms)
-        if default is not None and paper is not None:
-            both += 1
-            slower += default.independent_time_ms > paper.independent_time_ms
-    if not ratios:
-        return []
-    line = (
-        f"triangles on independent pairs, {model}: {median(ratios):.1f} times the time of a "
-        f"genuine pair (median of {len(ratios)} cells, {min(ratios):.1f} to {max(ratios):.1f})"
-    )
-    return [f"{line}; slower than the paper's method in {slower} of {both} cells" if both else line]
+    every = [
+        (default, results.cell(condition, "paper"))
+        for condition in conditions([model])
+        if (default := results.cell(condition, "triangles"))
+    ]
+    if every:
+        ratios = [default.independent_time_ms / default.time_ms for default, _ in every]
+        slower = [d.independent_time_ms > p.independent_time_ms for d, p in every if p]
+        beside = f"; slower than the paper's method in {sum(slower)} of {len(slower)} cells"
+        yield (
+            f"triangles on independent pairs, {model}: {median(ratios):.1f} times the time of a "
+            f"genuine pair (median of {len(ratios)} cells, {min(ratios):.1f} to {max(ratios):.1f})"
+            f"{beside if slower else ''}"
+        )
 
 
-def _growth(results: BenchResults, model: PointModel, matcher: str) -> list[str]:
-    """Return the powers of m with which a matcher's time grows at n = 2m, for each ρ."""
+def _growth(results: BenchResults, model: PointModel, matcher: str) -> Iterator[str]:
+    """Yield the powers of m with which a matcher's time grows at n = 2m, for each ρ."""
     times: dict[float, list[tuple[int, float]]] = {}
     for condition in _at_2m(model):
-        cell = results.cell(condition, matcher)
-        if cell is not None:
+        if cell := results.cell(condition, matcher):
             times.setdefault(condition.parameters.rho, []).append((condition.m, cell.time_ms))
-    powers = _powers(times)
-    return [f"{matcher}, {model}, n = 2m: time grows as {powers}"] if powers else []
+    if powers := _powers(times):
+        yield f"{matcher}, {model}, n = 2m: time grows as {powers}"
 
 
-def _published() -> list[str]:
-    """Return the same of the paper's two tables, and how far each depends on ρ."""
-    lines = []
+def _published() -> Iterator[str]:
+    """Yield the same of the paper's two tables, and how far each depends on ρ."""
     for name, published in (
         ("Table 1", [row.van_wamelen_s for row in PAPER_ROWS]),
         ("Table 2", [row.unit_circle_s for row in PAPER_ROWS]),
@@ -159,71 +127,61 @@ def _published() -> list[str]:
                 at_size.setdefault((row.m, factor), []).append(seconds)
         average = sum(columns[0] for columns in published) / len(PAPER_ROWS)
         spread = max(max(t) / min(t) for t in at_size.values())
-        lines.append(
+        yield (
             f"the paper's {name}, n = 2m: {1e3 * average:.4g} ms on average; time grows as "
             f"{_powers(times)}; at one m and n the times for different rho differ by a factor of "
             f"{spread:.3g} at most"
         )
-    return lines
 
 
 def _powers(times: dict[float, list[tuple[int, float]]]) -> str:
     """Return the powers of m that fit times best, by ρ; from three sizes on."""
-    return ", ".join(
-        f"m^{_power(rows):.2f} (rho {rho:g})"
-        for rho, rows in sorted(times.items())
-        if len(rows) >= _FEWEST_SIZES
-    )
 
+    def power(rows: list[tuple[int, float]]) -> float:
+        """Return the slope of the least-squares line through log time over log m."""
+        x, y = ([math.log(value) for value in column] for column in zip(*rows, strict=True))
+        return linear_regression(x, y).slope
 
-def _power(rows: list[tuple[int, float]]) -> float:
-    """Return the slope of the least-squares line through log time over log m."""
-    x, y = ([math.log(value) for value in column] for column in zip(*rows, strict=True))
-    return linear_regression(x, y).slope
+    fitted = ((rho, rows) for rho, rows in sorted(times.items()) if len(rows) >= _FEWEST_SIZES)
+    return ", ".join(f"m^{power(rows):.2f} (rho {rho:g})" for rho, rows in fitted)
 
 
 def _at_2m(model: PointModel) -> list[Condition]:
     return [condition for condition in conditions([model]) if condition.factor == TARGET_FACTORS[0]]
 
 
-def _answers(results: BenchResults, model: PointModel, matcher: str) -> list[str]:
+def _answers(results: BenchResults, model: PointModel, matcher: str) -> Iterator[str]:
+    """Yield what a matcher recognised, its worst condition and its false positives."""
     cells = [c for c in results.cells if (c.matcher, c.condition.model) == (matcher, model)]
-    if not cells:
-        return []
-    worst = min(cells, key=lambda cell: cell.true_positive_rate)
-    found, trials = sum(c.true_positives for c in cells), sum(c.trials for c in cells)
-    false = sum(c.false_positives for c in cells)
-    independent = sum(c.independent_trials for c in cells)
-    stopped = sum(cell.stopped for cell in cells)
-    return [
-        f"{matcher}, {model}: recognised {found:,} of {trials:,}, at worst "
-        f"{worst.true_positives} of {worst.trials} ({_short_name(worst)}); "
-        f"false positives {false:,} of {independent:,}"
-        + (f"; stopped for taking too long {stopped}" if stopped else "")
-    ]
+    if cells:
+        worst = min(cells, key=lambda cell: cell.true_positive_rate)
+        at = worst.condition
+        found, trials = sum(c.true_positives for c in cells), sum(c.trials for c in cells)
+        false = sum(c.false_positives for c in cells)
+        independent = sum(c.independent_trials for c in cells)
+        stopped = sum(cell.stopped for cell in cells)
+        yield (
+            f"{matcher}, {model}: recognised {found:,} of {trials:,}, at worst "
+            f"{worst.true_positives} of {worst.trials} (rho {at.parameters.rho:g}, m {at.m}, "
+            f"n {at.n}); false positives {false:,} of {independent:,}"
+        ) + (f"; stopped for taking too long {stopped}" if stopped else "")
 
 
-def _short_name(cell: PointCell) -> str:
-    return f"rho {cell.condition.parameters.rho:g}, m {cell.condition.m}, n {cell.condition.n}"
-
-
-def _not_run(results: BenchResults) -> list[str]:
-    keys = [(cell.condition.model, cell.matcher) for cell in results.skipped]
-    return [
-        f"{matcher}, {model}: {keys.count((model, matcher))} cells not run, for a match there or "
-        f"on smaller sets takes over {results.settings['budget_s']:g} s"
-        for model in POINT_MODELS
-        for matcher in MATCHER_NAMES
-        if (model, matcher) in keys
-    ]
-
-
-def _bounds(results: BenchResults) -> list[str]:
-    """Return the bounds of van Wamelen's search, where they are known."""
+def _bounds(results: BenchResults) -> Iterator[str]:
+    """Yield the bounds of van Wamelen's search, where they are known."""
     steps = [results.settings.get(f"{kind}_steps") for kind in ("genuine", "independent")]
-    if None in steps or not any(cell.matcher == "van-wamelen" for cell in results.cells):
-        return []
-    return [
-        f"van-wamelen gave up, without a match, after {steps[0]:,} points and cells visited on a "
-        f"genuine pair and {steps[1]:,} on an independent one"
-    ]
+    if None not in steps and any(cell.matcher == "van-wamelen" for cell in results.cells):
+        yield (
+            f"van-wamelen gave up, without a match, after {steps[0]:,} points and cells visited on "
+            f"a genuine pair and {steps[1]:,} on an independent one"
+        )
+
+
+def _not_run(results: BenchResults) -> Iterator[str]:
+    keys = [(cell.condition.model, cell.matcher) for cell in results.skipped]
+    for model, matcher in product(POINT_MODELS, MATCHER_NAMES):
+        if count := keys.count((model, matcher)):
+            yield (
+                f"{matcher}, {model}: {count} cells not run, for a match there or on smaller sets "
+                f"takes over {results.settings['budget_s']:g} s"
+            )

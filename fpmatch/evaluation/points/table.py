@@ -21,20 +21,16 @@ if TYPE_CHECKING:
 
     Line = tuple[str, ...]
 
-_PUBLISHED: Final[dict[str, Callable[[PaperRow], tuple[float, ...]]]] = {
-    "triangles": lambda row: row.unit_circle_s,
-    "paper": lambda row: row.unit_circle_s,
-    "van-wamelen": lambda row: row.van_wamelen_s,
+# By matcher: the paper's table beside which it stands, and the column of that table.
+_PUBLISHED: Final = {
+    "triangles": ("Table 2", "unit_circle_s"),
+    "paper": ("Table 2", "unit_circle_s"),
+    "van-wamelen": ("Table 1", "van_wamelen_s"),
 }
-_SOURCE: Final = {"triangles": "Table 2", "paper": "Table 2", "van-wamelen": "Table 1"}
 _PARAMETERS: Final = ("m", "rho", "eta", "lambda")
-_TIMES: Final = ("median", "mean", "indep.")
-_ANSWERS: Final = ("TP", "FP")
 _ABSENT: Final = "-"
-_MS: Final = 1e3
 _WIDTH: Final = 120
-_EDGES: Final = (100.0, 10.0, 0.1)
-"""Milliseconds below which a time has one decimal more."""
+_EDGES: Final = (100.0, 10.0, 0.1)  # milliseconds below which a time has one decimal more
 
 LEGEND: Final = (
     "median, mean: time of a match of a genuine pair from the bare points, ms; paper: the mean "
@@ -53,7 +49,10 @@ def format_bench(results: BenchResults) -> str:
         f"{title}\n{text_table([_group_names(len(lines[0])), *lines], left=0)}"
         for title, lines in _tables(results)
     ]
-    notes = ["\n".join(map(_wrapped, part)) for part in (LEGEND, summarise(results))]
+    notes = [
+        "\n".join(textwrap.fill(line, _WIDTH, subsequent_indent="  ") for line in part)
+        for part in (LEGEND, summarise(results))
+    ]
     return "\n\n".join([*blocks, *filter(None, notes)])
 
 
@@ -78,7 +77,8 @@ def _tables(results: BenchResults) -> list[tuple[str, list[Line]]]:
     tables = []
     for model in POINT_MODELS:
         for matcher in [name for name in MATCHER_NAMES if (model, name) in known]:
-            source = f", beside the paper's {_SOURCE[matcher]}" if matcher in _SOURCE else ""
+            table, _ = _PUBLISHED.get(matcher, ("", ""))
+            source = f", beside the paper's {table}" if table else ""
             title = f"{matcher}, {model} model"
             tables += [
                 (f"{title}: times in ms{source}", _times(results, matcher, model)),
@@ -88,11 +88,11 @@ def _tables(results: BenchResults) -> list[tuple[str, list[Line]]]:
 
 
 def _times(results: BenchResults, matcher: str, model: PointModel) -> list[Line]:
-    published = _PUBLISHED.get(matcher)
-    columns = (*_TIMES[:2], "paper", *_TIMES[2:]) if published else _TIMES
+    _, published = _PUBLISHED.get(matcher, ("", ""))
+    columns = ("median", "mean", *(["paper"] if published else []), "indep.")
 
     def measured(cell: PointCell | None, row: PaperRow, column: int) -> Line:
-        paper = (format_ms(_MS * published(row)[column]),) if published else ()
+        paper = (format_ms(1e3 * getattr(row, published)[column]),) if published else ()
         if cell is None:
             return (_ABSENT, _ABSENT, *paper, _ABSENT)
         mean = _ABSENT if cell.mean_ms is None else format_ms(cell.mean_ms)
@@ -104,11 +104,11 @@ def _times(results: BenchResults, matcher: str, model: PointModel) -> list[Line]
 def _answers(results: BenchResults, matcher: str, model: PointModel) -> list[Line]:
     def counted(cell: PointCell | None, *_: object) -> Line:
         if cell is None:
-            return (_ABSENT,) * len(_ANSWERS)
+            return (_ABSENT, _ABSENT)
         false = f"{cell.false_positives}/{cell.independent_trials}"
         return (f"{cell.true_positives}/{cell.trials}", false)
 
-    return _lines(results, matcher, model, _ANSWERS, counted)
+    return _lines(results, matcher, model, ("TP", "FP"), counted)
 
 
 def _lines(
@@ -140,16 +140,6 @@ def _group_names(width: int) -> list[str]:
 
 
 def format_ms(milliseconds: float) -> str:
-    """Return a time in milliseconds with about three digits, without its unit.
-
-    Examples
-    --------
-    >>> [format_ms(t) for t in (0.0123, 0.5, 12.34, 345.6, 20345.0)]
-    ['0.012', '0.50', '12.3', '346', '20345']
-    """
+    """Return a time in milliseconds with about three digits, without its unit."""
     decimals = sum(float(f"{milliseconds:.3g}") < edge for edge in _EDGES)
     return f"{milliseconds:.{decimals}f}"
-
-
-def _wrapped(line: str) -> str:
-    return textwrap.fill(line, _WIDTH, subsequent_indent="  ")

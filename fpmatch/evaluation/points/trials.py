@@ -40,10 +40,8 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 
-RECOGNISED_SHARE: Final = 0.8
-"""Share of the true pairs that must be found."""
-
-_FEWEST_MAY_TAKE: Final = 10.0
+RECOGNISED_SHARE: Final = 0.8  # of the true pairs, that must be found
+_FEWEST_MAY_TAKE: Final = 10.0  # budgets
 _MS: Final = 1e3
 
 
@@ -51,24 +49,10 @@ _MS: Final = 1e3
 class TrialPlan:
     """Set the number and the effort of the trials of a cell.
 
-    Parameters
-    ----------
-    trials : int
-        Genuine pairs, and independent pairs unless `independent_trials` is given.
-    seed : int
-        Seed of the experiment.
-    budget_s : float
-        Seconds after which a cell tries no further genuine pair, and after as many more no further
-        independent pair.
-    fewest_trials : int
-        Pairs that are tried even so, for ten times as long.
-    genuine_steps, independent_steps : int
-        Bound of a matcher's work on one genuine and on one independent pair, for matchers that
-        count it. A search without a match takes all of it.
-    exempt_complete : bool
-        Whether matchers that are `complete` run all trials, however long they take.
-    independent_trials : int or None
-        Independent pairs; None for as many as genuine ones.
+    After `budget_s` seconds a cell tries no further genuine pair, and after as many more no further
+    independent pair; but `fewest_trials` pairs are tried for up to ten times as long. The steps
+    bound a matcher's work on one pair of a kind, for matchers that count it; a search without a
+    match takes all of them. With `exempt_complete`, matchers that are `complete` run all trials.
     """
 
     trials: int = 100
@@ -78,7 +62,7 @@ class TrialPlan:
     genuine_steps: int = 1_000_000_000
     independent_steps: int = 200_000_000
     exempt_complete: bool = True
-    independent_trials: int | None = None
+    independent_trials: int | None = None  # None for as many as genuine ones
 
     def number_of_trials(self, *, genuine: bool) -> int:
         """Return the most pairs of a kind that a cell tries."""
@@ -86,6 +70,7 @@ class TrialPlan:
         return self.trials if genuine or independent is None else independent
 
 
+# For a run of a minute: fewer pairs, less work, and no rows with more points of P.
 QUICK_PLAN: Final = TrialPlan(
     trials=5,
     budget_s=0.15,
@@ -94,9 +79,7 @@ QUICK_PLAN: Final = TrialPlan(
     independent_steps=5_000_000,
     exempt_complete=False,
 )
-"""Fewer pairs and less work, for a run of a minute."""
 QUICK_LARGEST_M: Final = 100
-"""Rows with more points of P are left out of a quick run."""
 
 
 def is_recognised(match: PointMatch | None, pair: RandomPair) -> bool:
@@ -115,13 +98,10 @@ def run_cell(
 ) -> PointCell:
     """Try a matcher on the pairs of one condition; `clock` returns the time in seconds.
 
-    Raises
-    ------
-    StoppedError
-        If the first genuine match was stopped: there is no result then.
+    Raises a `StoppedError` if the first genuine match was stopped: there is no result then.
     """
-    _warm_up(condition, matcher, plan)
     stopwatch = _Stopwatch(condition, matcher, plan, clock)
+    stopwatch.warm_up()
     genuine = stopwatch.run(genuine=True)
     if genuine.stopped and len(genuine.answers) == 1:
         raise StoppedError
@@ -161,6 +141,14 @@ class _Stopwatch:
     plan: TrialPlan
     clock: Clock
 
+    def warm_up(self) -> None:
+        """Match a few points, so that no trial includes the import of libraries."""
+        setting, model = self.condition.parameters.setting, self.condition.model
+        case = self._case(random_pair(10, 20, *setting, model=model, rng=self.plan.seed))
+        _triangulate_both(case)
+        with suppress(StoppedError):
+            self.matcher.find(case)
+
     def run(self, *, genuine: bool) -> _Runs:
         """Run the trials of one kind until all are done or the budget is spent."""
         runs = _Runs([], [])
@@ -175,12 +163,8 @@ class _Stopwatch:
 
     def triangulate(self, trials: int) -> list[float]:
         """Return the seconds that scipy takes for both sets of the first genuine pairs."""
-        seconds = []
-        for trial in range(trials):
-            pair = make_pair(self.condition, self.plan.seed, trial, genuine=True)
-            case = _case(self.condition, pair, self.plan, genuine=True)
-            seconds.append(self._timed(_triangulate_both, case)[1])
-        return seconds
+        pairs = (make_pair(self.condition, self.plan.seed, k, genuine=True) for k in range(trials))
+        return [self._timed(_triangulate_both, self._case(pair))[1] for pair in pairs]
 
     def _is_spent(self, runs: _Runs, seconds: float) -> bool:
         if self.matcher.complete and self.plan.exempt_complete:
@@ -190,19 +174,23 @@ class _Stopwatch:
         return seconds >= (budget if enough else _FEWEST_MAY_TAKE * budget)
 
     def _try(self, pair: RandomPair, runs: _Runs) -> None:
-        genuine = pair.transform is not None
-        case = _case(self.condition, pair, self.plan, genuine=genuine)
-        match, seconds = self._timed(self._find, case)
+        match, seconds = self._timed(self._find, self._case(pair))
         runs.match_s.append(seconds)
         runs.stopped += match is None
         found = match is not None and match.transform is not None
-        runs.answers.append(is_recognised(match, pair) if genuine else found)
+        runs.answers.append(found if pair.transform is None else is_recognised(match, pair))
 
     def _find(self, case: PointCase) -> PointMatch | None:
         try:
             return self.matcher.find(case)
         except StoppedError:
             return None
+
+    def _case(self, pair: RandomPair) -> PointCase:
+        plan, row = self.plan, self.condition.parameters
+        steps = plan.independent_steps if pair.transform is None else plan.genuine_steps
+        given = pair.p, pair.q, pair.tolerance, row.rho, row.lambda_
+        return PointCase(*given, max_steps=steps, limit_s=plan.budget_s)
 
     def _timed(self, call: Callable[[PointCase], Result], case: PointCase) -> tuple[Result, float]:
         was_on = gc.isenabled()
@@ -214,28 +202,6 @@ class _Stopwatch:
         finally:
             if was_on:
                 gc.enable()
-
-
-def _warm_up(condition: Condition, matcher: BenchMatcher, plan: TrialPlan) -> None:
-    """Match a few points, so that no trial includes the import of libraries."""
-    row = condition.parameters
-    few = random_pair(10, 20, row.rho, row.eta, row.lambda_, model=condition.model, rng=plan.seed)
-    case = _case(condition, few, plan, genuine=True)
-    _triangulate_both(case)
-    with suppress(StoppedError):
-        matcher.find(case)
-
-
-def _case(condition: Condition, pair: RandomPair, plan: TrialPlan, *, genuine: bool) -> PointCase:
-    return PointCase(
-        p=pair.p,
-        q=pair.q,
-        tolerance=pair.tolerance,
-        rho=condition.parameters.rho,
-        lambda_=condition.parameters.lambda_,
-        max_steps=plan.genuine_steps if genuine else plan.independent_steps,
-        limit_s=plan.budget_s,
-    )
 
 
 def _triangulate_both(case: PointCase) -> None:

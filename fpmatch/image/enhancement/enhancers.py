@@ -7,13 +7,11 @@ along its ridge, twice.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
-from fpmatch.image.enhancement.blend import blend
 from fpmatch.image.enhancement.gabor import gabor_filter
 from fpmatch.image.enhancement.network import enhance_by_network
 from fpmatch.image.enhancement.orientation import (
@@ -23,90 +21,86 @@ from fpmatch.image.enhancement.orientation import (
 )
 from fpmatch.image.enhancement.ridge_period import ridge_period
 from fpmatch.image.enhancement.spectrum import ridge_spectrum
-from fpmatch.image.preprocess.blocks import Blocks, blocks_to_pixels
+from fpmatch.image.preprocess.blocks import blocks_to_pixels
 from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from numpy.typing import NDArray
-
+    from fpmatch.image.arrays import Floats, Mask
     from fpmatch.image.enhancement.orientation import OrientationField
-    from fpmatch.image.parameters import ExtractionParameters
     from fpmatch.image.preprocess.normalize import NormalizedImage
     from fpmatch.image.recorder import UncropRecorder
 
-    Enhancer = Callable[[NormalizedImage, ExtractionParameters, UncropRecorder], "EnhancedPrint"]
+    Enhancer = Callable[[NormalizedImage, UncropRecorder], "EnhancedPrint"]
 
-BLOCK_PX: Final = 8  # side of the blocks of the learned method, at 500 dpi
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EnhancedPrint:
-    """Hold an enhanced image with its mask and orientation.
-
-    Parameters
-    ----------
-    step_px : int
-        Side of the blocks.
-    blocks, mask : ndarray of bool, shape (rows, columns) and (H, W)
-        Segmentation mask on the blocks, and at the pixels.
-    field : OrientationField
-        Ridge orientation of the blocks.
-    enhanced : ndarray of float32, shape (H, W)
-        Enhanced image, ridges positive, 0 outside the mask.
-    """
-
-    step_px: int
-    blocks: NDArray[np.bool_]
-    mask: NDArray[np.bool_]
-    field: OrientationField
-    enhanced: NDArray[np.float32]
+# Of the blend, on which orientation and period are measured again.
+ENHANCED_SHARE: Final = 0.5
+BLEND_SIGMA_PX: Final = 12.0  # window in which the enhanced image is scaled to unit amplitude
+MIN_AMPLITUDE: Final = 0.05  # added to the local one, so that noise is not amplified
+MAX_AMPLITUDE: Final = 2.0  # of the scaled image
 
 
-def enhance_learned(
-    image: NormalizedImage, p: ExtractionParameters, stages: UncropRecorder
-) -> EnhancedPrint:
+class EnhancedPrint(NamedTuple):
+    """Hold an enhanced image with its mask and orientation."""
+
+    blocks: Mask  # segmentation mask on the blocks, (rows, columns)
+    mask: Mask  # the same at the pixels, (H, W)
+    field: OrientationField  # ridge orientation of the blocks
+    enhanced: Floats  # ridges positive, 0 outside the mask, (H, W)
+
+
+def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
     """Enhance the ridges by the network, and measure mask and orientation on them."""
-    grid = Blocks(BLOCK_PX, (image.pixels.shape[0], image.pixels.shape[1]))
+    shape = image.pixels.shape
     ridges = enhance_by_network(image.pixels)
-    blocks = segment_enhanced(image, ridges, grid, p.segmentation)
-    mask = mask_at_pixels(blocks, grid)
-    field = enhanced_orientation(ridges, blocks, grid, p.orientation)
+    blocks = segment_enhanced(image, ridges)
+    mask = mask_at_pixels(blocks, shape)
+    field = enhanced_orientation(ridges, blocks)
     enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
     stages.record("enhanced", enhanced)
     stages.record("mask", mask)
     if stages.wants("orientation") or stages.wants("coherence"):
-        orientation = orientation_at_pixels(field.orientation, grid)
+        orientation = orientation_at_pixels(field.orientation, shape)
         stages.record("orientation", np.where(mask, orientation, np.nan))
-        stages.record("coherence", blocks_to_pixels(field.coherence, grid))
-    return EnhancedPrint(BLOCK_PX, blocks, mask, field, enhanced)
+        stages.record("coherence", blocks_to_pixels(field.coherence, shape))
+    return EnhancedPrint(blocks, mask, field, enhanced)
 
 
-def enhance_gabor(
-    image: NormalizedImage, p: ExtractionParameters, stages: UncropRecorder
-) -> EnhancedPrint:
+def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
     """Measure orientation and period in the local spectrum, and filter the image along them.
 
     Both are measured once more on a blend of the image and its enhancement.
     """
-    spectrum = ridge_spectrum(image.pixels, p.spectrum)
-    blocks = segment(image, spectrum, p.segmentation)
-    mask = mask_at_pixels(blocks, spectrum)
+    pixels, shape = image.pixels, image.pixels.shape
+    spectrum = ridge_spectrum(pixels)
+    blocks = segment(image, spectrum)
+    mask = mask_at_pixels(blocks, shape)
     stages.record("mask", mask)
-    pixels = image.pixels
-    for last in (*[False] * p.blend.rounds, True):
-        field = ridge_orientation(spectrum, blocks, p.orientation)
-        orientation = orientation_at_pixels(field.orientation, spectrum)
-        period = blocks_to_pixels(ridge_period(spectrum, field, blocks, p.period), spectrum)
-        enhanced = gabor_filter(pixels, mask, orientation, period, p.enhancement)
+    for last in (False, True):
+        field = ridge_orientation(spectrum, blocks)
+        orientation = orientation_at_pixels(field.orientation, shape)
+        period = blocks_to_pixels(ridge_period(spectrum, field, blocks), shape)
+        enhanced = gabor_filter(pixels, mask, orientation, period)
         if not last:
-            spectrum = ridge_spectrum(blend(pixels, enhanced, mask, p.blend), p.spectrum)
+            spectrum = ridge_spectrum(blend(pixels, enhanced, mask))
     stages.record("orientation", np.where(mask, orientation, np.nan))
-    stages.record("coherence", blocks_to_pixels(field.coherence, spectrum))
+    stages.record("coherence", blocks_to_pixels(field.coherence, shape))
     stages.record("period", np.where(mask, period, np.nan))
     stages.record("enhanced", enhanced)
-    return EnhancedPrint(spectrum.step_px, blocks, mask, field, enhanced)
+    return EnhancedPrint(blocks, mask, field, enhanced)
+
+
+def blend(pixels: Floats, enhanced: Floats, mask: Mask) -> Floats:
+    """Blend a normalized image (H, W) with its enhancement, scaled to the same local amplitude.
+
+    In gaps by scars, dry or faint skin, the enhanced image continues the ridges around, so that the
+    orientation of the blend follows them. The blend is 0 outside the mask.
+    """
+    power = cv2.GaussianBlur(enhanced * enhanced, (0, 0), BLEND_SIGMA_PX)
+    scaled = np.clip(enhanced / (np.sqrt(power) + MIN_AMPLITUDE), -MAX_AMPLITUDE, MAX_AMPLITUDE)
+    mixed = (1 - ENHANCED_SHARE) * pixels + ENHANCED_SHARE * scaled
+    return np.asarray(mixed * mask, np.float32)
 
 
 ENHANCERS: Final[Mapping[str, Enhancer]] = {"learned": enhance_learned, "filters": enhance_gabor}

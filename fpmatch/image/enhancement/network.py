@@ -16,7 +16,7 @@ import numpy as np
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from fpmatch.image.arrays import Floats
 
 NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
 NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
@@ -27,7 +27,7 @@ _ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC")
 _own = threading.local()  # a network of OpenCV serves one thread
 
 
-def enhance_by_network(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+def enhance_by_network(pixels: Floats) -> Floats:
     """Enhance the ridges of a normalized image (H, W) at 500 dpi, ridges positive.
 
     Returns twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
@@ -43,33 +43,25 @@ def enhance_by_network(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
     rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
     padded = np.zeros((rows, columns), np.float32)
     padded[:height, :width] = pixels
-    network = _network()
-    network.setInput(_to_channels(padded))
-    logits = _from_channels(np.asarray(network.forward(), np.float32))
-    ridges = np.tanh(0.5 * logits[:height, :width])
-    return np.ascontiguousarray(ridges, np.float32)
+    if not hasattr(_own, "network"):
+        _own.network = _read_network(NETWORK_FILE)
+    _own.network.setInput(_to_channels(padded))
+    logits = _from_channels(np.asarray(_own.network.forward(), np.float32))
+    return np.ascontiguousarray(np.tanh(0.5 * logits[:height, :width]), np.float32)
 
 
-def _to_channels(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+def _to_channels(pixels: Floats) -> Floats:
     """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each position in a patch."""
     rows, columns = (side // PATCH_PX for side in pixels.shape)
     patches = pixels.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
     return np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns))
 
 
-def _from_channels(channels: NDArray[np.float32]) -> NDArray[np.float32]:
+def _from_channels(channels: Floats) -> Floats:
     """Undo `_to_channels`."""
     rows, columns = channels.shape[2:]
     patches = channels.reshape(PATCH_PX, PATCH_PX, rows, columns).transpose(2, 0, 3, 1)
     return np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
-
-
-def _network() -> cv2.dnn.Net:
-    """Return this thread's network."""
-    if not hasattr(_own, "network"):
-        _own.network = _read_network(NETWORK_FILE)
-    network: cv2.dnn.Net = _own.network
-    return network
 
 
 def _read_network(path: Path) -> cv2.dnn.Net:

@@ -1,65 +1,47 @@
 """The local ridge spectrum: the energy of each neighbourhood by wave angle and period.
 
-A windowed Fourier transform on a coarse grid, sampled in polar coordinates; segmentation, ridge
-orientation and ridge period are derived from it.
+A windowed Fourier transform at the centre of every block, sampled in polar coordinates;
+segmentation, ridge orientation and ridge period are derived from it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from functools import cache
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fpmatch.image.preprocess.blocks import BLOCK_PX
 
+if TYPE_CHECKING:
+    from fpmatch.image.arrays import Floats
+
+# Lengths in pixels at 500 dpi.
+WINDOW_SIGMA_PX: Final = 8.0
+WINDOW_RADIUS_PX: Final = 16
+ANGLES: Final = np.arange(16) * (np.pi / 16)
+"""Ridge orientations of the waves, radians counter-clockwise on screen from +x."""
+PERIODS_PX: Final = np.array([5.0, 5.9, 6.9, 8.0, 9.3, 10.9, 12.8, 15.0])
+"""Ridge periods of the waves."""
 _BAND_ROWS: Final = 16  # rows of blocks at a time: memory does not grow with the image's height
 
 
-@dataclass(frozen=True, slots=True)
-class SpectrumParameters:
-    """Set the windowed Fourier transform; lengths in pixels at 500 dpi."""
-
-    step_px: int = 8
-    window_sigma_px: float = 8.0
-    window_radius_px: int = 16
-    angles: int = 16
-    periods_px: tuple[float, ...] = (5.0, 5.9, 6.9, 8.0, 9.3, 10.9, 12.8, 15.0)
-
-
-@dataclass(frozen=True, slots=True)
-class RidgeSpectrum:
-    """Hold the local spectrum on a grid of blocks.
+class RidgeSpectrum(NamedTuple):
+    """Hold the energies of the blocks of an image, (rows, columns).
 
     Parameters
     ----------
-    step_px : int
-        Side of a block; block ``[i, j]`` is centred at pixel ``((j + 0.5)·step, (i + 0.5)·step)``.
-    shape : tuple of int
-        Height and width of the image.
-    angles : ndarray of float32, shape (A,)
-        Ridge orientations in [0, π), counter-clockwise on screen from +x.
-    periods : ndarray of float32, shape (F,)
-        Ridge periods in pixels.
     energy : ndarray of float32, shape (rows, columns, A, F)
-        Energy of the wave of each orientation and period in the windowed neighbourhood.
+        Energy of the wave of each of `ANGLES` and `PERIODS_PX` in the windowed neighbourhood.
     total : ndarray of float32, shape (rows, columns)
         Whole energy of the windowed neighbourhood; a pure wave has ``energy = total``.
     """
 
-    step_px: int
-    shape: tuple[int, int]
-    angles: NDArray[np.float32]
-    periods: NDArray[np.float32]
-    energy: NDArray[np.float32]
-    total: NDArray[np.float32]
+    energy: Floats
+    total: Floats
 
 
-def ridge_spectrum(
-    pixels: NDArray[np.float32], parameters: SpectrumParameters | None = None
-) -> RidgeSpectrum:
+def ridge_spectrum(pixels: Floats) -> RidgeSpectrum:
     """Measure the local ridge spectrum of a normalized image (H, W), 0 where invalid.
 
     References
@@ -67,14 +49,12 @@ def ridge_spectrum(
     Chikkerur, Cartwright, Govindaraju, "Fingerprint enhancement using STFT analysis", Pattern
     Recognition 40 (2007), with the spectrum sampled on a polar grid.
     """
-    p = parameters or SpectrumParameters()
-    height, width = pixels.shape
-    rows, columns = -(-height // p.step_px), -(-width // p.step_px)
-    waves, window = _waves(p)
+    waves, window = _waves()
     half = waves.shape[1] // 2
+    grid = _neighbourhoods(pixels)
+    rows, columns = grid.shape[:2]
     energy = np.zeros((rows, columns, half), np.float32)
     total = np.zeros((rows, columns), np.float32)
-    grid = _neighbourhoods(pixels, rows, columns, p)
     for band in range(0, rows, _BAND_ROWS):
         patches = grid[band : band + _BAND_ROWS].reshape(-1, len(window))
         power = (patches * patches) @ window
@@ -84,44 +64,28 @@ def ridge_spectrum(
         energy[band : band + _BAND_ROWS].reshape(-1, half)[filled] = 2.0 * (
             projection[:, :half] ** 2 + projection[:, half:] ** 2
         )
-    return RidgeSpectrum(
-        step_px=p.step_px,
-        shape=(height, width),
-        angles=(np.arange(p.angles) * (np.pi / p.angles)).astype(np.float32),
-        periods=np.asarray(p.periods_px, np.float32),
-        energy=energy.reshape(rows, columns, p.angles, -1),
-        total=total,
-    )
+    return RidgeSpectrum(energy.reshape(rows, columns, len(ANGLES), -1), total)
 
 
-def _neighbourhoods(
-    pixels: NDArray[np.float32], rows: int, columns: int, p: SpectrumParameters
-) -> NDArray[np.float32]:
+def _neighbourhoods(pixels: Floats) -> Floats:
     """Return a view of the neighbourhood of each block, shape (rows, columns, side, side)."""
-    height, width = pixels.shape
-    radius, side = p.window_radius_px, 2 * p.window_radius_px + 1
-    before = radius - p.step_px // 2
-    padded = np.pad(
-        pixels,
-        (
-            (before, rows * p.step_px - height + radius + 1),
-            (before, columns * p.step_px - width + radius + 1),
-        ),
-    )
+    radius, side = WINDOW_RADIUS_PX, 2 * WINDOW_RADIUS_PX + 1
+    before = radius - BLOCK_PX // 2
+    padded = np.pad(pixels, [(before, -size % BLOCK_PX + radius + 1) for size in pixels.shape])
     windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side))
-    return windows[: rows * p.step_px : p.step_px, : columns * p.step_px : p.step_px]
+    height, width = pixels.shape
+    return windows[:height:BLOCK_PX, :width:BLOCK_PX]
 
 
-@lru_cache(maxsize=4)
-def _waves(p: SpectrumParameters) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+@cache
+def _waves() -> tuple[Floats, Floats]:
     """Return the windowed waves (cosines, then sines; shape (side², 2·A·F)) and the window²."""
-    r = np.arange(-p.window_radius_px, p.window_radius_px + 1, dtype=np.float64)
+    r = np.arange(-WINDOW_RADIUS_PX, WINDOW_RADIUS_PX + 1, dtype=np.float64)
     x, y = np.meshgrid(r, r)
-    window = np.exp(-(x * x + y * y) / (2 * p.window_sigma_px**2))
+    window = np.exp(-(x * x + y * y) / (2 * WINDOW_SIGMA_PX**2))
     window /= np.sqrt((window**2).sum())
-    angles = np.arange(p.angles) * (np.pi / p.angles)
-    across = -(x * np.sin(angles)[:, None, None] + y * np.cos(angles)[:, None, None])
-    phase = 2 * np.pi * across[:, None] / np.asarray(p.periods_px)[:, None, None]
+    across = -(x * np.sin(ANGLES)[:, None, None] + y * np.cos(ANGLES)[:, None, None])
+    phase = 2 * np.pi * across[:, None] / PERIODS_PX[:, None, None]
     energy_window = window**2
     waves = []
     for wave in (np.cos(phase), np.sin(phase)):

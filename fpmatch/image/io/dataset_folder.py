@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 DESCRIPTION_FILE: Final = "dataset.toml"
 IMAGE_EXTENSIONS: Final = frozenset(
     (
-        *(".bmp", ".gif", ".jpeg", ".jpg", ".pbm", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff"),
-        *(".webp", ".j2k", ".jp2", ".wsq", ".an2", ".eft"),
+        *(".an2", ".bmp", ".eft", ".gif", ".j2k", ".jp2", ".jpeg", ".jpg", ".pbm", ".pgm", ".png"),
+        *(".pnm", ".ppm", ".tif", ".tiff", ".webp", ".wsq"),
     )
 )
 _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
@@ -81,8 +81,15 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
             raise DatasetError(f"{path}: {key} must be text of one line")
     if entries.get("name") == "":
         raise DatasetError(f"{path}: name is empty")
-    dpi = _checked_dpi(path, entries["dpi"]) if "dpi" in entries else None
-    polarity = _checked_polarity(path, entries["polarity"]) if "polarity" in entries else "auto"
+    try:
+        dpi = _checked_dpi(entries["dpi"]) if "dpi" in entries else None
+        polarity: Polarity = "auto"
+        if "polarity" in entries:  # only then, because its module imports OpenCV
+            from fpmatch.image.quality.polarity import check_polarity  # noqa: PLC0415
+
+            polarity = check_polarity(entries["polarity"])
+    except (ImageError, ResolutionError, OverflowError) as error:
+        raise DatasetError(f"{path}: {error}") from error
     return DatasetInfo(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
 
 
@@ -93,19 +100,7 @@ def _natural_order(path: Path) -> tuple[list[str | int], str]:
     return parts, path.name
 
 
-def _checked_polarity(path: Path, polarity: object) -> Polarity:
-    from fpmatch.image.quality.polarity import check_polarity  # noqa: PLC0415  (takes OpenCV's time)
-
-    try:
-        return check_polarity(polarity)
-    except ImageError as error:
-        raise DatasetError(f"{path}: {error}") from error
-
-
-def _checked_dpi(path: Path, dpi: object) -> float:
+def _checked_dpi(dpi: object) -> float:
     if isinstance(dpi, bool) or not isinstance(dpi, int | float):
-        raise DatasetError(f"{path}: dpi must be a number")
-    try:
-        return check_dpi(dpi)
-    except (ResolutionError, OverflowError) as error:
-        raise DatasetError(f"{path}: {error}") from error
+        raise ResolutionError("dpi must be a number")
+    return check_dpi(dpi)

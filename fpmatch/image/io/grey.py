@@ -14,12 +14,12 @@ from fpmatch.minutiae import check_dpi
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.image.arrays import Grey
     from fpmatch.image.io.limits import ImageLimits
 
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
 _MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image without content
-
 ON_WHITE: Final = "its transparent background was composed over white"
 ON_BLACK: Final = (
     "its transparent background was composed over black, as nothing is visible over white"
@@ -52,7 +52,7 @@ class GreyImage:
         If `dpi` lies outside 100 to 4000.
     """
 
-    pixels: NDArray[np.uint8] = field(repr=False)
+    pixels: Grey = field(repr=False)
     dpi: float | None = None
     source: str = "array"
     format: str = field(default="", repr=False)
@@ -67,33 +67,15 @@ class GreyImage:
             object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
 
-def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> NDArray[np.uint8]:
-    """Return an array of pixels as 8-bit grey values.
+def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
+    """Return an array of pixels as 8-bit grey values (H, W): contiguous, or the array itself.
 
-    Parameters
-    ----------
-    array : array_like, shape (H, W), (H, W, 1), (H, W, 3) or (H, W, 4)
-        Grey, RGB or RGBA; transparent pixels are composed over white. Black to white is False to
-        True, 0..255 for uint8 and 0..65535 for uint16; other integers span 0..255 if none is
-        larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
-    limits : ImageLimits
-        Sizes that are refused.
+    The array is grey, (H, W) or (H, W, 1), RGB or RGBA; transparent pixels are composed over white.
+    Black to white is False to True, 0..255 for uint8 and 0..65535 for uint16; other integers span
+    0..255 if none is larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
 
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Contiguous; `array` itself where it already is that.
-
-    Raises
-    ------
-    ImageError
-        If the shape or the type is none of these, a value is not finite or leaves its span, or
-        the size breaks a limit.
-
-    Examples
-    --------
-    >>> as_grey(np.full((64, 64), 0.5)).max()
-    np.uint8(128)
+    Raises ImageError if the shape or the type is none of these, a value is not finite or leaves its
+    span, or the size breaks a limit.
     """
     try:
         values = np.asarray(array)
@@ -110,7 +92,7 @@ def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> NDArra
     return np.ascontiguousarray(eight_bit)
 
 
-def flatten_transparency(colours: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
+def flatten_transparency(colours: Grey) -> tuple[Grey, tuple[str, ...]]:
     """Return RGBA values (H, W, 4) as grey values, and notes on what became of transparency.
 
     They are composed over white, or over black where nothing shows over white; transparency is
@@ -127,7 +109,7 @@ def flatten_transparency(colours: NDArray[np.uint8]) -> tuple[NDArray[np.uint8],
     return _over(colours, 0), (ON_BLACK,)
 
 
-def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
+def _eight_bit(values: NDArray[Any]) -> Grey:
     """Scale `values` of any numeric type to 0..255."""
     if values.dtype == np.uint8:
         return values
@@ -137,8 +119,8 @@ def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
         raise ImageError("an image must not hold NaN or infinite values")
     if values.dtype.kind not in "iuf":
         raise ImageError(f"an image must hold numbers, not {values.dtype}")
-    is_float = values.dtype.kind == "f"
-    span = _span(float(values.max()), is_float=is_float, is_uint16=values.dtype.char == "H")
+    narrow, wide = (1.0, 255.0) if values.dtype.kind == "f" else (255.0, 65535.0)
+    span = narrow if values.max() <= narrow and values.dtype.char != "H" else wide
     if values.min() < 0 or values.max() > span:
         raise ImageError(
             f"pixel values run from {values.min():g} to {values.max():g}, outside 0 to {span:g}"
@@ -149,16 +131,7 @@ def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
     return scaled
 
 
-def _span(largest: float, *, is_float: bool, is_uint16: bool) -> float:
-    """Return the value of white, as `as_grey` documents it."""
-    if is_uint16:
-        return 65535.0
-    if is_float:
-        return 1.0 if largest <= 1.0 else 255.0
-    return 255.0 if largest <= 255 else 65535.0
-
-
-def _over(colours: NDArray[np.uint8], ground: int) -> NDArray[np.uint8]:
+def _over(colours: Grey, ground: int) -> Grey:
     """Return the brightness of grey, RGB or RGBA pixels, shape (H, W, 1, 3 or 4), over `ground`."""
     if colours.shape[2] == 1:
         return colours[..., 0]

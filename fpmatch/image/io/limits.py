@@ -26,22 +26,12 @@ _TIFF_NUMBERS: Final = frozenset((3, 4, 5, 8, 9, 10, 11, 12, 13, 16, 17, 18))
 
 @dataclass(frozen=True, slots=True)
 class ImageLimits:
-    """Bound the size of an image that is taken for a fingerprint.
+    """Bound the size of an image that is taken for a fingerprint."""
 
-    Parameters
-    ----------
-    min_side_px, max_side_px : int
-        Shortest and longest side; the shortest holds one ridge neighbourhood.
-    max_megapixels : float
-        Largest area, checked before a pixel is decoded; Pillow refuses more than 89 in any case.
-    max_file_megabytes : float
-        Largest file, checked before it is read.
-    """
-
-    min_side_px: int = 48
+    min_side_px: int = 48  # holds one ridge neighbourhood
     max_side_px: int = 10_000
-    max_megapixels: float = 64.0
-    max_file_megabytes: float = 256.0
+    max_megapixels: float = 64.0  # checked before decoding; Pillow refuses more than 89 in any case
+    max_file_megabytes: float = 256.0  # checked before reading
 
     def check(self, width: int, height: int, *, max_megapixels: float | None = None) -> None:
         """Raise ImageError if the size breaks a limit; a format may have a smaller area limit."""
@@ -62,9 +52,8 @@ DEFAULT_LIMITS: Final = ImageLimits()
 def check_decoder_limits(decoder: str, data: bytes) -> None:
     """Raise ImageReadError if `data` would overload Pillow's `decoder`.
 
-    Such a file takes far more time or memory to decode than its size in pixels suggests: a JPEG of
-    hundreds of scans, a TIFF of hundreds of thousands of strips, a PNM with a header or digits of
-    tens of megabytes. No ordinary program writes one.
+    Such a file takes far more time or memory to decode than its size in pixels suggests; no
+    ordinary program writes one.
     """
     if (check := _CHECKS.get(decoder)) is not None:
         check(data)
@@ -79,8 +68,7 @@ def _refuse_pnm(data: bytes) -> None:
     if _PNM_TOKENS.match(data, 0, MAX_PNM_HEADER) is None:
         raise ImageReadError("damaged PPM image (its header cannot be read)")
     if data[1:2] in b"123" and len(data) > MAX_PNM_TEXT:
-        megabytes = MAX_PNM_TEXT // 1_000_000
-        raise ImageReadError(f"PPM image of more than {megabytes} MB of digits")
+        raise ImageReadError(f"PPM image of more than {MAX_PNM_TEXT // 1_000_000} MB of digits")
 
 
 def _refuse_tiff(data: bytes) -> None:

@@ -38,12 +38,9 @@ SIGNATURES: Final = {
 }
 """Name of Pillow's decoder, and the first bytes of its files."""
 FIRST_OF_SEVERAL: Final = "the first of its several images was read"
-TIFF_BITS_PER_SAMPLE: Final = 258
-TIFF_COMPRESSION: Final = 259
-TIFF_PHOTOMETRIC: Final = 262
-TIFF_SAMPLE_FORMAT: Final = 339
-TIFF_WHITE_IS_ZERO: Final = 0
-TIFF_UNSIGNED: Final = 1
+# Tags of TIFF, and their values.
+_BITS_PER_SAMPLE, _COMPRESSION, _PHOTOMETRIC, _SAMPLE_FORMAT = 258, 259, 262, 339
+_WHITE_IS_ZERO, _UNSIGNED = 0, 1
 _HEAD_BYTES: Final = 4096
 
 _warnings_lock = threading.Lock()
@@ -57,10 +54,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     """
     check_decoder_limits(decoder, data)
     try:
-        with (
-            _decoder_warnings_held(),
-            Image.open(BytesIO(data), formats=[decoder]) as image,
-        ):
+        with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:
             limits.check(*image.size)
             dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
             if getattr(image, "is_animated", False):
@@ -69,13 +63,11 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise ImageError(
-            f"image is too large: more than {limits.max_megapixels:g} megapixels"
-        ) from error
+        size = f"more than {limits.max_megapixels:g} megapixels"
+        raise ImageError(f"image is too large: {size}") from error
     except UnidentifiedImageError as error:
-        reason = _unknown_kind(data) if decoder == "TIFF" else ""
-        if reason:
-            raise ImageReadError(f"TIFF image with {reason}, which cannot be read") from error
+        if decoder == "TIFF" and (kind := _unknown_kind(data)):
+            raise ImageReadError(f"TIFF image with {kind}, which cannot be read") from error
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
     except Exception as error:  # decoders raise almost anything on damage
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
@@ -107,8 +99,11 @@ def _samples(image: Image.Image) -> NDArray[Any]:
     """Return samples of grey, RGB or RGBA in a type that defines their span."""
     if image.mode.startswith("I;16"):
         return _sixteen_bit_samples(image)
-    if image.mode == "I" and _is_unsigned_tiff(image):
-        return _thirty_two_bit_samples(image)
+    tags = getattr(image, "tag_v2", {})
+    unsigned = tags.get(_SAMPLE_FORMAT, (_UNSIGNED,))[0] == _UNSIGNED
+    if image.mode == "I" and unsigned and tags.get(_BITS_PER_SAMPLE, (0,))[0] == 32:
+        samples = np.asarray(image).view(np.uint32)  # the upper half where 16 bits would not do
+        return samples if samples.max(initial=0) <= 0xFFFF else (samples >> 16).astype(np.uint16)
     if image.mode in {"1", "L", "I", "F"} and not image.has_transparency_data:
         return np.asarray(image)
     return np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
@@ -117,31 +112,15 @@ def _samples(image: Image.Image) -> NDArray[Any]:
 def _sixteen_bit_samples(image: Image.Image) -> NDArray[np.uint16]:
     """Return samples of 9 to 16 bits on the span 0..65535, black at 0."""
     tags = getattr(image, "tag_v2", {})
-    bits = int(tags.get(TIFF_BITS_PER_SAMPLE, (16,))[0])
+    bits = int(tags.get(_BITS_PER_SAMPLE, (16,))[0])
     samples = np.asarray(image).astype(np.uint16)
     if bits < 16:
         largest = 2**bits - 1
         scaled = np.minimum(samples, largest).astype(np.uint32) * 0xFFFF // largest
         samples = scaled.astype(np.uint16)
-    if tags.get(TIFF_PHOTOMETRIC) == TIFF_WHITE_IS_ZERO:
+    if tags.get(_PHOTOMETRIC) == _WHITE_IS_ZERO:
         samples = np.uint16(0xFFFF) - samples
     return samples
-
-
-def _is_unsigned_tiff(image: Image.Image) -> bool:
-    tags = getattr(image, "tag_v2", {})
-    return bool(
-        tags.get(TIFF_BITS_PER_SAMPLE, (0,))[0] == 32
-        and tags.get(TIFF_SAMPLE_FORMAT, (TIFF_UNSIGNED,))[0] == TIFF_UNSIGNED
-    )
-
-
-def _thirty_two_bit_samples(image: Image.Image) -> NDArray[Any]:
-    """Return samples of 32 bits as they are where 16 would do, else their upper half."""
-    samples = np.asarray(image).view(np.uint32)
-    if samples.max(initial=0) <= 0xFFFF:
-        return samples
-    return (samples >> 16).astype(np.uint16)
 
 
 def _unknown_kind(data: bytes) -> str:
@@ -153,7 +132,7 @@ def _unknown_kind(data: bytes) -> str:
             tags = TiffImagePlugin.ImageFileDirectory_v2(header)
             stream.seek(tags.next)
             tags.load(stream)
-            bits = "/".join(map(str, tags.get(TIFF_BITS_PER_SAMPLE, (1,))[:4]))
-            return f"{bits} bits a sample and compression {int(tags[TIFF_COMPRESSION])}"
+            bits = "/".join(map(str, tags.get(_BITS_PER_SAMPLE, (1,))[:4]))
+            return f"{bits} bits a sample and compression {int(tags[_COMPRESSION])}"
     except Exception:  # noqa: BLE001  # damaged tags
         return ""

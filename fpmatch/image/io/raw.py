@@ -19,17 +19,14 @@ _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class RawSize:
-    """Hold the size of an image whose file is its pixels, row by row, 8 bits each.
-
-    Raises ImageError unless both sides are at least 1.
-    """
+    """Hold the positive size of an image whose file is its pixels, row by row, 8 bits each."""
 
     width: int
     height: int
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
-            raise ImageError(f"a size must be positive, not {self.width} x {self.height}")
+            raise ImageError(f"a size must be positive, not {self}")
 
     @property
     def bytes(self) -> int:

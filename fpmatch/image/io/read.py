@@ -1,8 +1,4 @@
-"""Read image files as 8-bit grey images.
-
-The format of a file is found by its content, never by its name; see
-`fpmatch.image.io.registry`.
-"""
+"""Read image files as 8-bit grey images; the format is found by content, never by name."""
 
 from __future__ import annotations
 
@@ -99,23 +95,16 @@ def decode_image(
     polarity: Polarity = "auto",
     dpi: float | None = None,
 ) -> GreyImage:
-    """Decode the bytes of an image file as `read_image` does; errors start with `source`.
-
-    Examples
-    --------
-    >>> decode_image(b"P5 60 50 255 " + bytes(3000), "print.pgm").pixels.shape
-    (50, 60)
-    """
+    """Decode the bytes of an image file as `read_image` does; errors start with `source`."""
     with name_errors(source):
         if len(data) > limits.max_file_megabytes * 1e6:
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
         if not data:
             raise ImageReadError("the file is empty")
         image = replace(_decode(data, limits, raw_sizes), source=source)
+    inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
         inverted = is_inverted(image.pixels, dpi or image.dpi or STANDARD_DPI)
-    else:
-        inverted = polarity == "white"
     if not inverted:
         return image
     return replace(image, pixels=255 - image.pixels, notes=(*image.notes, INVERTED))
@@ -148,15 +137,14 @@ def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> G
 
 def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:
     """Return the bytes of the regular file at `path`, at most one more than the limit."""
-    most = int(limits.max_file_megabytes * 1e6)
+    file = Path(path)
     try:
-        if not Path(path).exists():
+        if not file.exists():
             raise ImageReadError("no such file")
-        if not Path(path).is_file():
-            kind = "a folder" if Path(path).is_dir() else "not a regular file"
+        if not file.is_file():
+            kind = "a folder" if file.is_dir() else "not a regular file"
             raise ImageReadError(f"is {kind}, not an image")
-        with Path(path).open("rb") as stream:
-            data = stream.read(most + 1)
+        with file.open("rb") as stream:
+            return stream.read(int(limits.max_file_megabytes * 1e6) + 1)
     except (OSError, ValueError) as error:
         raise ImageReadError(error_text(error)) from error
-    return data

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io import an2, fir, pillow_formats, wsq
+from fpmatch.image.io import pillow_formats, records, wsq
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,8 +15,7 @@ if TYPE_CHECKING:
     from fpmatch.image.io.limits import ImageLimits
 
 
-@dataclass(frozen=True, slots=True)
-class ImageReader:
+class ImageReader(NamedTuple):
     """Read one format of image file.
 
     `signatures` are the first bytes of its files. `decode` raises nothing but an `FpmatchError`
@@ -37,8 +35,6 @@ FILE_READERS: Final = (
     ImageReader("WSQ", (wsq.START_OF_IMAGE,), wsq.decode_wsq),
 )
 """The formats of a single image."""
-SIGNATURE_BYTES: Final = max(len(start) for reader in FILE_READERS for start in reader.signatures)
-"""How many bytes of a file `is_image_file` needs."""
 
 
 def is_image_file(data: bytes) -> bool:
@@ -48,15 +44,20 @@ def is_image_file(data: bytes) -> bool:
 
 def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
     """Decode an image inside a record; None if its format is unknown."""
-    readers = (reader for reader in FILE_READERS if data.startswith(reader.signatures))
-    reader = next(readers, None)
-    return None if reader is None else reader.decode(data, limits)
+    for reader in FILE_READERS:
+        if data.startswith(reader.signatures):
+            return reader.decode(data, limits)
+    return None
 
 
 READERS: Final = (
     *FILE_READERS,
-    ImageReader("AN2", an2.SIGNATURES, partial(an2.decode_an2, decode_file=_decode_file)),
-    ImageReader("FIR", fir.SIGNATURES, partial(fir.decode_fir, decode_file=_decode_file)),
+    ImageReader(
+        "AN2", records.AN2_SIGNATURES, partial(records.decode_an2, decode_file=_decode_file)
+    ),
+    ImageReader(
+        "FIR", (records.FIR_SIGNATURE,), partial(records.decode_fir, decode_file=_decode_file)
+    ),
 )
 """All formats: single images, and records that contain one."""
 

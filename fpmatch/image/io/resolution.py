@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from PIL import Image
 
-TAGGED_DPI_DIGITS: Final = 1  # 500 dpi in a tag per metre comes back as 499.999
 MM_PER_INCH: Final = 25.4
 CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
@@ -27,13 +26,7 @@ _IN_A_COMMENT: Final = re.compile(
 _PNM_COMMENT: Final = re.compile(rb"#[^\r\n]*")
 # What Pillow raises for a damaged tag.
 _UNREADABLE: Final = (
-    ArithmeticError,
-    AttributeError,
-    LookupError,
-    OSError,
-    SyntaxError,
-    TypeError,
-    ValueError,
+    *(ArithmeticError, AttributeError, LookupError, OSError, SyntaxError, TypeError, ValueError),
     struct.error,
 )
 
@@ -45,11 +38,6 @@ def usable_dpi(horizontal: object, vertical: object = None) -> float | None:
 
     None where the axes differ, or the value is not above 100 and up to 4000 dpi: lower ones (1, 72,
     96) are defaults of programs.
-
-    Examples
-    --------
-    >>> usable_dpi(499.9993), usable_dpi(72), usable_dpi(500, 600)
-    (500.0, None, None)
     """
     dpi = _rounded(horizontal)
     same = vertical is None or dpi == _rounded(vertical)
@@ -60,17 +48,12 @@ def dpi_in_units(units: int, across: int, down: int) -> float | None:
     """Return the resolution of a record: a code of the units, and whole pixels along either axis.
 
     The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels per inch, 2 per centimetre.
-
-    Examples
-    --------
-    >>> dpi_in_units(2, 197, 197), dpi_in_units(1, 500, 500), dpi_in_units(0, 500, 500)
-    (500.0, 500.0, None)
     """
-    if units not in (_RECORD_PER_INCH, _RECORD_PER_CM):
-        return None
     if units == _RECORD_PER_INCH:
         return usable_dpi(across, down)
-    return usable_dpi(_per_cm_as_dpi(across), _per_cm_as_dpi(down))
+    if units == _RECORD_PER_CM:
+        return usable_dpi(_per_cm_as_dpi(across), _per_cm_as_dpi(down))
+    return None
 
 
 def _per_cm_as_dpi(pixels: int) -> int:
@@ -94,17 +77,15 @@ def tagged_dpi(image: Image.Image, head: bytes) -> tuple[float | None, tuple[str
         if usable_dpi(horizontal) and usable_dpi(vertical):
             both = f"{float(horizontal):g} and {float(vertical):g} dpi"
             notes.append(f"its resolution is not the same along both axes ({both}): ignored")
-    for comment in _comments(image, head):
-        if (found := _IN_A_COMMENT.search(comment[:_COMMENT_BYTES])) is not None:
-            dpi = usable_dpi(found[1] or found[2])
-            if dpi is not None:
-                return dpi, ()
-    return None, tuple(notes[:1])
+    found = (_IN_A_COMMENT.search(comment[:_COMMENT_BYTES]) for comment in _comments(image, head))
+    dpis = (usable_dpi(match[1] or match[2]) for match in found if match)
+    dpi = next((dpi for dpi in dpis if dpi is not None), None)
+    return dpi, tuple(notes[:1]) if dpi is None else ()
 
 
 def _rounded(value: object) -> float | None:
     try:
-        return round(float(value), TAGGED_DPI_DIGITS)  # type: ignore[arg-type]
+        return round(float(value), 1)  # type: ignore[arg-type]  # 500 dpi per metre are 499.999
     except _UNREADABLE:
         return None
 
@@ -128,11 +109,8 @@ def _pairs(image: Image.Image, head: bytes) -> Iterator[tuple[int, Any, Any]]:
             numbers = struct.unpack_from(">4H2b", head, box + 4)
             down, down_over, across, across_over, down_ten, across_ten = numbers
             per_inch = MM_PER_INCH / 1000
-            yield (
-                0,
-                across / across_over * 10.0**across_ten * per_inch,
-                down / down_over * 10.0**down_ten * per_inch,
-            )
+            across = across / across_over * 10.0**across_ten * per_inch
+            yield 0, across, down / down_over * 10.0**down_ten * per_inch
         except _UNREADABLE:
             pass
 

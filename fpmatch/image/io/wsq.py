@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
+from fpmatch.binary_records import ByteReader
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.byte_reader import ByteReader
 from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.resolution import usable_dpi
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Floats
     from fpmatch.image.io.limits import ImageLimits
 
-    Filters = tuple[NDArray[np.float32], NDArray[np.float32]]
+    Filters = tuple[Floats, Floats]
 
 START_OF_IMAGE: Final = b"\xff\xa0"
 _END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN = range(0xFFA1, 0xFFA7)
@@ -35,6 +36,7 @@ LONGEST_CODE: Final = 16  # bits of a Huffman code
 MAX_TABLES: Final = 8  # of one segment
 SUBBANDS: Final = 60  # transmitted, of the 64 of a quantiser table
 MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
+_MARKER: Final = re.compile(rb"\xff[^\x00]", re.DOTALL)
 _PPI: Final = re.compile(rb"(?:^|\n)PPI (\d{2,5})(?:\n|$)")
 
 # How the image is split: each node into top left, top right, bottom left and bottom right.
@@ -46,16 +48,14 @@ TREE: Final = ((_LOWEST, _SIXTEEN, _SIXTEEN, _LEAF), _FOUR, _FOUR, _LEAF)
 
 # Huffman symbols: up to 100 the length of a run of zeros, from 107 on a value; between them
 # escapes, whose value or run length follows: (its bits, the sign of the value or 0 for a run).
-_LONGEST_RUN: Final = 100
-_ZERO_SYMBOL: Final = 180
-_ESCAPES: Final = dict(
-    zip(range(101, 107), ((8, 1), (8, -1), (16, 1), (16, -1), (8, 0), (16, 0)), strict=True)
-)
+_LONGEST_RUN, _ZERO_SYMBOL = 100, 180
+_ESCAPES: Final = {
+    101: (8, 1), 102: (8, -1), 103: (16, 1), 104: (16, -1), 105: (8, 0), 106: (16, 0)
+}  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class _HuffmanTable:
-    """Hold the symbol whose code each word of 16 bits starts with, and the bits of that code.
+class _HuffmanTable(NamedTuple):
+    """For each word of 16 bits: the symbol whose code it starts with, and the bits of that code.
 
     The length is 0 where no code fits.
     """
@@ -86,39 +86,41 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
     damaged or uses filters of even length, ImageError if the image is too small or too large.
     """
     header = _Header()
-    reader = ByteReader(data, "WSQ")
+    reader = ByteReader(data, _damaged)
     if reader.take(2) != START_OF_IMAGE:
         raise ImageReadError("not a WSQ image")
     segments = 0
-    while (marker := reader.u16()) != _END:
+    while (marker := reader.number(2)) != _END:
         segments += 1
         if segments > MAX_SEGMENTS:
             raise ImageReadError(f"WSQ image of more than {MAX_SEGMENTS} segments")
+        body = ByteReader(reader.take(reader.number(2) - 2), _damaged)
         if marker == _BLOCK:
-            _read_block(reader, header)
+            _read_block(body, reader, header)
         else:
-            _read_segment(marker, reader, header, limits)
+            _read_segment(marker, body, header, limits)
     if header.size is None or header.filters is None or header.bins is None:
-        raise ImageReadError("damaged WSQ image (its frame, filters or quantisers are missing)")
-    subbands = _dequantised(header, header.size, header.bins)
+        raise _damaged("its frame, filters or quantisers are missing")
+    subbands = _Subbands(np.array(header.values, np.float64), header.bin_center, header.bins)
     joined = _join_node(TREE, header.size, subbands, header.filters)
+    subbands.check_end()
     grey = joined * np.float32(header.scale) + np.float32(header.shift) + np.float32(0.5)
     ppi = next((m[1] for c in header.comments if (m := _PPI.search(c))), None)
-    return GreyImage(
-        np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8),
-        dpi=usable_dpi(ppi),
-        format="WSQ",
-    )
+    pixels = np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8)
+    return GreyImage(pixels, dpi=usable_dpi(ppi), format="WSQ")
 
 
-def _read_segment(marker: int, reader: ByteReader, header: _Header, limits: ImageLimits) -> None:
+def _damaged(reason: str) -> ImageReadError:
+    return ImageReadError(f"damaged WSQ image ({reason})")
+
+
+def _read_segment(marker: int, body: ByteReader, header: _Header, limits: ImageLimits) -> None:
     """Read one marker segment into `header`."""
-    body = ByteReader(reader.take(reader.u16() - 2), "WSQ")
     if marker == _FRAME:
         if header.size is not None:
-            raise ImageReadError("damaged WSQ image (two frames)")
+            raise _damaged("two frames")
         body.take(2)  # black and white
-        height, width = body.u16(), body.u16()
+        height, width = body.number(2), body.number(2)
         limits.check(width, height, max_megapixels=MAX_MEGAPIXELS)
         header.size = width, height
         header.shift, header.scale = _decimal(body), _decimal(body)
@@ -130,9 +132,9 @@ def _read_segment(marker: int, reader: ByteReader, header: _Header, limits: Imag
     elif marker == _HUFFMAN:
         header.tables |= _read_tables(body)
     elif marker == _COMMENT:
-        header.comments.append(body.rest())
+        header.comments.append(body.take(body.left))
     elif not 0xFFA0 < marker <= 0xFFAF:
-        raise ImageReadError("damaged WSQ image (a marker is missing)")
+        raise _damaged("a marker is missing")
 
 
 def _read_tables(body: ByteReader) -> dict[int, _HuffmanTable]:
@@ -145,10 +147,10 @@ def _read_tables(body: ByteReader) -> dict[int, _HuffmanTable]:
     for _ in range(MAX_TABLES):
         if not body.left:
             return tables
-        number = body.u8()
+        number = body.number()
         counts = body.take(LONGEST_CODE)
         tables[number] = _huffman_table(counts, body.take(sum(counts)))
-    raise ImageReadError("damaged WSQ image (too many Huffman tables)")
+    raise _damaged("too many Huffman tables")
 
 
 def _huffman_table(counts: bytes, values: bytes) -> _HuffmanTable:
@@ -160,7 +162,7 @@ def _huffman_table(counts: bytes, values: bytes) -> _HuffmanTable:
             symbols += bytes([value]) * span
             lengths += bytes([length]) * span
             if len(symbols) > 1 << LONGEST_CODE:
-                raise ImageReadError("damaged WSQ image (a Huffman table has too many codes)")
+                raise _damaged("a Huffman table has too many codes")
         first += count
     missing = (1 << LONGEST_CODE) - len(symbols)
     return _HuffmanTable(bytes(symbols) + bytes(missing), bytes(lengths) + bytes(missing))
@@ -168,39 +170,40 @@ def _huffman_table(counts: bytes, values: bytes) -> _HuffmanTable:
 
 def _decimal(body: ByteReader) -> float:
     """Read a number of 16 bits with its decimal exponent before it."""
-    exponent = body.u8()
-    return body.u16() / 10.0**exponent
+    exponent = body.number()
+    return body.number(2) / 10.0**exponent
 
 
 def _synthesis_filters(body: ByteReader) -> Filters:
     """Return the low and high pass filters of the synthesis from those of the analysis."""
-    lengths = body.u8(), body.u8()
+    lengths = body.number(), body.number()
     if any(length % 2 == 0 for length in lengths):
         raise ImageReadError("WSQ image with filters of even length, which cannot be read")
     high, low = (_alternating(body, length) for length in lengths)
     if max(np.abs(high).max(), np.abs(low).max()) > _LARGEST_TAP:
-        raise ImageReadError("damaged WSQ image (a filter amplifies)")
+        raise _damaged("a filter amplifies")
     return low, high
 
 
-def _alternating(body: ByteReader, length: int) -> NDArray[np.float32]:
+def _alternating(body: ByteReader, length: int) -> Floats:
     """Read half a symmetric filter, from its middle on; return all of it, signs alternating."""
     half = []
     for k in range((length + 1) // 2):
-        sign = -1 if body.u8() else 1
-        exponent = body.u8()
-        half.append((-1) ** k * sign * body.u32() / 10.0**exponent)
+        sign = -1 if body.number() else 1
+        exponent = body.number()
+        half.append((-1) ** k * sign * body.number(4) / 10.0**exponent)
     return np.array([*half[:0:-1], *half], np.float32)
 
 
-def _read_block(reader: ByteReader, header: _Header) -> None:
-    """Decode one block of coefficients."""
-    body = ByteReader(reader.take(reader.u16() - 2), "WSQ")
-    table = header.tables.get(body.u8())
+def _read_block(body: ByteReader, reader: ByteReader, header: _Header) -> None:
+    """Decode the block of coefficients, up to the next marker, that a segment announces."""
+    table = header.tables.get(body.number())
     if header.size is None or table is None:
-        raise ImageReadError("damaged WSQ image (coefficients before their tables)")
+        raise _damaged("coefficients before their tables")
+    end = _MARKER.search(reader.data, reader.at)
+    coded = reader.take(reader.left + 1 if end is None else end.start() - reader.at)
     width, height = header.size
-    _decode_values(table, reader.entropy_coded(), header.values, width * height)
+    _decode_values(table, coded.replace(b"\xff\x00", b"\xff"), header.values, width * height)
 
 
 def _decode_values(table: _HuffmanTable, data: bytes, values: list[int], most: int) -> None:
@@ -226,79 +229,61 @@ def _decode_values(table: _HuffmanTable, data: bytes, values: list[int], most: i
             word = int.from_bytes(padded[byte : byte + 3], "big") >> (8 - (at & 7)) & 0xFFFF
             number = word >> (16 - bits)
             at += bits
-            if sign:
-                values.append(sign * number)
-            elif number:
-                values.extend([0] * number)
-            else:
-                raise ImageReadError("damaged WSQ image (a run of no coefficients)")
+            if not sign and not number:
+                raise _damaged("a run of no coefficients")
+            values.extend([sign * number] if sign else [0] * number)
         else:
-            raise ImageReadError("damaged WSQ image (an unknown symbol)")
+            raise _damaged("an unknown symbol")
 
 
-def _dequantised(
-    header: _Header, size: tuple[int, int], bins: NDArray[np.float64]
-) -> list[NDArray[np.float32]]:
-    """Return the subbands, in the order of the leaves of the tree."""
-    values = np.array(header.values, np.float64)
-    subbands, start = [], 0
-    for number, (width, height) in enumerate(_leaf_sizes(TREE, size)):
-        step, zero = bins[number]
-        if number >= SUBBANDS or step == 0:
-            subbands.append(np.zeros((height, width), np.float32))
-            continue
-        count = width * height
-        quantised = values[start : start + count]
-        if quantised.size != count:
-            raise ImageReadError("damaged WSQ image (coefficients are missing)")
-        start += count
-        sign = np.sign(quantised)
-        value = sign * (step * (np.abs(quantised) - header.bin_center) + zero / 2)
-        subbands.append(value.reshape(height, width).astype(np.float32))
-    if start != len(values):
-        raise ImageReadError("damaged WSQ image (it has too many coefficients)")
-    return subbands
+@dataclass(slots=True)
+class _Subbands:
+    """The coefficients of the subbands, in the order of the leaves of the tree."""
 
+    values: NDArray[np.float64]
+    bin_center: float
+    bins: NDArray[np.float64]
+    number: int = 0  # of the next subband
+    at: int = 0  # its first coefficient
 
-def _leaf_sizes(
-    node: tuple[object, ...], size: tuple[int, int], *, right: bool = False, below: bool = False
-) -> list[tuple[int, int]]:
-    """Return (width, height) of each leaf below `node`, in a given quarter of its parent."""
-    if not node:
-        return [size]
-    sizes = []
-    for quarter, part in enumerate(node):
-        in_right, in_below = bool(quarter & 1), bool(quarter & 2)
-        # Right and lower parts are high frequencies, whose own halves change places.
-        width = _half(size[0], low=in_right == right)
-        height = _half(size[1], low=in_below == below)
-        sizes += _leaf_sizes(part, (width, height), right=in_right, below=in_below)  # type: ignore[arg-type]
-    return sizes
+    def take(self, width: int, height: int) -> Floats:
+        """Return the next subband, dequantised."""
+        step, zero = self.bins[self.number]
+        self.number += 1
+        if self.number > SUBBANDS or step == 0:
+            return np.zeros((height, width), np.float32)
+        quantised = self.values[self.at : self.at + width * height]
+        if quantised.size != width * height:
+            raise _damaged("coefficients are missing")
+        self.at += width * height
+        value = np.sign(quantised) * (step * (np.abs(quantised) - self.bin_center) + zero / 2)
+        return np.asarray(value.reshape(height, width), np.float32)
 
-
-def _half(length: int, *, low: bool) -> int:
-    """Return how many coefficients of low or high frequency a line has."""
-    return (length + 1) // 2 if low else length // 2
+    def check_end(self) -> None:
+        """Raise ImageReadError if coefficients are left."""
+        if self.at != len(self.values):
+            raise _damaged("it has too many coefficients")
 
 
 def _join_node(
     node: tuple[object, ...],
     size: tuple[int, int],
-    subbands: list[NDArray[np.float32]],
+    subbands: _Subbands,
     filters: Filters,
     *,
     right: bool = False,
     below: bool = False,
-) -> NDArray[np.float32]:
-    """Join the subbands below `node`, taken from the front of `subbands`, to an image."""
-    if not node:
-        return subbands.pop(0)
+) -> Floats:
+    """Join the subbands below `node`, in a given quarter of its parent, to an image."""
     width, height = size
+    if not node:
+        return subbands.take(width, height)
     joined = np.zeros((height, width), np.float32)
     for quarter, part in enumerate(node):
         in_right, in_below = bool(quarter & 1), bool(quarter & 2)
+        # Right and lower parts are high frequencies, whose own halves change places.
         high_x, high_y = in_right != right, in_below != below
-        inner = _half(width, low=not high_x), _half(height, low=not high_y)
+        inner = (width + (not high_x)) // 2, (height + (not high_y)) // 2
         quarter_image = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)  # type: ignore[arg-type]
         spread = np.zeros((height, width), np.float32)
         spread[int(high_y) :: 2, int(high_x) :: 2] = quarter_image

@@ -1,74 +1,51 @@
-"""Fields on the square blocks of an image: means, blur, interpolation to pixels."""
+"""Fields on the square blocks of an image: means, blur, interpolation to pixels.
+
+Block ``[i, j]`` is centred at pixel ``((j + 0.5)·BLOCK_PX, (i + 0.5)·BLOCK_PX)``; the last row and
+column may reach beyond the image.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from fpmatch.image.arrays import Floats
 
+BLOCK_PX: Final = 8  # side of a block, at 500 dpi
 _CHANNELS: Final = 4  # that OpenCV blurs at a time
 
 
-class BlockGrid(Protocol):
-    """Square blocks of ``step_px`` pixels a side over an image of ``shape`` (H, W)."""
-
-    @property
-    def step_px(self) -> int:
-        """Side of a block."""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width of the image."""
-
-
-@dataclass(frozen=True, slots=True)
-class Blocks:
-    """Cover an image of ``shape`` (H, W) by square blocks of ``step_px`` pixels a side.
-
-    Block ``[i, j]`` is centred at pixel ``((j + 0.5)·step, (i + 0.5)·step)``; the last row and
-    column may reach beyond the image.
-    """
-
-    step_px: int
-    shape: tuple[int, int]
-
-
-def blocks_to_pixels(blocks: NDArray[np.float32], grid: BlockGrid) -> NDArray[np.float32]:
-    """Interpolate a field of blocks, (rows, columns) or (rows, columns, C), to pixels linearly."""
-    height, width = grid.shape
+def blocks_to_pixels(blocks: Floats, shape: tuple[int, ...]) -> Floats:
+    """Interpolate blocks, (rows, columns) or (rows, columns, C), linearly to pixels, `shape`."""
     rows, columns = blocks.shape[:2]
-    size = (columns * grid.step_px, rows * grid.step_px)
+    size = (columns * BLOCK_PX, rows * BLOCK_PX)
     large = cv2.resize(blocks, size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(large[:height, :width], np.float32)
+    return np.asarray(large[: shape[0], : shape[1]], np.float32)
 
 
-def block_mean_product(
-    a: NDArray[np.float32], b: NDArray[np.float32], grid: BlockGrid
-) -> NDArray[np.float32]:
+def block_mean_product(a: Floats, b: Floats) -> Floats:
     """Average the product of two images (H, W) over each block, shape (rows, columns).
 
     Blocks that reach beyond the image repeat its last row and column. Sums are taken row by row,
     then column by column, so that they do not depend on the machine's vector instructions.
     """
-    step, (height, width) = grid.step_px, grid.shape
-    rows, columns = -(-height // step), -(-width // step)
-    product = np.empty((rows * step, columns * step), np.float32)
+    height, width = a.shape
+    rows, columns = -(-height // BLOCK_PX), -(-width // BLOCK_PX)
+    product = np.empty((rows * BLOCK_PX, columns * BLOCK_PX), np.float32)
     np.multiply(a, b, out=product[:height, :width])
     product[:height, width:] = product[:height, width - 1 : width]
     product[height:] = product[height - 1]
-    sums = product.reshape(rows, step, -1).sum(axis=1)
-    total = reduce(np.add, (sums[:, k::step] for k in range(step)))
-    return np.asarray(total * np.float32(1 / step**2), np.float32)
+    sums = product.reshape(rows, BLOCK_PX, -1).sum(axis=1)
+    total = reduce(np.add, (sums[:, k::BLOCK_PX] for k in range(BLOCK_PX)))
+    return np.asarray(total * np.float32(1 / BLOCK_PX**2), np.float32)
 
 
-def blur_blocks(blocks: NDArray[np.float32], sigma_blocks: float) -> NDArray[np.float32]:
-    """Blur a field of blocks, shape (rows, columns) or (rows, columns, C), channel by channel."""
+def blur_blocks(blocks: Floats, sigma_blocks: float) -> Floats:
+    """Blur a field of blocks, (rows, columns) or (rows, columns, C), channel by channel."""
     planes = np.atleast_3d(np.asarray(blocks, np.float32))
     blurred = np.empty_like(planes)
     for start in range(0, planes.shape[2], _CHANNELS):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -12,67 +11,58 @@ import numpy as np
 from fpmatch.image.preprocess.foreground import local_range
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from fpmatch.image.arrays import Floats, Grey, Mask
 
+# Lengths in pixels at 500 dpi, contrasts in grey levels.
 SHRUNK_PX: Final = 4  # side of a pixel of the smaller images for means and areas
+WINDOW_SIGMA_PX: Final = 12.0
+MIN_CONTRAST: Final = 6.0
+FLAT_WINDOW_PX: Final = 9
+MAX_FLAT_RANGE: Final = 3
+MIN_FLAT_AREA_PX: Final = 400
+CLIP: Final = 3.0  # largest normalized value
 
 
-@dataclass(frozen=True, slots=True)
-class NormalizationParameters:
-    """Set the local normalisation; lengths in pixels at 500 dpi, contrasts in grey levels."""
-
-    window_sigma_px: float = 12.0
-    min_contrast: float = 6.0
-    flat_window_px: int = 9
-    flat_range: int = 3
-    min_flat_area_px: int = 400
-    clip: float = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class NormalizedImage:
+class NormalizedImage(NamedTuple):
     """Hold a locally normalized image, (H, W)."""
 
-    pixels: NDArray[np.float32]  # zero mean, unit deviation, ridges positive; 0 where invalid
-    contrast: NDArray[np.float32]  # local standard deviation of the grey levels
-    valid: NDArray[np.bool_]  # False in flat areas that touch the border of the image
+    pixels: Floats  # zero mean, unit deviation, ridges positive; 0 where invalid
+    contrast: Floats  # local standard deviation of the grey levels
+    valid: Mask  # False in flat areas that touch the border of the image
 
 
-def normalize(
-    grey: NDArray[np.uint8], parameters: NormalizationParameters | None = None
-) -> NormalizedImage:
+def normalize(grey: Grey) -> NormalizedImage:
     """Normalize brightness and contrast of an image (H, W) at 500 dpi, ridges dark.
 
     Flat areas that touch the border (a sensor's frame, white paper) are excluded from the local
     statistics, so that ridges beside them keep their contrast.
     """
-    p = parameters or NormalizationParameters()
-    flat = _flat_border(grey, p)
+    flat = _flat_border(grey)
     skin = (~flat).astype(np.float32)
-    blur = _Blur(skin, p.window_sigma_px)
+    blur = _Blur(skin, WINDOW_SIGMA_PX)
     values = np.multiply(grey, skin)
     deviation = blur.mean(values)
     np.subtract(deviation, values, out=deviation)
     np.multiply(deviation, skin, out=deviation)
     contrast = blur.mean(np.multiply(deviation, deviation, out=values))
     np.sqrt(contrast, out=contrast)
-    pixels = np.divide(deviation, np.maximum(contrast, p.min_contrast, out=values), out=deviation)
-    return NormalizedImage(np.clip(pixels, -p.clip, p.clip, out=pixels), contrast, ~flat)
+    pixels = np.divide(deviation, np.maximum(contrast, MIN_CONTRAST, out=values), out=deviation)
+    return NormalizedImage(np.clip(pixels, -CLIP, CLIP, out=pixels), contrast, ~flat)
 
 
-def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray[np.bool_]:
+def _flat_border(grey: Grey) -> Mask:
     """Return the large areas without grey-level variation that touch the image's border.
 
     They are found on every fourth pixel of every fourth row.
     """
-    box = np.ones((p.flat_window_px, p.flat_window_px), np.uint8)
-    spread = local_range(grey, p.flat_window_px)
-    flat = cv2.dilate((spread <= p.flat_range).view(np.uint8), box)
+    box = np.ones((FLAT_WINDOW_PX, FLAT_WINDOW_PX), np.uint8)
+    spread = local_range(grey, FLAT_WINDOW_PX)
+    flat = cv2.dilate((spread <= MAX_FLAT_RANGE).view(np.uint8), box)
     few = np.ascontiguousarray(flat[::SHRUNK_PX, ::SHRUNK_PX])
     count, labels, stats, _ = cv2.connectedComponentsWithStats(few, connectivity=4)
     border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     outside = np.zeros(count, np.uint8)
-    outside[border] = stats[border, cv2.CC_STAT_AREA] * SHRUNK_PX**2 >= p.min_flat_area_px
+    outside[border] = stats[border, cv2.CC_STAT_AREA] * SHRUNK_PX**2 >= MIN_FLAT_AREA_PX
     outside[0] = 0
     near = cv2.dilate(outside[labels], np.ones((3, 3), np.uint8))
     near = near.repeat(SHRUNK_PX, axis=0).repeat(SHRUNK_PX, axis=1)
@@ -83,7 +73,7 @@ def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray
 class _Blur:
     """Means around each pixel, weighted by a Gaussian and by `weight`, on a smaller image."""
 
-    def __init__(self, weight: NDArray[np.float32], sigma: float) -> None:
+    def __init__(self, weight: Floats, sigma: float) -> None:
         height, width = weight.shape
         shrunk = max(1, min(SHRUNK_PX, int(sigma / 2)))
         self.small = (-(-width // shrunk), -(-height // shrunk))
@@ -92,14 +82,14 @@ class _Blur:
         self.sigma = math.sqrt(sigma * sigma - (shrunk**2 - 1) / 4) / shrunk
         self.share = self._blurred(weight) + np.float32(1e-6)
 
-    def mean(self, weighed: NDArray[np.float32]) -> NDArray[np.float32]:
+    def mean(self, weighed: Floats) -> Floats:
         """Return the means around each pixel of an image that was multiplied by the weight."""
         height, width = weighed.shape
         mean = self._blurred(weighed) / self.share
         mean = cv2.resize(mean, self.large, interpolation=cv2.INTER_LINEAR)[:height, :width]
         return np.asarray(mean, np.float32)
 
-    def _blurred(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _blurred(self, image: Floats) -> Floats:
         """Return the image, small and blurred."""
         height, width = image.shape
         below, beside = self.large[1] - height, self.large[0] - width

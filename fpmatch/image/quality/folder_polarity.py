@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
@@ -50,6 +50,7 @@ def find_polarities(
     polarity: Polarity = "auto",
     dpi: float | None = None,
     reader: Callable[..., object] = read_image,
+    each: Callable[..., Iterable[float | None]] = map,
 ) -> dict[Path, Polarity]:
     """Find the polarity of the folders of some images: "dark", "white" or "auto".
 
@@ -57,40 +58,48 @@ def find_polarities(
     of the sum of the images' evidence, at `dpi`, else the resolution of ``dataset.toml`` or the
     images' own. Folders whose own images leave doubt are decided together; "auto" leaves the
     decision to each image. Files that cannot be read are skipped; `reader` is as for
-    `PolarityReader`. Raises DatasetError if a ``dataset.toml`` is malformed.
+    `PolarityReader`, and `each` as the built-in `map`: it calls a function for each image looked
+    at, here or in other processes. Raises DatasetError if a ``dataset.toml`` is malformed.
     """
     folders: dict[Path, list[Path]] = defaultdict(list)
     for path in map(Path, paths):
         folders[path.parent].append(path)
     if polarity != "auto":
         return dict.fromkeys(folders, polarity)
-    description = cache(read_dataset_info)
-    found = {folder: description(folder).polarity for folder in folders}
-    open_ = [folder for folder, known in found.items() if known == "auto"]
-    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // max(1, len(open_))))
+    known = cache(read_dataset_info)
+    found = {folder: known(folder).polarity for folder in folders}
+    open_ = [folder for folder in folders if found[folder] == "auto"]
     if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
         return found
-    doubtful: dict[Path, list[float]] = {}
-    for folder in open_:
-        resolution = dpi or description(folder).dpi
-        evidence = [
-            polarity_evidence(image.pixels, resolution or image.dpi or STANDARD_DPI)
-            for image in _sample(folders[folder], most, reader)
-        ]
-        found[folder] = common_polarity(evidence)
-        if found[folder] == "auto":
-            doubtful[folder] = evidence
-    together = common_polarity([one for evidence in doubtful.values() for one in evidence])
+    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
+    samples = [
+        (path, dpi or known(folder).dpi)
+        for folder in open_
+        for path in _sample(folders[folder], most)
+    ]
+    evidence: dict[Path, list[float]] = {folder: [] for folder in open_}
+    for (path, _), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
+        if one is not None:
+            evidence[path.parent].append(one)
+    found |= {folder: common_polarity(own) for folder, own in evidence.items()}
+    doubtful = [folder for folder in open_ if found[folder] == "auto"]
+    together = common_polarity([one for folder in doubtful for one in evidence[folder]])
     return found | dict.fromkeys(doubtful, together)
 
 
-def _sample(paths: Sequence[Path], most: int, reader: Callable[..., object]) -> Iterable[GreyImage]:
-    """Yield some images of a folder, evenly chosen, without inverting any."""
-    count = min(most, len(paths))
-    for number in np.linspace(0, len(paths) - 1, count).round().astype(int).tolist():
-        try:
-            image = reader(paths[number], polarity="dark")
-        except FpmatchError:
-            continue
-        if isinstance(image, GreyImage):
-            yield image
+def _sample(paths: Sequence[Path], most: int) -> list[Path]:
+    """Return some images of a folder, evenly chosen."""
+    places = np.linspace(0, len(paths) - 1, min(most, len(paths)))
+    return [paths[number] for number in places.round().astype(int).tolist()]
+
+
+def _evidence(reader: Callable[..., object], sample: tuple[Path, float | None]) -> float | None:
+    """Return the evidence of an image and its resolution; None where it cannot be read."""
+    path, dpi = sample
+    try:
+        image = reader(path, polarity="dark")
+    except FpmatchError:
+        return None
+    if not isinstance(image, GreyImage):
+        return None
+    return polarity_evidence(image.pixels, dpi or image.dpi or STANDARD_DPI)

@@ -14,17 +14,15 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from fpmatch.image.arrays import percentiles
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.preprocess.percentiles import percentiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Floats, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
-
-    Field = NDArray[np.float32]
-    Mask = NDArray[np.bool_]
 
 LINE_CUES: Final = (
     "gaps along lines",
@@ -37,7 +35,6 @@ LINE_CUES: Final = (
 )
 """Names of the cues, in their order."""
 
-
 # Lengths in pixels at 500 dpi.
 _FINE_SIGMA, _DOT_SIGMA = 1.2, 0.7  # smoothing before curvatures, and before the search for dots
 _LINE_SIGMA, _GROUND_SIGMA = 2.0, 6.0  # smoothing of lines, and of the ground subtracted from them
@@ -47,14 +44,13 @@ _MIN_COHERENCE: Final = 0.5
 _MIN_CONTRAST: Final = 0.35  # share of the image's strong contrast, at the percentile below
 _STRONG_PERCENTILE: Final = 90.0
 _MARGIN: Final = 4  # eroded from the print's border
-MAX_SIDE: Final = 448
-"""Side of the middle part of the foreground that is measured."""
+MAX_SIDE: Final = 448  # side of the middle part of the foreground that is measured
 _MIN_AREA: Final = 800  # pixels of the print; of either crest a tenth
 _PRIOR_DOTS: Final = 3.0  # added to the counts of either kind
 _SHRUNK: Final = 4  # side of a pixel of the smaller images that wide means are taken of
 
 
-def line_cues(grey: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+def line_cues(grey: Grey) -> NDArray[np.float64] | None:
     """Compare the dark lines of a print with its bright lines, in an image (H, W) at 500 dpi.
 
     Returns the cues in the order of `LINE_CUES`, shape (7,), or None where the image shows too few
@@ -73,27 +69,26 @@ def line_cues(grey: NDArray[np.uint8]) -> NDArray[np.float64] | None:
         return None
     fine = _blurred(image.pixels, _FINE_SIGMA)
     along, beside = _curvatures(fine, across)
-    return np.array(
-        [
-            _skewness(along[print_]),
-            _skewness(along[dark]) + _skewness(along[bright]),
-            _log_ratio(along[crest].std(), along[bed].std()),
-            _log_ratio(fine[crest].std(), fine[bed].std()),
-            _log_ratio(beside[bed].std(), beside[crest].std()),
-            2 * np.count_nonzero(image.pixels[print_] > 0) / np.count_nonzero(print_) - 1,
-            _dots(image.pixels, dark, bright),
-        ]
+    cues = (
+        _skewness(along[print_]),
+        _skewness(along[dark]) + _skewness(along[bright]),
+        _log_ratio(along[crest].std(), along[bed].std()),
+        _log_ratio(fine[crest].std(), fine[bed].std()),
+        _log_ratio(beside[bed].std(), beside[crest].std()),
+        2 * np.count_nonzero(image.pixels[print_] > 0) / np.count_nonzero(print_) - 1,
+        _dots(image.pixels, dark, bright),
     )
+    return np.array(cues)
 
 
-def _middle(grey: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
+def _middle(grey: Grey, side: int) -> Grey:
     """Return the foreground of an image, or the middle of a large one."""
     found = grey[foreground_box(grey).slices]
     top, left = (max(0, (length - side) // 2) for length in found.shape)
     return np.ascontiguousarray(found[top : top + side, left : left + side])
 
 
-def _flow(ridges: Field, image: NormalizedImage) -> tuple[tuple[Field, Field], Mask]:
+def _flow(ridges: Floats, image: NormalizedImage) -> tuple[tuple[Floats, Floats], Mask]:
     """Return the direction across the lines, and where there are lines, without the border.
 
     The direction is the unit vector of twice its angle.
@@ -114,7 +109,7 @@ def _flow(ridges: Field, image: NormalizedImage) -> tuple[tuple[Field, Field], M
     return (_enlarged(difference / size, ridges), _enlarged(doubled / size, ridges)), print_
 
 
-def _curvatures(image: Field, across: tuple[Field, Field]) -> tuple[Field, Field]:
+def _curvatures(image: Floats, across: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Return the second derivatives along the lines and across them."""
     cosine, sine = across
     xx, xy, yy = (cv2.Sobel(image, cv2.CV_32F, *order) for order in ((2, 0), (1, 1), (0, 2)))
@@ -123,7 +118,7 @@ def _curvatures(image: Field, across: tuple[Field, Field]) -> tuple[Field, Field
     return along, both - along
 
 
-def _dots(pixels: Field, dark: Mask, bright: Mask) -> float:
+def _dots(pixels: Floats, dark: Mask, bright: Mask) -> float:
     """Return the log ratio of the bright dots in dark lines to the dark dots in bright lines."""
     smooth, element = _blurred(pixels, _DOT_SIGMA), np.ones((3, 3), np.uint8)
     pits = dark & (smooth <= cv2.erode(smooth, element))
@@ -131,25 +126,25 @@ def _dots(pixels: Field, dark: Mask, bright: Mask) -> float:
     return math.log((pits.sum() + _PRIOR_DOTS) / (peaks.sum() + _PRIOR_DOTS))
 
 
-def _blurred(image: Field, sigma: float) -> Field:
+def _blurred(image: Floats, sigma: float) -> Floats:
     return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), np.float32)
 
 
-def _shrunk(image: Field, factor: int) -> Field:
+def _shrunk(image: Floats, factor: int) -> Floats:
     size = tuple(max(1, side // factor) for side in image.shape[::-1])
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
-def _wide_mean(image: Field, sigma: float) -> Field:
+def _wide_mean(image: Floats, sigma: float) -> Floats:
     """Return a mean over a window much wider than a few pixels, of every fourth pixel."""
     return _blurred(_shrunk(image, _SHRUNK), sigma / _SHRUNK)
 
 
-def _enlarged(image: Field, like: Field) -> Field:
+def _enlarged(image: Floats, like: Floats) -> Floats:
     return np.asarray(cv2.resize(image, like.shape[::-1]), np.float32)
 
 
-def _skewness(values: Field) -> float:
+def _skewness(values: Floats) -> float:
     values = values - values.mean()
     square = values * values
     return float((square * values).mean() / max(float(square.mean()), 1e-9) ** 1.5)

@@ -43,24 +43,18 @@ class LinearWeights:
         return f"{json.dumps(document, indent=1)}\n"
 
     @classmethod
-    def from_json(cls, text: str, names: tuple[str, ...]) -> LinearWeights:
-        """Read the text of a JSON file; raise FpmatchError unless it has weights of `names`."""
+    def load(cls, path: Path, names: tuple[str, ...]) -> LinearWeights:
+        """Read a file; raise FpmatchError unless it has weights of `names`."""
         try:
-            document = json.loads(text)
+            document = json.loads(path.read_text(encoding="utf-8"))
             rows = document["features"]
             if tuple(row["name"] for row in rows) != names:
-                raise FpmatchError("weights of other features than those of this version")
+                raise FpmatchError(
+                    "weights of other features than those of this version", path=path
+                )
             keys = ("middle", "spread", "weight")
             middle, spread, weight = (np.array([float(row[k]) for row in rows]) for k in keys)
             bias, provenance = float(document["bias"]), document["provenance"]
         except (LookupError, TypeError, ValueError) as error:
-            raise FpmatchError("not a file of weights") from error
+            raise FpmatchError("not a file of weights", path=path) from error
         return cls(names, middle, spread, weight, bias, provenance)
-
-    @classmethod
-    def load(cls, path: Path, names: tuple[str, ...]) -> LinearWeights:
-        """Read a file; errors start with its path."""
-        try:
-            return cls.from_json(path.read_text(encoding="utf-8"), names)
-        except FpmatchError as error:
-            raise FpmatchError(f"{path}: {error}") from error

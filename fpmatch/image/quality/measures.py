@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.image.preprocess.percentiles import percentiles
+from fpmatch.image.arrays import percentiles
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -18,13 +18,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Floats, Mask
+
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")
 """The recorded stages that quality is measured on."""
 _RINGS_PER_CYCLE: Final = 200  # of frequency: rings of 0.005 cycles a pixel
 _RINGS: Final = _RINGS_PER_CYCLE // 2
 _NO_SPECTRUM: Final = (math.nan, math.nan, math.nan, math.nan, 0.0)
-
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
 _GRAIN_SIGMA: Final = 0.8  # smoothing of single pixels before ridges are separated from valleys
@@ -46,40 +47,21 @@ _ANY_PERIODS: Final = (2.6, 28.0)  # of ridges at a wrong resolution
 class QualityMeasures:
     """Hold the quality measures of one print; NaN where there is nothing to measure.
 
-    Parameters
-    ----------
-    image_mm2, ridges_mm2 : float
-        Area of the image, and of its ridges.
-    minutiae : float
-        Number of minutiae, weighted by their quality.
-    dark_share : float
-        Share of the ridges' area darker than the mean of ridge and valley: below half where ridges
-        are thin, above where they run together.
-    ridge_spread, valley_spread : float
-        Standard deviation of the normalised grey values on ridges and in valleys: 0 where they are
-        even, 1 where they are as rough as the whole.
-    period_px : float
-        Mean ridge period, in pixels at 500 dpi.
-    concentration : float
-        Share of the image's energy about one period; low where that period is not one of ridges.
-    detail : float
-        Energy finer than ridges over that of ridges; near 0 in a blurred image.
-    peak_px, peak_share : float
-        Strongest period in a range much wider than that of human ridges, in pixels at 500 dpi, and
-        the share of all energy, noise included, about it: the ridge period even if the resolution
-        is wrong.
+    The peak is the ridge period even if the resolution is wrong; its share is one of all energy,
+    noise included. Periods are in pixels at 500 dpi, spreads are standard deviations of the
+    normalised grey values: 0 where they are even, 1 where they are as rough as the whole.
     """
 
-    image_mm2: float
-    ridges_mm2: float
-    minutiae: float
-    dark_share: float
+    image_mm2: float  # area of the image
+    ridges_mm2: float  # area of its ridges
+    minutiae: float  # number of minutiae, weighted by their quality
+    dark_share: float  # of that area, darker than the mean of ridge and valley; half where even
     ridge_spread: float
     valley_spread: float
-    period_px: float
-    concentration: float
-    detail: float
-    peak_px: float = math.nan
+    period_px: float  # mean ridge period
+    concentration: float  # share of the energy about one period; low if that is not one of ridges
+    detail: float  # energy finer than ridges over that of ridges; near 0 in a blurred image
+    peak_px: float = math.nan  # strongest in a range much wider than that of human ridges
     peak_share: float = 0.0
 
 
@@ -90,21 +72,17 @@ def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasure
     quality = stages["minutiae"][:, 4].astype(np.float64)
     area = float(np.count_nonzero(mask)) * MM_PER_PX**2
     measured = mask if area >= _MIN_RIDGES_MM2 else _of_contrast(grey)
-    ridges, valleys = _spreads(
-        stages["normalised"][mask].astype(np.float64), stages["enhanced"][mask]
-    )
     return QualityMeasures(
         grey.size * MM_PER_PX**2,
         area,
         float(quality.sum()) / 100.0,
         _dark_share(grey, mask),
-        ridges,
-        valleys,
+        *_spreads(stages["normalised"][mask].astype(np.float64), stages["enhanced"][mask]),
         *_spectral_measures(grey, measured),
     )
 
 
-def _dark_share(grey: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
+def _dark_share(grey: Floats, mask: Mask) -> float:
     if not mask.any():
         return math.nan
     box = np.ones((_LEVELS_SIDE, _LEVELS_SIDE), np.uint8)
@@ -123,7 +101,7 @@ def _spreads(pixels: NDArray[np.float64], enhanced: NDArray[np.generic]) -> tupl
     return ridges, valleys
 
 
-def _of_contrast(grey: NDArray[np.float32]) -> NDArray[np.bool_]:
+def _of_contrast(grey: Floats) -> Mask:
     """Return where the image has contrast, ridges or not."""
     detail = grey - cv2.GaussianBlur(grey, (0, 0), _BACKGROUND_SIGMA)
     contrast = np.sqrt(cv2.GaussianBlur(detail * detail, (0, 0), _BACKGROUND_SIGMA))
@@ -131,9 +109,7 @@ def _of_contrast(grey: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(contrast > max(_MIN_CONTRAST, strong))
 
 
-def _spectral_measures(
-    grey: NDArray[np.float32], measured: NDArray[np.bool_]
-) -> tuple[float, float, float, float, float]:
+def _spectral_measures(grey: Floats, measured: Mask) -> tuple[float, float, float, float, float]:
     """Return period, concentration, detail, and the peak with its share, of a print's spectrum."""
     if np.count_nonzero(measured) * MM_PER_PX**2 < _MIN_RIDGES_MM2 / 2:
         return _NO_SPECTRUM
@@ -148,7 +124,7 @@ def _spectral_measures(
     energy = np.bincount(ring, power.ravel(), _RINGS + 1)[:_RINGS]
     frequency = (np.arange(_RINGS) + 0.5) / _RINGS_PER_CYCLE
 
-    def within(periods: tuple[float, float]) -> NDArray[np.bool_]:
+    def within(periods: tuple[float, float]) -> Mask:
         return np.asarray((frequency >= 1 / periods[1]) & (frequency < 1 / periods[0]))
 
     noise = float(percentiles((energy / size)[within(_NOISE_PERIODS)], 50)[0])
@@ -161,7 +137,7 @@ def _spectral_measures(
     mean = float((frequency * signal)[ridges].sum()) / ridge_energy
     smooth = np.convolve(signal, np.ones(3), "same")
 
-    def about_peak(looked_for: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def about_peak(looked_for: Mask) -> Mask:
         peak = float(frequency[looked_for][smooth[looked_for].argmax()])
         return within((1 / (peak * _ABOUT_PEAK), _ABOUT_PEAK / peak))
 

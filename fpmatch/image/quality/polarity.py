@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.preprocess.percentiles import percentiles
+from fpmatch.image.arrays import percentiles
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.minutiae import STANDARD_DPI
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Grey
+
 Polarity = Literal["auto", "dark", "white"]
 """Grey level of an image's ridges; "auto": to be found."""
 
@@ -34,8 +36,7 @@ INVERTED: Final = "its ridges are white on black: turned into dark ones"
 POLARITIES: Final[tuple[Polarity, ...]] = ("auto", "dark", "white")
 WEIGHTS_FILE: Final = Path(__file__).with_name("polarity.json")
 
-MIN_EVIDENCE: Final = 4.0
-"""Log-odds from which a polarity is certain."""
+MIN_EVIDENCE: Final = 4.0  # log-odds from which a polarity is certain
 BACKGROUND_ODDS: Final = 3.0  # log-odds that a background like the bright or dark lines adds
 MAX_EVIDENCE: Final = 8.0  # log-odds, of one image
 FARTHEST_CUE: Final = 4.0
@@ -66,7 +67,7 @@ def evidence_of_cues(cues: NDArray[np.float64], weights: LinearWeights) -> NDArr
     return np.asarray(np.clip(limited @ weights.weight, -MAX_EVIDENCE, MAX_EVIDENCE))
 
 
-def polarity_evidence(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> float:
+def polarity_evidence(grey: Grey, dpi: float = STANDARD_DPI) -> float:
     """Return the log-odds that the ridges of an image (H, W) are dark, by its lines.
 
     Negative for white ridges, 0 without evidence. The negative image has the opposite value.
@@ -76,7 +77,7 @@ def polarity_evidence(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> flo
     return 0.0 if cues is None else float(evidence_of_cues(cues, load_polarity_weights()))
 
 
-def is_inverted(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> bool:
+def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:
     """Return whether a single print (H, W) certainly shows white ridges.
 
     A clearly bright background, which most sensors with dark ridges have, settles the question
@@ -95,23 +96,28 @@ def common_polarity(evidence: Sequence[float]) -> Polarity:
     it is not certain.
     """
     total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
-    return "white" if total <= -MIN_EVIDENCE else "dark" if total >= MIN_EVIDENCE else "auto"
+    if abs(total) < MIN_EVIDENCE:
+        return "auto"
+    return "dark" if total > 0 else "white"
 
 
 def check_polarity(polarity: object) -> Polarity:
     """Return a polarity; raise ImageError if it is none of `POLARITIES`."""
-    for known in POLARITIES:
-        if polarity == known:
-            return known
+    if polarity in POLARITIES:
+        return polarity
     raise ImageError(f"no polarity {polarity!r}: there are {', '.join(POLARITIES)}")
 
 
-def background_level(grey: NDArray[np.uint8]) -> float:
+def background_level(grey: Grey) -> float:
     """Return the brightness of a print's background, -1 of its dark lines to 1 of its bright lines.
 
     It is 0 where there is no background in the image (H, W), or it is of both kinds.
     """
-    blocks = _blocks(grey[::_STEP_PX, ::_STEP_PX], _BLOCK_PX)
+    few = grey[::_STEP_PX, ::_STEP_PX]
+    rows, columns = (side // _BLOCK_PX for side in few.shape)
+    whole = few[: rows * _BLOCK_PX, : columns * _BLOCK_PX].astype(np.float32)
+    tiles = whole.reshape(rows, _BLOCK_PX, columns, _BLOCK_PX).swapaxes(1, 2)
+    blocks = tiles.reshape(-1, _BLOCK_PX**2)
     if not len(blocks):
         return 0.0
     deviation = blocks.std(axis=1)
@@ -128,14 +134,7 @@ def background_level(grey: NDArray[np.uint8]) -> float:
     return level if other <= _MAX_OTHER else 0.0
 
 
-def _blocks(grey: NDArray[np.uint8], side: int) -> NDArray[np.float32]:
-    """Return the whole blocks of an image, shape (N, side * side)."""
-    rows, columns = grey.shape[0] // side, grey.shape[1] // side
-    whole = grey[: rows * side, : columns * side].astype(np.float32)
-    return whole.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(-1, side * side)
-
-
-def _resampled(grey: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8] | None:
+def _resampled(grey: Grey, dpi: float) -> Grey | None:
     """Return an image at about 500 dpi; None where it is too large for a print."""
     zoom = STANDARD_DPI / dpi
     width, height = (max(1, round(side * zoom)) for side in grey.shape[::-1])

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.measures import QualityMeasures
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
-TYPICAL_PERIOD_PX: Final = 9.0
-"""Ridge period of most fingers, in pixels at 500 dpi: 0.46 mm."""
+TYPICAL_PERIOD_PX: Final = 9.0  # ridge period of most fingers, in pixels at 500 dpi: 0.46 mm
 WRONG_RESOLUTION: Final = "wrong resolution"
 """Code of the reason for ridges that are too near or too far apart."""
 FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "period", "blur")
@@ -35,8 +34,7 @@ FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "perio
 # Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
 MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
 MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
-PERIODS_PX: Final = (6.75, 12.0)
-"""Range of the ridge periods of people."""
+PERIODS_PX: Final = (6.75, 12.0)  # range of the ridge periods of people
 FAR_PERIODS_PX: Final = (6.0, 12.3)
 """Range beyond which the strongest period is not one of human ridges."""
 MIN_PEAK_SHARES: Final = (0.5, 0.6)
@@ -50,19 +48,13 @@ BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest 
 class Reason:
     """Hold one fault of a print.
 
-    Parameters
-    ----------
-    code : str
-        "no ridges", "too small", "partial", "too dry", "too wet", "blurred" or "wrong resolution".
-    message : str
-        What is wrong, and what to do about it.
-    dpi : float or None
-        The probable resolution, where the given one is wrong.
+    Its code is "no ridges", "too small", "partial", "too dry", "too wet", "blurred" or "wrong
+    resolution".
     """
 
     code: str
-    message: str
-    dpi: float | None = None
+    message: str  # what is wrong, and what to do about it
+    dpi: float | None = None  # the probable resolution, where the given one is wrong
 
     def __str__(self) -> str:
         return f"{self.code}: {self.message}"
@@ -105,14 +97,11 @@ def quality_features(measures: QualityMeasures) -> NDArray[np.float64]:
     and by how many octaves period and detail exceed their limits.
     """
     shortest, longest = PERIODS_PX
-    off = max(
-        math.log2(shortest / measures.period_px), math.log2(measures.period_px / longest), 0.0
-    )
+    period = measures.period_px
+    off = max(math.log2(shortest / period), math.log2(period / longest), 0.0)
     blur = max(math.log2(MIN_DETAIL / max(measures.detail, MIN_DETAIL / 64)), 0.0)
-    spreads = (measures.ridge_spread, measures.valley_spread)
-    return np.array(
-        [math.log(measures.ridges_mm2), math.log1p(measures.minutiae), *spreads, off, blur]
-    )
+    amounts = math.log(measures.ridges_mm2), math.log1p(measures.minutiae)
+    return np.array([*amounts, measures.ridge_spread, measures.valley_spread, off, blur])
 
 
 def quality_score(features: NDArray[np.float64], weights: LinearWeights) -> NDArray[np.float64]:
@@ -137,9 +126,8 @@ def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
         return [*_about_ink(m), _wrong_resolution(m.peak_px, dpi)]
     found = _about_area(m) + _about_ink(m)
     if blurred:
-        found.append(
-            Reason("blurred", "edges of ridges are soft (hold still, focus, clean the sensor)")
-        )
+        advice = "(hold still, focus, clean the sensor)"
+        found.append(Reason("blurred", f"edges of ridges are soft {advice}"))
     shortest, longest = PERIODS_PX
     odd = m.period_px < shortest or (m.period_px > longest and not blurred)  # blur lengthens it
     if odd and m.concentration >= MIN_CONCENTRATION:
@@ -153,9 +141,8 @@ def _is_far_off(m: QualityMeasures, *, blurred: bool) -> bool:
     if blurred:
         longest *= BLUR_LENGTHENS
     if_short, if_long = MIN_PEAK_SHARES
-    return (m.peak_px < shortest and m.peak_share >= if_short) or (
-        m.peak_px > longest and m.peak_share >= if_long
-    )
+    too_near = m.peak_px < shortest and m.peak_share >= if_short
+    return too_near or (m.peak_px > longest and m.peak_share >= if_long)
 
 
 def _about_area(m: QualityMeasures) -> list[Reason]:
@@ -164,8 +151,8 @@ def _about_area(m: QualityMeasures) -> list[Reason]:
         found.append(Reason("no ridges", "no fingerprint is found in the image"))
     if m.image_mm2 < MIN_IMAGE_MM2:
         side = math.sqrt(MIN_IMAGE_MM2)
-        advice = f"a larger sensor, {side:.0f} x {side:.0f} mm at least"
         area = f"the image shows {m.image_mm2:.0f} mm² of skin at most"
+        advice = f"a larger sensor, {side:.0f} x {side:.0f} mm at least"
         found.append(Reason("too small", f"{area} ({advice})"))
     elif 0 < m.ridges_mm2 < MIN_RIDGES_MM2:
         area = f"ridges on {m.ridges_mm2:.0f} mm² only"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -11,37 +10,25 @@ import numpy as np
 from fpmatch.image.skeleton import _small_parts_kernel as kernel
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from fpmatch.image.arrays import Floats, Grey, Mask
+
+MIN_RIDGE_AREA_PX: Final = 40
+MIN_HOLE_AREA_PX: Final = 14
 
 
-@dataclass(frozen=True, slots=True)
-class BinarizationParameters:
-    """Set the smallest structures that are kept; areas in pixels at 500 dpi."""
-
-    min_ridge_area_px: int = 40
-    min_hole_area_px: int = 14
-
-
-def binarize(
-    enhanced: NDArray[np.float32],
-    mask: NDArray[np.bool_],
-    parameters: BinarizationParameters | None = None,
-) -> NDArray[np.bool_]:
+def binarize(enhanced: Floats, mask: Mask) -> Mask:
     """Return the positive pixels of the enhanced image in the mask, (H, W), as ridge.
 
     Small specks are dropped and small holes filled.
     """
-    p = parameters or BinarizationParameters()
     ridges = np.ascontiguousarray((enhanced > 0) & mask).view(np.uint8)
     flip = flip_with_kernel if kernel.COMPILED else flip_with_opencv
-    flip(ridges, 1, p.min_ridge_area_px, corners=True)
-    flip(ridges, 0, p.min_hole_area_px, corners=False)
+    flip(ridges, 1, MIN_RIDGE_AREA_PX, corners=True)
+    flip(ridges, 0, MIN_HOLE_AREA_PX, corners=False)
     return ridges.view(np.bool_) & mask
 
 
-def flip_with_kernel(
-    image: NDArray[np.uint8], colour: int, min_area: int, *, corners: bool
-) -> None:
+def flip_with_kernel(image: Grey, colour: int, min_area: int, *, corners: bool) -> None:
     """Invert, in place, the parts of value `colour` in a 0/1 image whose area is small.
 
     Parts of at least `min_area` pixels stay. Pixels are connected over edges, and with `corners`
@@ -52,9 +39,7 @@ def flip_with_kernel(
     kernel.flip_small_parts(image, colour, min_area, int(corners), runs)
 
 
-def flip_with_opencv(
-    image: NDArray[np.uint8], colour: int, min_area: int, *, corners: bool
-) -> None:
+def flip_with_opencv(image: Grey, colour: int, min_area: int, *, corners: bool) -> None:
     """Invert as `flip_with_kernel` does: the uncompiled path, and the kernel's oracle."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (image == colour).view(np.uint8), connectivity=8 if corners else 4

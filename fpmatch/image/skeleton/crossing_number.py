@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -13,6 +12,8 @@ from fpmatch.image.skeleton.thin import bordered, crossing_number_table
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Grey, Mask
+
 # (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
 _STEP: Final = np.array(
     [[0, 1], [-1, 0], [0, -1], [1, 0], [-1, 1], [-1, -1], [1, -1], [1, 1]], np.int32
@@ -20,34 +21,18 @@ _STEP: Final = np.array(
 _MAX_BRANCHES: Final = 4
 
 
-@dataclass(frozen=True, slots=True)
-class SkeletonNodes:
-    """Hold the nodes of a skeleton and the beginnings of their branches.
+class SkeletonNodes(NamedTuple):
+    """Hold the N nodes of a skeleton and the beginnings of up to four branches of each."""
 
-    Parameters
-    ----------
-    y, x : ndarray of int32, shape (N,)
-        Pixels of the nodes.
-    crossing_number : ndarray of uint8, shape (N,)
-        Half the number of changes around the pixel (Rutovitz 1966): 1 for an ending, 3 for a
-        bifurcation, 4 for a crossing.
-    paths : ndarray of int32, shape (N, 4, L, 2)
-        Pixels (y, x) of up to four branches, from the node outwards.
-    steps : ndarray of int32, shape (N, 4)
-        Number of traced pixels of each branch, at most L.
-    target : ndarray of int32, shape (N, 4)
-        The node that ends the branch, or -1 where the trace met none.
-    """
-
-    y: NDArray[np.int32]
+    y: NDArray[np.int32]  # pixels of the nodes, (N,)
     x: NDArray[np.int32]
-    crossing_number: NDArray[np.uint8]
-    paths: NDArray[np.int32]
-    steps: NDArray[np.int32]
-    target: NDArray[np.int32]
+    crossing_number: Grey  # (N,): 1 for an ending, 3 for a bifurcation, 4 for a crossing
+    paths: NDArray[np.int32]  # (y, x) of the branches' pixels from the node on, (N, 4, L, 2)
+    steps: NDArray[np.int32]  # number of traced pixels of each branch, at most L, (N, 4)
+    target: NDArray[np.int32]  # node that ends the branch, -1 if the trace met none, (N, 4)
 
 
-def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
+def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     """Find the endings, bifurcations and crossings of a skeleton and trace their branches.
 
     Each branch is traced for at most `branch_px` pixels. Nodes are in raster order.
@@ -64,11 +49,5 @@ def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
     target = np.full((count, _MAX_BRANCHES), -1, np.int32)
     if branch_px > 0:
         kernel.trace_branches(padded, nodes, _STEP, paths, steps, target)
-    return SkeletonNodes(
-        y=nodes[:, 0] - 1,
-        x=nodes[:, 1] - 1,
-        crossing_number=number[:count].copy(),
-        paths=paths,
-        steps=steps,
-        target=target,
-    )
+    y, x = nodes.T - 1
+    return SkeletonNodes(y, x, number[:count].copy(), paths, steps, target)

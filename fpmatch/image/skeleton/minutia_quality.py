@@ -2,49 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Floats, Grey
 
-@dataclass(frozen=True, slots=True)
-class QualityParameters:
-    """Set the neighbourhood that is compared; lengths in pixels at 500 dpi."""
-
-    radius_px: int = 14
-    sigma_px: float = 8.0
+RADIUS_PX: Final = 14
+SIGMA_PX: Final = 8.0
 
 
 def minutia_quality(
-    pixels: NDArray[np.float32],
-    enhanced: NDArray[np.float32],
-    x: NDArray[np.int32],
-    y: NDArray[np.int32],
-    parameters: QualityParameters | None = None,
-) -> NDArray[np.uint8]:
+    pixels: Floats, enhanced: Floats, x: NDArray[np.int32], y: NDArray[np.int32]
+) -> Grey:
     """Measure the quality of the minutiae at `x` and `y`, 0 to 100.
 
     It is 100 times the correlation of the normalised and the enhanced image, both (H, W), in a
     Gaussian neighbourhood; 0 where the correlation is negative.
     """
-    p = parameters or QualityParameters()
-    offsets = np.arange(-p.radius_px, p.radius_px + 1)
-    gauss = np.exp(-(offsets**2) / (2 * p.sigma_px**2))
+    offsets = np.arange(-RADIUS_PX, RADIUS_PX + 1)
+    gauss = np.exp(-(offsets**2) / (2 * SIGMA_PX**2))
     weight = np.outer(gauss, gauss).reshape(-1, 1)
-    stride = pixels.shape[1] + 2 * p.radius_px
-    centre = (y.astype(np.intp) + p.radius_px) * stride + x + p.radius_px
+    stride = pixels.shape[1] + 2 * RADIUS_PX
+    centre = (y.astype(np.intp) + RADIUS_PX) * stride + x + RADIUS_PX
     at = (offsets[:, None] * stride + offsets).reshape(-1, 1) + centre
     a, b = (
-        np.pad(image, p.radius_px).ravel().take(at).astype(np.float64)
-        for image in (pixels, enhanced)
+        np.pad(one, RADIUS_PX).ravel().take(at).astype(np.float64) for one in (pixels, enhanced)
     )
-    cross, power, enhanced_power = (
-        _column_sums(weight * product) for product in (a * b, a * a, b * b)
-    )
+    cross, power, enhanced_power = (_column_sums(weight * one) for one in (a * b, a * a, b * b))
     correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
     return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -14,38 +13,29 @@ from fpmatch.image.skeleton.crossing_number import find_nodes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Floats, Mask
     from fpmatch.image.skeleton.crossing_number import SkeletonNodes
 
-
-@dataclass(frozen=True, slots=True)
-class SpuriousParameters:
-    """Set which structures are spurious; lengths in pixels at 500 dpi, angles in degrees."""
-
-    max_spur_px: int = 8
-    max_island_px: int = 14
-    max_bridge_px: int = 8
-    min_mask_distance_px: float = 6.0
-    min_border_distance_px: float = 4.0
-    crowded_px: float = 6.0
-    broken_px: float = 10.0
-    broken_angle_deg: float = 50.0
-    direction_px: int = 14
-
-    @property
-    def branch_px(self) -> int:
-        """Length of the branches that directions and the search for bridges need."""
-        return max(self.direction_px, self.max_bridge_px)
+# Lengths in pixels at 500 dpi.
+MAX_SPUR_PX: Final = 8
+MAX_ISLAND_PX: Final = 14
+MAX_BRIDGE_PX: Final = 8
+MIN_MASK_DISTANCE_PX: Final = 6.0
+MIN_BORDER_DISTANCE_PX: Final = 4.0
+CROWDED_PX: Final = 6.0
+BROKEN_PX: Final = 10.0
+BROKEN_ANGLE_DEG: Final = 50.0
+DIRECTION_PX: Final = 14
+BRANCH_PX: Final = max(DIRECTION_PX, MAX_BRIDGE_PX)
+"""Length of the branches that directions and the search for bridges need."""
 
 
-def remove_spurs_and_islands(
-    skeleton: NDArray[np.bool_], parameters: SpuriousParameters | None = None
-) -> NDArray[np.bool_]:
+def remove_spurs_and_islands(skeleton: Mask) -> Mask:
     """Erase short side branches and short isolated ridges from a skeleton (H, W)."""
-    p = parameters or SpuriousParameters()
-    nodes = find_nodes(skeleton, max(p.max_island_px, p.max_spur_px))
+    nodes = find_nodes(skeleton, max(MAX_ISLAND_PX, MAX_SPUR_PX))
     steps, target = nodes.steps[:, 0], nodes.target[:, 0]
     island = nodes.crossing_number[target] == 1
-    short = steps <= np.where(island, p.max_island_px, p.max_spur_px)
+    short = steps <= np.where(island, MAX_ISLAND_PX, MAX_SPUR_PX)
     to_delete = np.flatnonzero((nodes.crossing_number == 1) & (target >= 0) & short)
     length = (steps - ~island)[to_delete, None]  # the node that a spur leads to stays
     y, x = nodes.paths[to_delete, 0][np.arange(nodes.paths.shape[2]) < length].T
@@ -55,7 +45,7 @@ def remove_spurs_and_islands(
     return kept
 
 
-def directions(nodes: SkeletonNodes, length_px: int) -> NDArray[np.float32]:
+def directions(nodes: SkeletonNodes, length_px: int = DIRECTION_PX) -> Floats:
     """Compute the direction of each node from the first `length_px` pixels of its branches.
 
     Radians in [0, 2π), ISO/IEC 19794-2: for an ending along its ridge; for a bifurcation along the
@@ -74,42 +64,32 @@ def directions(nodes: SkeletonNodes, length_px: int) -> NDArray[np.float32]:
     pair = closeness.argmax(axis=1)[:, None] + np.arange(3)
     near, next_, third = np.take_along_axis(u, pair % 3, axis=1).T
     towards[forks] = near + next_ - third
-    angle = np.mod(np.angle(towards), 2 * np.pi)
-    return np.asarray(angle, np.float32)
+    return np.asarray(np.mod(np.angle(towards), 2 * np.pi), np.float32)
 
 
-def filter_spurious(
-    nodes: SkeletonNodes,
-    angle: NDArray[np.float32],
-    mask: NDArray[np.bool_],
-    parameters: SpuriousParameters | None = None,
-) -> NDArray[np.bool_]:
+def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
     """Return, for each node of the cleaned skeleton, whether it may be a genuine minutia.
 
     Rejected are nodes near the border of the mask (H, W) or of the image, both ends of a bridge or
     lake, both ends of a broken ridge, and minutiae closer together than those of fingers.
     """
-    p = parameters or SpuriousParameters()
     known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
-    keep: NDArray[np.bool_] = known & ~_bridged(nodes, p)
+    keep: Mask = known & ~_bridged(nodes)
     here = np.flatnonzero(keep)
-    here = here[_inside(nodes.x[here], nodes.y[here], mask, p)]
+    here = here[_inside(nodes.x[here], nodes.y[here], mask)]
     keep[:] = False
-    keep[here] = ~_crowded(nodes, angle, here, p)
+    keep[here] = ~_crowded(nodes, angle, here)
     return keep
 
 
-def _inside(
-    x: NDArray[np.int32], y: NDArray[np.int32], mask: NDArray[np.bool_], p: SpuriousParameters
-) -> NDArray[np.bool_]:
+def _inside(x: NDArray[np.int32], y: NDArray[np.int32], mask: Mask) -> Mask:
     """Return which pixels are far enough from the borders of the mask and of the image."""
     height, width = mask.shape
     edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
-    dy, dx = _nearer(p.min_mask_distance_px)
+    dy, dx = _nearer(MIN_MASK_DISTANCE_PX)
     rows = np.clip(y[:, None] + dy, 0, height - 1)
     columns = np.clip(x[:, None] + dx, 0, width - 1)
-    far = mask[rows, columns].all(axis=1)
-    return np.asarray(far & (edge >= p.min_border_distance_px), bool)
+    return np.asarray(mask[rows, columns].all(axis=1) & (edge >= MIN_BORDER_DISTANCE_PX))
 
 
 @cache
@@ -122,32 +102,27 @@ def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return dy - reach, dx - reach
 
 
-def _bridged(nodes: SkeletonNodes, p: SpuriousParameters) -> NDArray[np.bool_]:
+def _bridged(nodes: SkeletonNodes) -> Mask:
     """Return which bifurcations are joined to another by a short branch: a bridge or a lake."""
     forked = nodes.crossing_number >= 3
-    near = (nodes.target >= 0) & (nodes.steps <= p.max_bridge_px)
+    near = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
     both = forked[:, None] & forked[np.maximum(nodes.target, 0)]
     return np.asarray((near & both).any(axis=1), bool)
 
 
-def _crowded(
-    nodes: SkeletonNodes,
-    angle: NDArray[np.float32],
-    index: NDArray[np.intp],
-    p: SpuriousParameters,
-) -> NDArray[np.bool_]:
+def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Mask:
     """Return which of the minutiae `index` are too near another, or face it across a break."""
-    i, j = _near_pairs(nodes.x[index], nodes.y[index], max(p.crowded_px, p.broken_px))
+    i, j = _near_pairs(nodes.x[index], nodes.y[index], max(CROWDED_PX, BROKEN_PX))
     z = nodes.x[index] - 1j * nodes.y[index]
     away = z[i] - z[j]
     distance = np.abs(away)
     # an ending's direction runs along its own ridge: away from the other across a break
     along = np.exp(1j * angle[index].astype(np.float64))
-    limit = distance * np.cos(np.radians(p.broken_angle_deg))
+    limit = distance * np.cos(np.radians(BROKEN_ANGLE_DEG))
     apart = ((away * np.conj(along[i])).real > limit) & ((-away * np.conj(along[j])).real > limit)
     ending = nodes.crossing_number[index] == 1
-    broken = (distance < p.broken_px) & apart & ending[i] & ending[j]
-    refused = (distance < p.crowded_px) | broken
+    broken = (distance < BROKEN_PX) & apart & ending[i] & ending[j]
+    refused = (distance < CROWDED_PX) | broken
     crowded = np.zeros(len(index), bool)
     crowded[i[refused]] = crowded[j[refused]] = True
     return crowded

@@ -13,10 +13,12 @@ from fpmatch.image.skeleton import _thin_kernel as kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Grey, Mask
+
 WORD_BITS: Final = 64
 
 
-def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def thin(binary: Mask) -> Mask:
     """Thin a binary image (H, W) to its skeleton, eight-connected and one pixel wide.
 
     References
@@ -32,14 +34,12 @@ def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
     [4]
     """
     image = bordered(binary)
-    if kernel.COMPILED:
-        thin_with_kernel(image)
-    else:
-        thin_with_numpy(image)
+    thin_in_place = thin_with_kernel if kernel.COMPILED else thin_with_numpy
+    thin_in_place(image)
     return image[1:-1, 1:-1].astype(bool)
 
 
-def bordered(binary: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def bordered(binary: Mask) -> Grey:
     """Return a binary image as 0 and 1, with a border of zeros one pixel wide."""
     height, width = binary.shape
     image = np.zeros((height + 2, width + 2), np.uint8)
@@ -47,7 +47,7 @@ def bordered(binary: NDArray[np.bool_]) -> NDArray[np.uint8]:
     return image
 
 
-def thin_with_kernel(image: NDArray[np.uint8]) -> None:
+def thin_with_kernel(image: Grey) -> None:
     """Thin `image` (0/1, zero border) in place: the compiled path."""
     height, width = image.shape
     packed = np.packbits(image, axis=1, bitorder="little")
@@ -60,15 +60,13 @@ def thin_with_kernel(image: NDArray[np.uint8]) -> None:
     kernel.delete_simple_points(image, pixels, simple_table())
 
 
-def thin_with_numpy(image: NDArray[np.uint8]) -> None:
+def thin_with_numpy(image: Grey) -> None:
     """Thin `image` (0/1, zero border) in place: the uncompiled path, and the kernel's oracle."""
-    changed = True
-    while changed:
-        changed = False
+    left = image.size + 1
+    while (count := int(np.count_nonzero(image))) < left:
+        left = count
         for table in guo_hall_table():
-            deleted = (image > 0) & (table[neighbour_code(image)] > 0)
-            image[deleted] = 0
-            changed |= bool(deleted.any())
+            image[(image > 0) & (table[neighbour_code(image)] > 0)] = 0
     simple = simple_table()
     flat = image.ravel()
     width = image.shape[1]
@@ -82,52 +80,55 @@ def thin_with_numpy(image: NDArray[np.uint8]) -> None:
                 changed = True
 
 
-def neighbour_code(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def neighbour_code(image: Grey) -> Grey:
     """Return the eight neighbours of each pixel of a 0/1 image as a byte.
 
-    Bits 0..7: east, north-east, north, north-west, west, south-west, south, south-east; pixels
-    outside count as 0.
+    Bits 0..7 run counter-clockwise from the east; pixels outside count as 0.
     """
     weights = np.array([[8, 4, 2], [16, 0, 1], [32, 64, 128]], np.float32)
-    code = cv2.filter2D(image, cv2.CV_8U, weights, borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(code, np.uint8)
+    return np.asarray(
+        cv2.filter2D(image, cv2.CV_8U, weights, borderType=cv2.BORDER_CONSTANT), np.uint8
+    )
 
 
 @cache
-def guo_hall_table() -> NDArray[np.uint8]:
+def _neighbour_bits() -> Mask:
+    """Return the eight neighbours of each byte of neighbours, shape (8, 256), from the east."""
+    return np.asarray(np.arange(256) >> np.arange(8)[:, None] & 1, bool)
+
+
+@cache
+def guo_hall_table() -> Grey:
     """Return, for each sub-iteration and neighbour byte, whether Guo and Hall delete the pixel."""
-    table = np.zeros((2, 256), np.uint8)
-    for code in range(256):
-        n = [bool(code >> k & 1) for k in range(8)]
-        east, north_east, north, north_west, west, south_west, south, south_east = n
-        crossings = sum(not n[k] and (n[(k + 1) % 8] or n[(k + 2) % 8]) for k in (0, 2, 4, 6))
-        pairs_1 = sum(n[k] or n[(k + 1) % 8] for k in (1, 3, 5, 7))
-        pairs_2 = sum(n[k] or n[(k + 1) % 8] for k in (0, 2, 4, 6))
-        if crossings == 1 and 2 <= min(pairs_1, pairs_2) <= 3:
-            table[0, code] = not ((north or north_east or not south_east) and east)
-            table[1, code] = not ((south or south_west or not north_west) and west)
-    return table
+    n = _neighbour_bits()
+    either = n | np.roll(n, -1, axis=0)  # neighbour k or the next
+    pairs = np.minimum(either[1::2].sum(axis=0), either[::2].sum(axis=0))
+    deletable = (_crossings() == 1) & (pairs >= 2) & (pairs <= 3)
+    east, north_east, north, north_west, west, south_west, south, south_east = n
+    first = ~((north | north_east | ~south_east) & east)
+    second = ~((south | south_west | ~north_west) & west)
+    return np.asarray(deletable & [first, second], np.uint8)
 
 
 @cache
-def simple_table() -> NDArray[np.uint8]:
+def simple_table() -> Grey:
     """Return, for each neighbour byte, whether the pixel is no end and not needed to connect.
 
     That is: at least two neighbours, all in one eight-connected part, and a background neighbour
     to the east, north, west or south (so that no hole is made).
     """
-    table = np.zeros(256, np.uint8)
-    for code in range(256):
-        n = [bool(code >> k & 1) for k in range(8)]
-        crossings = sum(not n[k] and (n[(k + 1) % 8] or n[(k + 2) % 8]) for k in (0, 2, 4, 6))
-        table[code] = crossings == 1 and sum(n) >= 2
-    return table
+    return np.asarray((_crossings() == 1) & (_neighbour_bits().sum(axis=0) >= 2), np.uint8)
+
+
+def _crossings() -> NDArray[np.intp]:
+    """Return the eight-connected parts of each neighbour byte; 0 without background at an edge."""
+    n = _neighbour_bits()
+    starts = ~n[::2] & (n[1::2] | np.roll(n, -2, axis=0)[::2])
+    return np.asarray(starts.sum(axis=0), np.intp)
 
 
 @cache
-def crossing_number_table() -> NDArray[np.uint8]:
-    """Return, for each neighbour byte, the crossing number: half the changes around the pixel."""
-    codes = np.arange(256)
-    bits = codes[:, None] >> np.arange(8) & 1
-    changes = np.abs(bits - np.roll(bits, 1, axis=1)).sum(axis=1)
-    return np.asarray(changes // 2, np.uint8)
+def crossing_number_table() -> Grey:
+    """Return, for each neighbour byte, half the number of changes around the pixel (Rutovitz)."""
+    n = _neighbour_bits()
+    return np.asarray((n ^ np.roll(n, 1, axis=0)).sum(axis=0) // 2, np.uint8)

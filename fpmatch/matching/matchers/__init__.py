@@ -33,16 +33,6 @@ def matcher_names() -> list[str]:
 def get_matcher(name: str) -> Matcher:
     """Return the matcher called `name`, importing its module on first use.
 
-    Parameters
-    ----------
-    name : str
-        One of `matcher_names`.
-
-    Returns
-    -------
-    Matcher
-        The module's ``MATCHER``.
-
     Raises
     ------
     MatcherError

@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.result import Comparison
+from fpmatch.matching.result import Comparison, nothing_found
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.point_match import check_rho
 from fpmatch.pointset.similarity import Similarity
@@ -44,13 +44,12 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-MIN_POINTS: Final = 4
-"""The fewest points among which one can have a closed one-ring."""
+MIN_POINTS: Final = 4  # the fewest among which one can have a closed one-ring
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedPositions:
-    """Hold the positions of a template's minutiae at 500 dpi, and the template's own resolution."""
+    """Hold the positions of a template's minutiae at 500 dpi, and its own resolution."""
 
     at_500_dpi: PreparedPoints
     dpi: float
@@ -103,29 +102,17 @@ class PaperMatcher:
         return PreparedPositions(prepare_points(xy), template.dpi)
 
     def compare(self, probe: PreparedPositions, reference: PreparedPositions) -> Comparison:
-        """Compare two prepared templates.
-
-        Parameters
-        ----------
-        probe, reference : PreparedPositions
-            What `prepare` returned.
-
-        Returns
-        -------
-        Comparison
-            `similarity` is the share of the smaller template's minutiae that match, 0 to 1.
-        """
+        """Compare two prepared templates; the similarity is the share that match, 0 to 1."""
         p, q = probe.at_500_dpi, reference.at_500_dpi
         match = match_prepared(p, q, self.parameters)
         if match.transform is None:
-            nothing = np.empty((0, 2), np.int32)
-            return Comparison(
-                0.0, None, nothing, 0.0, 0.0, 0.0, _why_nothing(match.local_matches, p, q)
-            )
+            return nothing_found(_why_nothing(match.local_matches, p, q))
         agreement, overlap = _common_region(match, p.points, q.points)
+        to_reference = Similarity(scale=reference.dpi / STANDARD_DPI)
+        to_500dpi = Similarity(scale=STANDARD_DPI / probe.dpi)
         return Comparison(
             similarity=match.matched_share,
-            transform=_in_input_pixels(match.transform, probe.dpi, reference.dpi),
+            transform=to_reference.after(match.transform).after(to_500dpi),
             pairs=match.pairs,
             rms_px=match.rms * reference.dpi / STANDARD_DPI,
             agreement=agreement,
@@ -139,19 +126,7 @@ MATCHER: Final = PaperMatcher()
 def matcher_with(
     name: str, rho: float | None = None, area_tolerance: float | None = None
 ) -> str | PaperMatcher:
-    """Return the matcher to use where its name and parameters are given, as on a command line.
-
-    Parameters
-    ----------
-    name : str
-        Name of a matcher.
-    rho, area_tolerance : float, optional
-        Parameters of this matcher, which no other has; None for its defaults.
-
-    Returns
-    -------
-    str or PaperMatcher
-        The name, or this matcher where a parameter is given.
+    """Return the name of a matcher, or this matcher with the parameters given, which no other has.
 
     Raises
     ------
@@ -175,22 +150,16 @@ def matcher_with(
     return PaperMatcher(parameters, MATCHER.rho if rho is None else rho)
 
 
-def _why_nothing(alike: int, probe: PreparedPoints, reference: PreparedPoints) -> str:
+def _why_nothing(similar: int, probe: PreparedPoints, reference: PreparedPoints) -> str:
     """Return at which step of the method the two prints have nothing in common."""
     for side, points in (("probe", probe), ("reference", reference)):
         if len(points) < MIN_POINTS:
             return f"too few minutiae: {len(points)} in the {side}"
         if not len(points.rings):
             return f"no minutia of the {side} has others all round it"
-    if not alike:
+    if not similar:
         return "no one-ring of the probe is like one of the reference"
     return "no transform aligns minutiae of the probe with minutiae of the reference"
-
-
-def _in_input_pixels(move: Similarity, probe_dpi: float, reference_dpi: float) -> Similarity:
-    """Return the transform between input pixels, given the one between pixels at 500 dpi."""
-    to_reference = Similarity(scale=reference_dpi / STANDARD_DPI)
-    return to_reference.after(move).after(Similarity(scale=STANDARD_DPI / probe_dpi))
 
 
 def _common_region(match: PointMatch, probe: Floats, reference: Floats) -> tuple[float, float]:
@@ -207,14 +176,10 @@ def _common_region(match: PointMatch, probe: Floats, reference: Floats) -> tuple
     overlap = min(shared_area / smaller, 1.0) if smaller > 0 else 0.0
     common = 0
     for side, points in enumerate((moved, reference)):
-        inside = _inside(points, np.asarray(region, np.float32) if shared_area > 0 else None)
+        inside = np.zeros(len(points), bool)
+        if shared_area > 0:
+            polygon = np.asarray(region, np.float32)
+            inside[:] = [cv2.pointPolygonTest(polygon, xy, False) >= 0 for xy in points.tolist()]
         inside[match.pairs[:, side]] = True
         common += int(inside.sum())
     return (2 * len(match.pairs) / common if common else 0.0), float(overlap)
-
-
-def _inside(points: Floats, region: NDArray[np.float32] | None) -> NDArray[np.bool_]:
-    """Return which points lie in the convex polygon `region` or on its border."""
-    if region is None:
-        return np.zeros(len(points), bool)
-    return np.array([cv2.pointPolygonTest(region, (x, y), False) >= 0 for x, y in points.tolist()])

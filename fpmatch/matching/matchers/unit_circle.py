@@ -20,14 +20,8 @@ from fpmatch.matching._compare_kernel import fit_pairs
 from fpmatch.matching.compare import MIN_MINUTIAE, align, similarities, workspace_for
 from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.prepare import (
-    PreparedTemplate,
-    available,
-    prepare,
-    rescaled_descriptors,
-)
-from fpmatch.matching.result import Compared, Comparison
-from fpmatch.matching.score import evidence_scorer
+from fpmatch.matching.prepare import available, prepare, rescaled_descriptors
+from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
@@ -36,11 +30,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.packed_templates import PackedTemplates
+    from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.score import Evidence
-    from fpmatch.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -61,9 +54,7 @@ class UnitCircleMatcher:
 
     name = "unit-circle"
 
-    def prepare(self, template: Template) -> PreparedTemplate:
-        """Triangulate the minutiae and describe their neighbourhoods."""
-        return prepare(template)
+    prepare = staticmethod(prepare)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
         """Match locally, then globally, and score the evidence.
@@ -75,7 +66,7 @@ class UnitCircleMatcher:
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
-            return _nothing(_too_few(probe, reference))
+            return nothing_found(_too_few(probe, reference))
         if a.key == b.key:
             aligned = align(a, b)
         else:
@@ -83,10 +74,10 @@ class UnitCircleMatcher:
             workspace.load(probe)
             rejected = workspace.rejected(reference, reference_first=swapped)
             if rejected is not None:
-                return _nothing(UNLIKE, as_similarity(rejected))
+                return nothing_found(UNLIKE, as_similarity(rejected))
             aligned = workspace.align(reference, reference_first=swapped)
         if aligned is None:
-            return _nothing(_too_few(probe, reference) or UNPAIRED)
+            return nothing_found(_too_few(probe, reference) or UNPAIRED)
         return _comparison(a, b, aligned, swapped=swapped)
 
     def explain(
@@ -94,18 +85,8 @@ class UnitCircleMatcher:
     ) -> Comparison:
         """Align two prints in any case, and give all reasons against one finger.
 
-        Parameters
-        ----------
-        probe, reference : PreparedTemplate
-            What `prepare` returned.
-        found : Comparison
-            What `compare` returned of them.
-
-        Returns
-        -------
-        Comparison
-            Of the similarity of `found`, under the best transform there is, with all that speaks
-            against one finger, competing transforms among it.
+        The result has the similarity of `found`, which `compare` returned, and the best transform
+        there is; competing transforms are among the reasons.
         """
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
@@ -147,17 +128,8 @@ class UnitCircleMatcher:
     ) -> float:
         """Return the similarity that half of the genuine comparisons of as much skin reach.
 
-        Parameters
-        ----------
-        probe, reference : PreparedTemplate
-            Two prints, the smaller of which bounds the skin that they share.
-        factor : float
-            So many times as many minutiae, and as large an area.
-
-        Returns
-        -------
-        float
-            The median, as measured on synthetic prints and parts of them.
+        The smaller of the two prints bounds the skin that they share; with a factor, there are so
+        many times as many minutiae, on as large an area. Measured on synthetic prints and parts.
         """
         minutiae, area = available(probe, reference)
         model = score.load_weights().model_of(probe, reference)
@@ -167,19 +139,9 @@ class UnitCircleMatcher:
     def possible_scales(
         self, probe: PreparedTemplate, reference: PreparedTemplate, ratios: Sequence[float]
     ) -> list[float]:
-        """Return the ratios by which the probe's lengths may be wrong, by the bit descriptors.
+        """Return the ratios at which the prints can match with a high score, by bit descriptors.
 
-        Parameters
-        ----------
-        probe, reference : PreparedTemplate
-            What `prepare` returned.
-        ratios : sequence of float
-            By so much the lengths in the probe are multiplied.
-
-        Returns
-        -------
-        list of float
-            Those at which the prints can match with a high score.
+        The probe's lengths are multiplied by each.
         """
         workspace = workspace_for(len(reference))
         workspace.load(reference)
@@ -196,21 +158,9 @@ class UnitCircleMatcher:
         first: int = 0,
         last: int | None = None,
     ) -> NDArray[np.float64]:
-        """Compare one print with many: to the last bit the similarities that `compare` finds.
+        """Compare one print with those from `first` up to, not including, `last`.
 
-        Parameters
-        ----------
-        probe : PreparedTemplate
-            What `prepare` returned.
-        references : PackedTemplates
-            Many such, packed.
-        first, last : int
-            Those from `first` up to, not including, `last` are compared (default: all).
-
-        Returns
-        -------
-        ndarray of float64, shape (last - first,)
-            The similarity to each, in their order.
+        The similarities are to the last bit those that `compare` finds.
 
         Examples
         --------
@@ -236,25 +186,19 @@ MATCHER: Final = UnitCircleMatcher()
 def _align_in_any_case(
     a: PreparedTemplate, b: PreparedTemplate
 ) -> tuple[Alignment, Evidence] | None:
-    """Align two prints; where the local matches are weak, by all hypotheses."""
+    """Align two prints; if need be by all hypotheses, however weak the local matches are."""
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
-    return align(a, b) or align(a, b, _scorer_of_all_hypotheses(max(len(a), len(b))))
-
-
-def _scorer_of_all_hypotheses(capacity: int) -> EvidenceScorer:
-    """Return a scorer that tries all hypotheses, however weak the local matches are."""
+    if aligned := align(a, b):
+        return aligned
     weights = score.load_weights()
-    models = (replace(model, relaxation_threshold=-1.0) for model in weights.models)
-    return evidence_scorer(capacity, replace(weights, models=tuple(models)))
+    models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
+    scorer = score.evidence_scorer(max(len(a), len(b)), replace(weights, models=models))
+    return align(a, b, scorer)
 
 
 def _comparison(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    aligned: tuple[Alignment, Evidence],
-    *,
-    swapped: bool,
+    a: PreparedTemplate, b: PreparedTemplate, aligned: tuple[Alignment, Evidence], *, swapped: bool
 ) -> Comparison:
     """Return the result in the user's order and in pixels of the two input images.
 
@@ -264,22 +208,10 @@ def _comparison(
     alignment, evidence = aligned
     c, s, _, _ = alignment.transform.tolist()
     pairs, fitted = np.empty((evidence.pairs, 2), np.int32), np.empty(5)
-    fit_pairs(
-        a.points,
-        b.points,
-        a.to_500dpi,
-        b.to_500dpi,
-        a.index,
-        b.index,
-        alignment.partner,
-        alignment.weight,
-        0.0 - math.atan2(s, c),  # y points down
-        MIN_PAIRS_FOR_SCALE,
-        MAX_STRETCH,
-        swapped,
-        pairs,
-        fitted,
-    )
+    prints = a.points, b.points, a.to_500dpi, b.to_500dpi, a.index, b.index
+    limits = MIN_PAIRS_FOR_SCALE, MAX_STRETCH
+    turn = 0.0 - math.atan2(s, c)  # y points down
+    fit_pairs(*prints, alignment.partner, alignment.weight, turn, *limits, swapped, pairs, fitted)
     *transform, rms = fitted.tolist()
     return Comparison(
         similarity=evidence.similarity,
@@ -291,10 +223,6 @@ def _comparison(
         reason=main_reason(evidence),
         detail=aligned,
     )
-
-
-def _nothing(reason: str, similarity: float = 0.0) -> Comparison:
-    return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
 
 
 def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

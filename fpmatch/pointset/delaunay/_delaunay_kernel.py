@@ -56,15 +56,10 @@ class Subdivision:
 
     def __init__(self, in_order: cython.double[:, ::1], link: cython.int[:, ::1]) -> None:
         hull: cython.int[:, ::1] = np.empty((2, in_order.shape[1]), np.intc)
-        self.x = in_order[0]
-        self.y = in_order[1]
-        self.origin = link[0]
-        self.after = link[1]
-        self.before = link[2]
-        self.first = hull[0]
-        self.last = hull[1]
-        self.after[0] = 0
-        self.before[0] = 2
+        self.x, self.y = in_order[0], in_order[1]
+        self.origin, self.after, self.before = link[0], link[1], link[2]
+        self.first, self.last = hull[0], hull[1]
+        self.after[0], self.before[0] = 0, 2
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -102,11 +97,9 @@ class Subdivision:
             left=cython.int, right=cython.int, base=cython.int, a=cython.int, b=cython.int,
             p=cython.int, q=cython.int, order=cython.int,
         )  # fmt: skip
-        left = self.last[middle - 1]
-        right = self.first[middle]
+        left, right = self.last[middle - 1], self.first[middle]
         while True:  # down to the lower common tangent
-            p = self.origin[left]
-            q = self.origin[right]
+            p, q = self.origin[left], self.origin[right]
             if self._turn(p, self.origin[left ^ 1], q) > 0:
                 left = self.before[left ^ 1]
             elif self._turn(q, self.origin[right ^ 1], p) < 0:
@@ -122,8 +115,7 @@ class Subdivision:
         while True:
             left, a_cross, a_dot, a_size = self._candidate(self.after, self.after[base ^ 1], p, q)
             right, b_cross, b_dot, b_size = self._candidate(self.before, self.before[base], p, q)
-            a = self.origin[left ^ 1]
-            b = self.origin[right ^ 1]
+            a, b = self.origin[left ^ 1], self.origin[right ^ 1]
             if b_cross > 0.0 and a_cross > 0.0:
                 order = self._compare(b_cross, b_dot, b_size, a_cross, a_dot, a_size, p, q, b, a)
                 if order == 0:
@@ -173,8 +165,7 @@ class Subdivision:
             if order > 0:
                 break
             self._delete(h)
-            h = following
-            a = c
+            h, a = following, c
             cross, dot, size = c_cross, c_dot, c_size
         return h, cross, dot, size
 
@@ -236,13 +227,10 @@ class Subdivision:
     @cython.exceptval(check=False)
     def _turn(self, a: cython.int, b: cython.int, c: cython.int) -> cython.int:
         """Return 1 where c lies left of the line from a to b, -1 right of it, 0 on it; exact."""
-        ux = self.x[b] - self.x[a]
-        uy = self.y[b] - self.y[a]
-        vx = self.x[c] - self.x[a]
-        vy = self.y[c] - self.y[a]
+        ux, uy = self.x[b] - self.x[a], self.y[b] - self.y[a]
+        vx, vy = self.x[c] - self.x[a], self.y[c] - self.y[a]
         # rounding keeps order, so products that differ in float64 differ likewise
-        one = ux * vy
-        other = uy * vx
+        one, other = ux * vy, uy * vx
         if one > other:
             return 1
         if one < other:
@@ -263,10 +251,8 @@ class Subdivision:
         The quotient dot/cross is the cotangent of the angle at c; the sign of the cross product is
         exact, positive where c lies above the line from p to q.
         """
-        px = self.x[p] - self.x[c]
-        py = self.y[p] - self.y[c]
-        qx = self.x[q] - self.x[c]
-        qy = self.y[q] - self.y[c]
+        px, py = self.x[p] - self.x[c], self.y[p] - self.y[c]
+        qx, qy = self.x[q] - self.x[c], self.y[q] - self.y[c]
         cross = px * qy - py * qx
         size = (abs(px) + abs(py)) * (abs(qx) + abs(qy))
         if cross == 0.0 and size >= _WHOLE:
@@ -277,18 +263,10 @@ class Subdivision:
     @cython.inline
     @cython.exceptval(check=False)
     def _compare(
-        self,
-        c_cross: cython.double,
-        c_dot: cython.double,
-        c_size: cython.double,
-        d_cross: cython.double,
-        d_dot: cython.double,
-        d_size: cython.double,
-        p: cython.int,
-        q: cython.int,
-        c: cython.int,
-        d: cython.int,
-    ) -> cython.int:
+        self, c_cross: cython.double, c_dot: cython.double, c_size: cython.double,
+        d_cross: cython.double, d_dot: cython.double, d_size: cython.double,
+        p: cython.int, q: cython.int, c: cython.int, d: cython.int,
+    ) -> cython.int:  # fmt: skip
         """Return the sign of the cotangent at c minus that at d; exact.
 
         It is negative where c is inside the circle through p, q and d.

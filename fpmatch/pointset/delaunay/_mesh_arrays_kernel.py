@@ -10,11 +10,9 @@ COMPILED = cython.compiled
 
 
 def collect_arrays(
-    in_order: cython.double[:, ::1],
-    distinct: cython.Py_ssize_t,
-    index: cython.int[:, ::1],
+    in_order: cython.double[:, ::1], distinct: cython.Py_ssize_t, index: cython.int[:, ::1],
     link: cython.int[:, ::1],
-) -> tuple:
+) -> tuple:  # fmt: skip
     """Return triangles, edges, hull, ring_start, ring and interior of `Triangulation`.
 
     The arguments are what `sort_points` and `link_points` returned.
@@ -74,8 +72,7 @@ def collect_arrays(
     edges = edges_at + 2 * edges
     for i in range(n):
         if place[i] < 0:
-            flat[edges] = -1 - place[i]
-            flat[edges + 1] = cython.cast(cython.int, i)
+            flat[edges], flat[edges + 1] = -1 - place[i], cython.cast(cython.int, i)
             edges += 2
     found.setflags(write=False)
     flags.setflags(write=False)
@@ -92,11 +89,8 @@ def collect_arrays(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _start_rings(
-    place: cython.int[::1],
-    degree: cython.int[::1],
-    start: cython.int[::1],
-    ring: cython.int[::1],
-) -> cython.void:
+    place: cython.int[::1], degree: cython.int[::1], start: cython.int[::1], ring: cython.int[::1],
+) -> cython.void:  # fmt: skip
     """Write where each point's ring starts, and the rings of points that coincide with others."""
     cython.declare(i=cython.Py_ssize_t, entry=cython.int)
     entry = 0
@@ -113,26 +107,17 @@ def _start_rings(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _write_rings(
-    y: cython.double[::1],
-    origin: cython.int[::1],
-    after: cython.int[::1],
-    order: cython.int[::1],
-    spoke: cython.int[::1],
-    interior: cython.uchar[::1],
-    distinct: cython.Py_ssize_t,
-    triangle: cython.int[::1],
-    edge: cython.int[::1],
-    start: cython.int[::1],
-    ring: cython.int[::1],
-) -> cython.void:
+    y: cython.double[::1], origin: cython.int[::1], after: cython.int[::1], order: cython.int[::1],
+    spoke: cython.int[::1], interior: cython.uchar[::1], distinct: cython.Py_ssize_t,
+    triangle: cython.int[::1], edge: cython.int[::1], start: cython.int[::1], ring: cython.int[::1],
+) -> cython.void:  # fmt: skip
     """Write one-rings, and edges and triangles, each at its first point."""
     cython.declare(
         i=cython.int, j=cython.int, k=cython.int, h=cython.int, g=cython.int, gap=cython.int,
         point=cython.int, other=cython.int, entry=cython.int, t=cython.Py_ssize_t,
         e=cython.Py_ssize_t,
     )  # fmt: skip
-    t = 0
-    e = 0
+    t = e = 0
     for i in range(distinct):
         point = order[i]
         entry = start[point]
@@ -156,12 +141,9 @@ def _write_rings(
             other = order[j]
             ring[entry] = other
             entry += 1
-            edge[e] = min(point, other)
-            edge[e + 1] = max(point, other)
+            edge[e], edge[e + 1] = min(point, other), max(point, other)
             e += 2 * (i < j)
-            triangle[t] = point
-            triangle[t + 1] = other
-            triangle[t + 2] = order[k]
+            triangle[t], triangle[t + 1], triangle[t + 2] = point, other, order[k]
             t += 3 * ((i < j) & (i < k) & (g != gap))
             if g == h:
                 break

@@ -86,12 +86,9 @@ def _to_whole_numbers(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _sort(
-    x: cython.double[::1],
-    y: cython.double[::1],
-    order: cython.int[::1],
-    spare: cython.int[::1],
+    x: cython.double[::1], y: cython.double[::1], order: cython.int[::1], spare: cython.int[::1],
     end: cython.int[::1],
-) -> cython.void:
+) -> cython.void:  # fmt: skip
     """Write into `order` the points by x, then y, then index; `spare` and `end` are scratch.
 
     The points are distributed to as many strips of x; those of a strip are merge sorted.
@@ -125,13 +122,9 @@ def _sort(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _sort_strip(
-    x: cython.double[::1],
-    y: cython.double[::1],
-    order: cython.int[::1],
-    spare: cython.int[::1],
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-) -> cython.void:
+    x: cython.double[::1], y: cython.double[::1], order: cython.int[::1], spare: cython.int[::1],
+    low: cython.Py_ssize_t, high: cython.Py_ssize_t,
+) -> cython.void:  # fmt: skip
     """Sort the points ``order[low:high]``; those that coincide keep their order."""
     cython.declare(
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, k=cython.Py_ssize_t, middle=cython.Py_ssize_t,
@@ -176,13 +169,9 @@ def _sort_strip(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _take_distinct(
-    given_x: cython.double[::1],
-    given_y: cython.double[::1],
-    order: cython.int[::1],
-    place: cython.int[::1],
-    x: cython.double[::1],
-    y: cython.double[::1],
-) -> cython.Py_ssize_t:
+    given_x: cython.double[::1], given_y: cython.double[::1], order: cython.int[::1],
+    place: cython.int[::1], x: cython.double[::1], y: cython.double[::1],
+) -> cython.Py_ssize_t:  # fmt: skip
     """Write the distinct points in order, the first of those that coincide; return their number.
 
     `place` receives the rank of each point, or -1 - the first one's index for each of the others.
@@ -196,8 +185,7 @@ def _take_distinct(
         else:
             place[point] = cython.cast(cython.int, count)
             order[count] = point
-            x[count] = given_x[point]
-            y[count] = given_y[point]
+            x[count], y[count] = given_x[point], given_y[point]
             count += 1
     return count
 
@@ -205,21 +193,16 @@ def _take_distinct(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _is_flat(
-    x: cython.double[::1],
-    y: cython.double[::1],
-    count: cython.Py_ssize_t,
-    flatness: cython.double,
-) -> cython.bint:
+    x: cython.double[::1], y: cython.double[::1], count: cython.Py_ssize_t, flatness: cython.double,
+) -> cython.bint:  # fmt: skip
     """Return whether no point is further than `flatness` of the longest chord from its line."""
     cython.declare(i=cython.Py_ssize_t)
     axis_x = axis_y = longest = 0.0
     for i in range(1, count):
-        dx = x[i] - x[0]
-        dy = y[i] - y[0]
+        dx, dy = x[i] - x[0], y[i] - y[0]
         if dx * dx + dy * dy > longest:
             longest = dx * dx + dy * dy
-            axis_x = dx
-            axis_y = dy
+            axis_x, axis_y = dx, dy
     for i in range(1, count):
         if abs(axis_x * (y[i] - y[0]) - axis_y * (x[i] - x[0])) > flatness * longest:
             return False

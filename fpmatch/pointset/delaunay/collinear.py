@@ -17,25 +17,10 @@ if TYPE_CHECKING:
 
 
 def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triangulation:
-    """Join each point to the next along their common line.
+    """Join each of finite points (N, 2) on one line to the next along it.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (N, 2)
-        Finite points on one line.
-    grid_bits : int
-        Points that are equal to 2**-grid_bits of the extent coincide: the first stands for the
-        rest, and each of the others is joined to it alone.
-
-    Returns
-    -------
-    Triangulation
-        A path, without triangles.
-
-    Examples
-    --------
-    >>> triangulate_collinear(np.array([[3.0, 3.0], [0.0, 0.0], [1.0, 1.0]]), 52).edges.tolist()
-    [[1, 2], [0, 2]]
+    Points that are equal to 2**-grid_bits of the extent coincide: the first stands for the rest,
+    and each of the others is joined to it alone.
     """
     n = len(points)
     steps = np.rint(np.ldexp(UnitFrame.of(points).apply(points), grid_bits))

@@ -31,8 +31,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
     inside = 0
     for round_ in range(max_rounds):
         reach2 = 2.0 * t2 if round_ == 0 else t2
-        inside = 0
-        pairs = 0
+        inside = pairs = 0
         for i in range(owner.shape[0]):
             owner[i] = -1
         for i in range(p.shape[1]):
@@ -45,8 +44,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
             at = grid.nearest(x, y, reach2)
             if at < 0:
                 continue
-            x -= grid.x[at]
-            y -= grid.y[at]
+            x, y = x - grid.x[at], y - grid.y[at]
             distance2[i] = x * x + y * y
             held = owner[at]
             if held >= 0:
@@ -108,8 +106,7 @@ def list_pairs(p, grid, partner, move, pairs):
             x = move[2] + move[0] * p[0, i] - move[1] * p[1, i] - grid.x[at]
             y = move[3] + move[1] * p[0, i] + move[0] * p[1, i] - grid.y[at]
             total += x * x + y * y
-            pairs[count, 0] = cython.cast(cython.int, i)
-            pairs[count, 1] = grid.order[at]
+            pairs[count, 0], pairs[count, 1] = cython.cast(cython.int, i), grid.order[at]
             count += 1
     return sqrt(total / count) if count > 0 else 0.0
 

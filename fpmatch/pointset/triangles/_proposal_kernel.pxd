@@ -4,8 +4,8 @@ from fpmatch.pointset._grid_kernel cimport CellGrid
 
 @cython.locals(
     o=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t, j=cython.Py_ssize_t,
-    row=cython.Py_ssize_t, met=cython.long, count=cython.Py_ssize_t, low_column=cython.int,
-    end_column=cython.int, stamp=cython.int,
+    row=cython.Py_ssize_t, met=cython.long, count=cython.Py_ssize_t, left=cython.int,
+    top=cython.int, right=cython.int, bottom=cython.int, stamp=cython.int,
 )
 cpdef bint propose(
     double[:, ::1] p, Py_ssize_t[::1] order, int[:, ::1] corner_p, double[:, ::1] shape_p,

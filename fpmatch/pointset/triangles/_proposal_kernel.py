@@ -40,22 +40,19 @@ def propose(
         test_length = neighbours.shape[0]
     for o in range(state[0], order.shape[0]):
         k = order[o]
-        zx = shape_p[0, k]
-        zy = shape_p[1, k]
+        zx, zy = shape_p[0, k], shape_p[1, k]
         count = -1
         met = 0
-        low_column = shapes.column(zx - widest)
-        end_column = shapes.column(zx + widest) + 1
-        for row in range(shapes.row(zy - widest), shapes.row(zy + widest) + 1):
+        left, top, right, bottom = shapes.around(zx, zy, widest)
+        for row in range(top, bottom):
             for e in range(
-                shapes.start[row * shapes.columns + low_column],
-                shapes.start[row * shapes.columns + end_column],
+                shapes.start[row * shapes.columns + left],
+                shapes.start[row * shapes.columns + right],
             ):
                 met += 1
                 if o == state[0] and met <= state[1]:
                     continue
-                dx = shapes.x[e] - zx
-                dy = shapes.y[e] - zy
+                dx, dy = shapes.x[e] - zx, shapes.y[e] - zy
                 j = shapes.order[e]
                 limit = shape_tolerance / side_q[j]
                 if dx * dx + dy * dy > limit * limit:
@@ -78,9 +75,7 @@ def propose(
                 )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
                 _grow(p, grid, neighbours, count, reach2, gain, miss, -1e300, 1e300, fit)
-                state[0] = o
-                state[1] = met
-                state[3] = stamp
+                state[0], state[1], state[3] = o, met, stamp
                 return True
     return False
 
@@ -129,32 +124,20 @@ def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
     log-likelihood ratio of a true transform to a false one is the sum of ``gain``, by the area of
     that reach, for each neighbour with a partner, and of `miss` for the others.
     """
-    size = fit[0]
-    pmx = fit[1]
-    pmy = fit[2]
-    qmx = fit[3]
-    qmy = fit[4]
-    spread = fit[5]
-    cosine = fit[6]
-    sine = fit[7]
-    one_of = 1.0 / size
-    one_spread = 1.0 / spread
-    wc = cosine * one_spread
-    ws = sine * one_spread
+    size, pmx, pmy, qmx, qmy = fit[0], fit[1], fit[2], fit[3], fit[4]
+    spread, cosine, sine = fit[5], fit[6], fit[7]
+    one_of, one_spread = 1.0 / size, 1.0 / spread
+    wc, ws = cosine * one_spread, sine * one_spread
     ratio = 0.0
     widest = WIDEST - 1.0
     steps = (gain.shape[0] - 1) / widest
     for n in range(count):
         i = neighbours[n]
-        px = p[0, i] - pmx
-        py = p[1, i] - pmy
-        x = qmx + wc * px - ws * py
-        y = qmy + ws * px + wc * py
+        px, py = p[0, i] - pmx, p[1, i] - pmy
+        x, y = qmx + wc * px - ws * py, qmy + ws * px + wc * py
         if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
             continue
-        wider = one_of + (px * px + py * py) * one_spread
-        if wider > widest:
-            wider = widest
+        wider = min(one_of + (px * px + py * py) * one_spread, widest)
         at = grid.nearest(x, y, reach2 * (1.0 + wider))
         if at < 0:
             ratio += miss
@@ -166,8 +149,7 @@ def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
         shrink = size / (size + 1.0)
         size += 1.0
         one_of = 1.0 / size
-        qx = grid.x[at] - qmx
-        qy = grid.y[at] - qmy
+        qx, qy = grid.x[at] - qmx, grid.y[at] - qmy
         pmx += px * one_of
         pmy += py * one_of
         qmx += qx * one_of
@@ -176,18 +158,11 @@ def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
         cosine += shrink * (px * qx + py * qy)
         sine += shrink * (px * qy - py * qx)
         one_spread = 1.0 / spread
-        wc = cosine * one_spread
-        ws = sine * one_spread
+        wc, ws = cosine * one_spread, sine * one_spread
         if ratio > accept:
             break
-    fit[0] = size
-    fit[1] = pmx
-    fit[2] = pmy
-    fit[3] = qmx
-    fit[4] = qmy
-    fit[5] = spread
-    fit[6] = cosine
-    fit[7] = sine
+    fit[0], fit[1], fit[2], fit[3], fit[4] = size, pmx, pmy, qmx, qmy
+    fit[5], fit[6], fit[7] = spread, cosine, sine
     return ratio
 
 
@@ -200,8 +175,6 @@ def hit_log_likelihoods(expected, share, gain):
     """
     steps = gain.shape[0] - 1
     for k in range(gain.shape[0]):
-        chance = -expm1(-expected * (1.0 + (WIDEST - 1.0) * k / steps))
-        if chance < MIN_CHANCE:
-            chance = MIN_CHANCE
+        chance = max(-expm1(-expected * (1.0 + (WIDEST - 1.0) * k / steps)), MIN_CHANCE)
         gain[k] = log((share + (1.0 - share) * chance) / chance)
     return log(1.0 - share)

@@ -31,36 +31,22 @@ def describe_triangles(
     for i in range(triangle.shape[0]):
         longest2 = 0.0
         for r in range(3):
-            a = triangle[i, r]
-            b = triangle[i, (r + 1) % 3]
-            dx = point[0, b] - point[0, a]
-            dy = point[1, b] - point[1, a]
-            side2 = dx * dx + dy * dy
-            if side2 > longest2:
-                longest2 = side2
+            a, b = triangle[i, r], triangle[i, (r + 1) % 3]
+            dx, dy = point[0, b] - point[0, a], point[1, b] - point[1, a]
+            longest2 = max(longest2, dx * dx + dy * dy)
         for r in range(3):
-            a = triangle[i, r]
-            b = triangle[i, (r + 1) % 3]
-            c = triangle[i, (r + 2) % 3]
-            dx = point[0, b] - point[0, a]
-            dy = point[1, b] - point[1, a]
+            a, b, c = triangle[i, r], triangle[i, (r + 1) % 3], triangle[i, (r + 2) % 3]
+            dx, dy = point[0, b] - point[0, a], point[1, b] - point[1, a]
             side2 = dx * dx + dy * dy
-            if side2 < longest2 * near_tie * near_tie:
+            least2 = max(longest2 * near_tie * near_tie, shortest * shortest)
+            if side2 <= 0.0 or side2 < least2:
                 continue
-            if side2 <= 0.0 or side2 < shortest * shortest:
-                continue
-            ex = point[0, c] - point[0, a]
-            ey = point[1, c] - point[1, a]
-            zx = (ex * dx + ey * dy) / side2
-            zy = (ey * dx - ex * dy) / side2
+            ex, ey = point[0, c] - point[0, a], point[1, c] - point[1, a]
+            zx, zy = (ex * dx + ey * dy) / side2, (ey * dx - ex * dy) / side2
             if zy <= 0.0:
                 continue
-            corner[k, 0] = a
-            corner[k, 1] = b
-            corner[k, 2] = c
-            shape[0, k] = zx
-            shape[1, k] = zy
-            side[k] = sqrt(side2)
+            corner[k, 0], corner[k, 1], corner[k, 2] = a, b, c
+            shape[0, k], shape[1, k], side[k] = zx, zy, sqrt(side2)
             if negative_information.shape[0] > 0:
                 radius2 = side2 * (zx * zx + zy * zy) * ((zx - 1.0) * (zx - 1.0) + zy * zy)
                 negative_information[k] = -side2 * exp(-outliers * pi * radius2 / (4.0 * zy * zy))
@@ -108,12 +94,10 @@ def _joined(ring_start, ring, j, k):
 
 def polygon_area(point, corner):
     """Return the area of a polygon, its corners counter-clockwise."""
-    x0 = point[0, corner[0]]
-    y0 = point[1, corner[0]]
+    x0, y0 = point[0, corner[0]], point[1, corner[0]]
     area = 0.0
     for e in range(1, corner.shape[0] - 1):
-        a = corner[e]
-        b = corner[e + 1]
+        a, b = corner[e], corner[e + 1]
         area += (point[0, a] - x0) * (point[1, b] - y0) - (point[1, a] - y0) * (point[0, b] - x0)
     return 0.5 * area
 
@@ -121,9 +105,7 @@ def polygon_area(point, corner):
 def triangle_areas(point, triangle, area):
     """Write the area of each triangle, its corners counter-clockwise."""
     for i in range(triangle.shape[0]):
-        a = triangle[i, 0]
-        b = triangle[i, 1]
-        c = triangle[i, 2]
+        a, b, c = triangle[i, 0], triangle[i, 1], triangle[i, 2]
         area[i] = 0.5 * (
             (point[0, b] - point[0, a]) * (point[1, c] - point[1, a])
             - (point[1, b] - point[1, a]) * (point[0, c] - point[0, a])

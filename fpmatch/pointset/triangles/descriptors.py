@@ -53,14 +53,14 @@ class TriangleDescriptors(NamedTuple):
 
 
 def delaunay_triangles(mesh: Triangulation, _: Floats) -> Ints:
-    """Return the triangles of a mesh, shape (T, 3)."""
+    """Return the triangles (T, 3) of a mesh."""
     return mesh.triangles
 
 
 def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
-    """Return all triangles of a point and two of its neighbours, each once, shape (T, 3).
+    """Return all triangles (T, 3) of a point and two of its neighbours, each once.
 
-    `points` are those of the mesh, shape (2, N).
+    `points` (2, N) are those of the mesh, here and below.
     """
     degree = np.diff(mesh.ring_start).astype(np.int64)
     each = np.minimum(degree * (degree - 1) // 2, degree * _RING_REACH)
@@ -70,7 +70,7 @@ def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
 
 
 def density_over_hull(mesh: Triangulation, points: Floats) -> float:
-    """Return points to a unit of area of the convex hull; `points` are the mesh's, (2, N)."""
+    """Return points to a unit of area of the convex hull."""
     return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
 
 
@@ -79,18 +79,6 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
 
     The hull of clustered points, or of points with an outlier, is much larger than the area that
     most of them cover.
-
-    Parameters
-    ----------
-    mesh : Triangulation
-        A triangulation that has triangles.
-    points : ndarray of float64, shape (2, N)
-        Its points.
-
-    Returns
-    -------
-    float
-        Points to a unit of area.
     """
     area = np.empty(len(mesh.triangles))
     kernel.triangle_areas(points, mesh.triangles, area)
@@ -103,14 +91,8 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:
     """Describe each triangle by its longest side, with its information.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (2, N)
-        The points.
-    triangles : ndarray of int32, shape (T, 3)
-        Corners, counter-clockwise.
-    outliers : float
-        Points without partner to a unit of area, which may split a triangle.
+    `outliers` is the number of points without a partner, which may split a triangle, to a unit of
+    area.
     """
     return _describe(points, triangles, 1.0, 0.0, outliers, np.empty(3 * len(triangles)))
 
@@ -118,34 +100,21 @@ def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDe
 def describe_large(
     points: Floats, triangles: Ints, near_tie: float, shortest: float
 ) -> TriangleDescriptors:
-    """Describe each triangle by each side that is the longest to within `near_tie`.
+    """Describe each triangle by its sides of `near_tie` times the longest or more.
 
-    Parameters
-    ----------
-    points, triangles
-        As for `describe_all`.
-    near_tie : float
-        Least ratio of a side to the longest.
-    shortest : float
-        Sides under this length are left out.
+    Sides under the length `shortest` are left out.
     """
     return _describe(points, triangles, near_tie, shortest, 0.0, np.empty(0))
 
 
 def _describe(
-    points: Floats,
-    triangles: Ints,
-    near_tie: float,
-    shortest: float,
-    outliers: float,
-    information: Floats,
+    points: Floats, triangles: Ints, tie: float, shortest: float, outliers: float, worth: Floats
 ) -> TriangleDescriptors:
     most = 3 * len(triangles)
     corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
-    count = kernel.describe_triangles(
-        points, triangles, near_tie, shortest, outliers, corner, shape, side, information
-    )
-    return TriangleDescriptors(count, corner, shape, side, information)
+    found = corner, shape, side, worth
+    number = kernel.describe_triangles(points, triangles, tie, shortest, outliers, *found)
+    return TriangleDescriptors(number, *found)
 
 
 def sort_by_shape(triangles: TriangleDescriptors, widest: float) -> CellGrid:

@@ -24,7 +24,7 @@ from fpmatch.pointset.frames import IDENTITY, between_sets, frame_if_needed
 from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import box_of, pairs_of_coincident, points_in_box, unique_points
+from fpmatch.pointset.points import pairs_of_coincident, points_in_box, unique_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods, propose
@@ -159,30 +159,29 @@ def match_by_triangles(
     """
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
-    p_set, q_set = _GivenSet("p", p), _GivenSet("q", q)
+    p_set, q_set = GivenSet("p", p), GivenSet("q", q)
     given = parameters or _DEFAULT
     if tolerance is None and len(p_set) > len(q_set):
         return _match(q_set, p_set, None, given).inverse()
     return _match(p_set, q_set, tolerance, given)
 
 
-def check_spread(points: ArrayLike, name: str) -> None:
-    """Refuse a malformed set, of too few points, or all on one line, with a `PointSetError`."""
-    _GivenSet(name, points)
+class GivenSet:
+    """A set as given, in its frame and triangulated.
 
-
-class _GivenSet:
-    """A set as given, in its frame and triangulated."""
+    One that is malformed, of too few points, or all on one line, is refused with a
+    `PointSetError` under its name.
+    """
 
     def __init__(self, name: str, given: ArrayLike) -> None:
-        points, self.box = points_in_box(given, name)
+        points, box = points_in_box(given, name)
         if len(points) < MIN_POINTS:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
         self.name, self.given = name, points
-        self.frame = frame_if_needed(points, self.box, name)
+        self.frame = frame_if_needed(points, box, name)
         if self.frame is not IDENTITY:
-            points = self.frame.apply(points)
-            self.box = box_of(points)
+            points, box = points_in_box(self.frame.apply(points), name)
+        self.box = box
         self.mesh = triangulate_checked(points)
         if not len(self.mesh.triangles):
             raise PointSetError(f"{name}: all points lie on one line")
@@ -192,27 +191,27 @@ class _GivenSet:
 
 
 def _match(
-    p: _GivenSet, q: _GivenSet, tolerance: float | None, parameters: TriangleParameters
+    p: GivenSet, q: GivenSet, tolerance: float | None, parameters: TriangleParameters
 ) -> PointMatch:
     """Match two sets; where points coincide, their distinct points."""
     if not (p.mesh.has_coincident or q.mesh.has_coincident):
         return _match_distinct(p, q, tolerance, parameters)
     (distinct_p, index_p), (distinct_q, index_q) = unique_points(p.given), unique_points(q.given)
     match = _match_distinct(
-        _GivenSet(p.name, distinct_p), _GivenSet(q.name, distinct_q), tolerance, parameters
+        GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q), tolerance, parameters
     )
     pairs = pairs_of_coincident(match.pairs, index_p, index_q)
     return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
 
 
 def _match_distinct(
-    p: _GivenSet, q: _GivenSet, tolerance: float | None, parameters: TriangleParameters
+    p: GivenSet, q: GivenSet, tolerance: float | None, parameters: TriangleParameters
 ) -> PointMatch:
     """Match two sets of which no points coincide, but for rounding."""
     if min(len(p), len(q)) < MIN_POINTS_TO_MATCH:
         return PointMatch.none()
     reach = None if tolerance is None else math.ldexp(tolerance, -q.frame.exponent)
-    search = _Search(p.mesh, q.mesh, q.box, reach, parameters)
+    search = _Search(p, q, reach, parameters)
     if not search.run():
         return PointMatch.none(search.passed)
     pairs, rms = search.pair()
@@ -230,20 +229,15 @@ class _Search:
     """A search for a transform and its state."""
 
     def __init__(
-        self,
-        mesh_p: Triangulation,
-        mesh_q: Triangulation,
-        box_q: tuple[float, float, float, float],
-        tolerance: float | None,
-        parameters: TriangleParameters,
+        self, p: GivenSet, q: GivenSet, tolerance: float | None, parameters: TriangleParameters
     ) -> None:
-        self.mesh_p, self.mesh_q, self.given = mesh_p, mesh_q, parameters
-        self.p, self.q = (np.array(mesh.points.T, order="C") for mesh in (mesh_p, mesh_q))
-        self.density_p, self.density = density_over_hull(mesh_p, self.p), density_of(mesh_q, self.q)
+        self.mesh_p, self.mesh_q, self.given = p.mesh, q.mesh, parameters
+        self.p, self.q = (np.array(mesh.points.T, order="C") for mesh in (p.mesh, q.mesh))
+        self.density_p, self.density = density_over_hull(p.mesh, self.p), density_of(q.mesh, self.q)
         self.spacing = 1.0 / math.sqrt(self.density)
         self.pairing_tolerance = 0.25 * self.spacing if tolerance is None else tolerance
         self.tolerance = t = min(self.pairing_tolerance, _WIDEST_TOLERANCE * self.spacing)
-        left, right, top, bottom = box_q
+        left, right, top, bottom = q.box
         low, high = (left - t, top - t), (right + t, bottom + t)
         self.grid = sort_into_cells(self.q, max(0.7 * self.spacing, t), low=low, high=high)
         self.move = np.empty(4)

@@ -17,7 +17,8 @@ cdef bint shape_preserving_weights(
 ) noexcept nogil
 @cython.locals(
     k=cython.Py_ssize_t, a=cython.Py_ssize_t, b=cython.Py_ssize_t, degree=cython.Py_ssize_t,
-    shift=cython.Py_ssize_t,
+    shift=cython.Py_ssize_t, px=cython.double[::1], py=cython.double[::1], qx=cython.double[::1],
+    qy=cython.double[::1],
 )
 cpdef fit_ring_pairs(
     int[:, ::1] pair, double[:, ::1] p_point, int[::1] p_centre, int[::1] p_start,
@@ -36,7 +37,7 @@ cdef Py_ssize_t _best_shift(
 @cython.locals(
     k=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t, row=cython.Py_ssize_t,
     n=cython.int, met_p=cython.int, met_q=cython.int, near=cython.int, left=cython.int,
-    right=cython.int,
+    top=cython.int, right=cython.int, bottom=cython.int,
 )
 cpdef best_overlay(
     double[:, ::1] move, double[:, ::1] p_point, CellGrid grid, double tolerance, int enough,

@@ -24,8 +24,7 @@ def centre_images(point, centre, start, vertex, circle, weight, image):
     px: cython.const[cython.double][::1] = point[0]
     py: cython.const[cython.double][::1] = point[1]
     for i in range(centre.shape[0]):
-        image[0, i] = 2.0
-        image[1, i] = 0.0
+        image[0, i], image[1, i] = 2.0, 0.0
         if shape_preserving_weights(
             px, py, vertex, start[i], start[i + 1], px[centre[i]], py[centre[i]], weight
         ):
@@ -46,8 +45,7 @@ def shape_preserving_weights(px, py, vertex, begin, end, x, y, weight):
         weight[line] = 0.0
     first = begin
     for line in range(begin, end):
-        from_x = px[vertex[line]] - x
-        from_y = py[vertex[line]] - y
+        from_x, from_y = px[vertex[line]] - x, py[vertex[line]] - y
         # the line from this vertex through the centre leaves by the side (far, far + 1), which
         # moves on round the ring as the vertex does
         first = line if first < line else first
@@ -89,13 +87,10 @@ def fit_ring_pairs(
     ``move[k]`` (K, 4) is the least-squares fit of eq. (1) to the first ring with its centre and
     the second, its points shifted by `_best_shift`; it is all 0 where there is no such fit.
     """
-    px: cython.double[::1] = p_point[0]
-    py: cython.double[::1] = p_point[1]
-    qx: cython.double[::1] = q_point[0]
-    qy: cython.double[::1] = q_point[1]
+    px, py = p_point[0], p_point[1]
+    qx, qy = q_point[0], q_point[1]
     for k in range(pair.shape[0]):
-        a = pair[k, 0]
-        b = pair[k, 1]
+        a, b = pair[k, 0], pair[k, 1]
         degree = p_start[a + 1] - p_start[a]
         shift = _best_shift(
             p_circle, p_image, p_start[a], a, q_circle, q_image, q_start[b], b, degree
@@ -117,8 +112,7 @@ def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, de
     most = -1.0
     best = 0
     for shift in range(degree):
-        dot = image_dot
-        cross = image_cross
+        dot, cross = image_dot, image_cross
         m = q_begin + shift
         for j in range(p_begin, p_begin + degree):
             dot += p_circle[0, j] * q_circle[0, m] + p_circle[1, j] * q_circle[1, m]
@@ -128,8 +122,7 @@ def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, de
                 m = q_begin
         strength = dot * dot + cross * cross
         if strength > most:
-            most = strength
-            best = shift
+            most, best = strength, shift
     return best
 
 
@@ -143,11 +136,9 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     """
     n = p_point.shape[1]
     squared = tolerance * tolerance
-    found[0] = -1
-    found[1] = 0
+    found[0], found[1] = -1, 0
     for k in range(move.shape[0]):
-        met_p = 0
-        met_q = 0
+        met_p = met_q = 0
         for i in range(n):
             if met_p + n - i <= found[1]:
                 break
@@ -160,15 +151,13 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
                 and y - tolerance < 1.0
             ):
                 continue
-            left = grid.column(x - tolerance)
-            right = grid.column(x + tolerance) + 1
+            left, top, right, bottom = grid.around(x, y, tolerance)
             near = 0
-            for row in range(grid.row(y - tolerance), grid.row(y + tolerance) + 1):
+            for row in range(top, bottom):
                 for j in range(
                     grid.start[row * grid.columns + left], grid.start[row * grid.columns + right]
                 ):
-                    dx = grid.x[j] - x
-                    dy = grid.y[j] - y
+                    dx, dy = grid.x[j] - x, grid.y[j] - y
                     if dx * dx + dy * dy <= squared:
                         near = 1
                         if last_met[j] != k:
@@ -177,7 +166,6 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
             met_p += near
         met_p = min(met_p, met_q)
         if met_p > found[1]:
-            found[0] = k
-            found[1] = met_p
+            found[0], found[1] = k, met_p
             if met_p >= enough:
                 break

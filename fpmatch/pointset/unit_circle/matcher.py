@@ -43,7 +43,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.frames import between_sets
-from fpmatch.pointset.pairing import greedy_pairs
+from fpmatch.pointset.pairing import greedy_pairs, index_pairs
 from fpmatch.pointset.point_match import PointMatch, check_rho, fewest_above, rms_distance
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle import _one_ring_kernel as kernel
@@ -163,45 +163,17 @@ def match_prepared(
 
 
 def similar_rings(p: OneRings, q: OneRings, area_tolerance: float) -> Ints:
-    """Return the pairs of rings of equal degree whose areas differ by at most a tolerance.
-
-    Parameters
-    ----------
-    p, q : OneRings
-        The rings of the two sets.
-    area_tolerance : float
-        Largest difference of the inscribed polygons' areas.
-
-    Returns
-    -------
-    ndarray of int32, shape (K, 2)
-        Ring of `p`, ring of `q`, in order.
-    """
+    """Return the pairs (K, 2) of rings of equal degree with areas within a tolerance."""
     degrees_apart = 8.0  # more than any two areas on the unit circle differ
     reach = min(area_tolerance, degrees_apart / 2)
     key_p, key_q = (rings.degree * degrees_apart + rings.area for rings in (p, q))
     first = key_q.searchsorted(key_p - reach, "left")
-    count = key_q.searchsorted(key_p + reach, "right") - first
-    ring_p = np.repeat(np.arange(len(p)), count)
-    ring_q = np.arange(len(ring_p)) + np.repeat(first - (count.cumsum() - count), count)
-    return np.column_stack([ring_p, ring_q]).astype(np.int32)
+    end = key_q.searchsorted(key_p + reach, "right")
+    return np.column_stack(index_pairs(first, end)).astype(np.int32)
 
 
 def fit_rings(p: PreparedPoints, q: PreparedPoints, ring_pairs: Ints) -> Floats:
-    """Return the transform of each pair of rings.
-
-    Parameters
-    ----------
-    p, q : PreparedPoints
-        The two sets.
-    ring_pairs : ndarray of int32, shape (K, 2)
-        Pairs of rings of equal degree.
-
-    Returns
-    -------
-    ndarray of float64, shape (K, 4)
-        (s·cos θ, s·sin θ, tx, ty) of each pair, in the unit frames.
-    """
+    """Return the move (s·cos θ, s·sin θ, tx, ty) of each pair of rings (K, 4), in unit frames."""
     moves = np.empty((len(ring_pairs), 4))
     a, b = p.rings, q.rings
     kernel.fit_ring_pairs(
@@ -216,23 +188,10 @@ def fit_rings(p: PreparedPoints, q: PreparedPoints, ring_pairs: Ints) -> Floats:
 def best_overlay(
     p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, enough: int
 ) -> tuple[int, int] | None:
-    """Return which transform overlays the most points, and how many.
+    """Return which of `moves` (K, 4) overlays the most points, and how many; None for no points.
 
-    Parameters
-    ----------
-    p, q : PreparedPoints
-        The two sets.
-    moves : ndarray of float64, shape (K, 4)
-        Transforms in the unit frames.
-    tolerance : float
-        Matching distance in the frame of `q`.
-    enough : int
-        The search ends with the first transform that overlays so many points.
-
-    Returns
-    -------
-    tuple of int, or None
-        Index of the transform and its count; None where none overlays any point.
+    The search ends with the first that overlays `enough` points. The matching distance is in the
+    unit frame of `q`.
     """
     found = np.empty(2, np.int32)
     kernel.best_overlay(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.pointset.pairing import index_pairs
 from fpmatch.pointset.unit_circle import _one_ring_kernel as kernel
 
 if TYPE_CHECKING:
@@ -57,28 +58,11 @@ class OneRings:
 def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     """Map the one-ring of every interior point of `mesh` to the unit circle.
 
-    `fpmatch.pointset.unit_circle.parametrize.parametrize` does the same for one ring.
-
-    Parameters
-    ----------
-    mesh : Triangulation
-        A triangulation.
-
-    Returns
-    -------
-    OneRings
-        A ring per interior point, except where rounding puts a point outside its ring.
-
-    Examples
-    --------
-    >>> from fpmatch.pointset.delaunay.triangulate import triangulate
-    >>> mesh = triangulate([[0, 0], [4, 0], [4, 4], [0, 4], [2, 1]])
-    >>> rings = map_to_unit_circle(mesh)
-    >>> rings.centre.tolist(), rings.degree.tolist(), rings.area.round(6).tolist()
-    ([4], [4], [2.0])
+    `fpmatch.pointset.unit_circle.parametrize` does the same for one ring. A point that rounding
+    puts outside its ring is left out.
     """
     centre = mesh.interior.nonzero()[0].astype(np.int32)
-    start, entry = _gather(mesh.ring_start[centre], mesh.ring_start[centre + 1])
+    start, entry = _concatenate(mesh.ring_start[centre], mesh.ring_start[centre + 1])
     vertex = mesh.ring[entry]
     xy = np.array(mesh.points.T, order="C")
     angle, side = _chord_angles(xy, start, vertex)
@@ -89,7 +73,7 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     area = _sums(np.sin(side), start) / 2
     inside = (image[0] <= 1).nonzero()[0]
     order = inside[np.lexsort((area[inside], np.diff(start)[inside]))]
-    start, entry = _gather(start[order], start[order + 1])
+    start, entry = _concatenate(start[order], start[order + 1])
     return OneRings(
         centre=centre[order],
         start=start,
@@ -101,15 +85,13 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     )
 
 
-def _gather(
+def _concatenate(
     begin: NDArray[np.int32], end: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Concatenate runs begin..end: return where each starts, and the index of each entry."""
-    length = end - begin
-    start = np.zeros(len(length) + 1, np.int32)
-    length.cumsum(out=start[1:])
-    entry = np.repeat(begin - start[:-1], length) + np.arange(start[-1])
-    return start, entry
+    start = np.zeros(len(begin) + 1, np.int32)
+    (end - begin).cumsum(out=start[1:])
+    return start, index_pairs(begin, end)[1]
 
 
 def _chord_angles(

@@ -12,7 +12,7 @@ Let p_1 … p_d be the ring of a centre p, in order, and b_k = |p_{k+1} - p_k| i
   rotation, scaling, shift and reflection of the ring.
 
 Sources: Choi, Lee and Lee, section 3.2; Floater, "Parametrization and smooth approximation of
-surface triangulations", CAGD 14 (1997); Floater, "Mean value coordinates", CAGD 20 (2003).
+surface triangulations", CAGD 14 (1997).
 """
 
 from __future__ import annotations
@@ -26,11 +26,7 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
-
-    Weights = Callable[[ArrayLike, ArrayLike], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +38,7 @@ class UnitCircle:
     angles : ndarray of float64, shape (d,)
         Angles of the ring's points on the circle, in radians; the first is 0.
     weights : ndarray of float64, shape (d,)
-        Barycentric weights of the centre in its ring.
+        Shape-preserving weights of the centre in its ring.
     image : ndarray of float64, shape (2,)
         The centre's image.
     area : float
@@ -60,21 +56,22 @@ class UnitCircle:
         return np.column_stack([np.cos(self.angles), np.sin(self.angles)])
 
 
-def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64]:
-    """Return Floater's shape-preserving weights of a centre in its ring (eq. 4).
+def parametrize(ring: ArrayLike, centre: ArrayLike) -> UnitCircle:
+    """Map a ring and its centre to the unit circle.
 
     Parameters
     ----------
     ring : array_like of float, shape (d, 2)
         The ring's points in order, either way round; seen from the centre, each lies less than
-        half a turn from the next, as in a triangulation.
+        half a turn from the next, as in a triangulation. The first has angle 0, the others follow
+        counter-clockwise.
     centre : array_like of float, shape (2,)
         The centre.
 
     Returns
     -------
-    ndarray of float64, shape (d,)
-        Positive weights that sum to 1 and reproduce the centre.
+    UnitCircle
+        Boundary, weights, image of the centre, and area of the inscribed polygon.
 
     Raises
     ------
@@ -83,9 +80,19 @@ def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.f
 
     Examples
     --------
-    >>> shape_preserving_weights([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2]).tolist()
-    [0.25, 0.25, 0.25, 0.25]
+    >>> circle = parametrize([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2])
+    >>> np.degrees(circle.angles).tolist(), circle.weights.tolist(), round(circle.area, 12)
+    ([0.0, 90.0, 180.0, 270.0], [0.25, 0.25, 0.25, 0.25], 2.0)
     """
+    angles = boundary_angles(ring)
+    weights = shape_preserving_weights(ring, centre)
+    image = weights @ np.column_stack([np.cos(angles), np.sin(angles)])
+    area = float(np.sin(np.roll(angles, -1) - angles).sum() / 2)
+    return UnitCircle(angles, weights, image, area)
+
+
+def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64]:
+    """Return Floater's weights (d,) of a centre in its ring (eq. 4); see `parametrize`."""
     away = _offsets_from(ring, centre)
     d = len(away)
     cross = away.real[:, None] * away.imag - away.imag[:, None] * away.real
@@ -103,115 +110,14 @@ def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.f
     return np.asarray(share.mean(axis=0))
 
 
-def mean_value_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64]:
-    """Return the mean value coordinates of a centre in its ring.
-
-    With α_k the angle at the centre between p_k and p_{k+1}, the weights are proportional to
-    (tan(α_{k-1}/2) + tan(α_k/2)) / |p_k - p|. Smoother in the points than
-    `shape_preserving_weights`, which the paper uses.
-
-    Parameters
-    ----------
-    ring, centre
-        As in `shape_preserving_weights`.
-
-    Returns
-    -------
-    ndarray of float64, shape (d,)
-        Positive weights that sum to 1 and reproduce the centre.
-
-    Raises
-    ------
-    PointSetError
-        If the ring does not go once round the centre.
-
-    Examples
-    --------
-    >>> mean_value_weights([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2]).round(12).tolist()
-    [0.25, 0.25, 0.25, 0.25]
-    """
-    away = _offsets_from(ring, centre)
-    half = np.tan(np.abs(np.angle(np.roll(away, -1) / away)) / 2)
-    weights = (np.roll(half, 1) + half) / np.abs(away)
-    return np.asarray(weights / weights.sum())
-
-
-def parametrize(
-    ring: ArrayLike, centre: ArrayLike, weights: Weights = shape_preserving_weights
-) -> UnitCircle:
-    """Map a ring and its centre to the unit circle.
-
-    Parameters
-    ----------
-    ring, centre
-        As in `shape_preserving_weights`. The ring's first point has angle 0, the others follow
-        counter-clockwise.
-    weights : callable
-        `shape_preserving_weights` (default) or `mean_value_weights`.
-
-    Returns
-    -------
-    UnitCircle
-        Boundary, weights, image of the centre, and area of the inscribed polygon.
-
-    Raises
-    ------
-    PointSetError
-        If the ring does not go once round the centre.
-
-    Examples
-    --------
-    >>> circle = parametrize([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2])
-    >>> np.degrees(circle.angles).tolist(), round(circle.area, 12)
-    ([0.0, 90.0, 180.0, 270.0], 2.0)
-    """
-    angles = boundary_angles(ring)
-    share = weights(ring, centre)
-    image = share @ np.column_stack([np.cos(angles), np.sin(angles)])
-    return UnitCircle(angles, share, image, inscribed_area(angles))
-
-
 def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
-    """Return the angles of a ring's points on the unit circle by chord length (eq. 3).
-
-    Parameters
-    ----------
-    ring : array_like of float, shape (d, 2)
-        The ring's points in order.
-
-    Returns
-    -------
-    ndarray of float64, shape (d,)
-        Angles in radians, in [0, 2π).
-
-    Raises
-    ------
-    PointSetError
-        If there are no points, or all of them coincide.
-
-    Examples
-    --------
-    >>> np.degrees(boundary_angles([[0, 0], [1, 0], [1, 1]])).round(1).tolist()
-    [0.0, 105.4, 210.9]
-    """
+    """Return the angles (d,) of a ring's points on the unit circle by chord length (eq. 3)."""
     points = as_points(ring, "ring")
     side = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
     if not side.any():
         raise PointSetError("ring: its points must not all coincide")
     along = np.concatenate([[0.0], side.cumsum()])
     return np.asarray(2 * np.pi * along[:-1] / along[-1])
-
-
-def inscribed_area(angles: ArrayLike) -> float:
-    """Return the area of the polygon with corners at `angles` (d,) on the unit circle.
-
-    Examples
-    --------
-    >>> inscribed_area([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
-    2.0
-    """
-    a = np.asarray(angles, dtype=np.float64)
-    return float(np.sin(np.roll(a, -1) - a).sum() / 2)
 
 
 def _offsets_from(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.complex128]:

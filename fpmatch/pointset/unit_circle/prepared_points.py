@@ -66,22 +66,10 @@ class PreparedPoints:
 
 
 def prepare_points(points: ArrayLike) -> PreparedPoints:
-    """Triangulate a set and map its one-rings to the unit circle.
+    """Triangulate a set of any finite points (N, 2) and map its one-rings to the unit circle.
 
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        Any finite points.
-
-    Returns
-    -------
-    PreparedPoints
-        The set, ready for `match_prepared`.
-
-    Raises
-    ------
-    PointSetError
-        If the set is malformed, or its coordinates or extent are beyond 2**±300.
+    A malformed set, or one with coordinates or extent beyond 2**±300, is refused with a
+    `PointSetError`.
 
     Examples
     --------
@@ -100,6 +88,6 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
         frame=frame,
         unit=unit,
         rings=map_to_unit_circle(mesh),
-        spacing=0.5 * math.sqrt(hull_area / n) if n else 0.0,
+        spacing=0.5 * math.sqrt(hull_area / max(n, 1)),
         grid=sort_into_cells(unit, 1.0 / max(1, math.isqrt(n)), low=(0.0, 0.0), high=(1.0, 1.0)),
     )

@@ -15,12 +15,9 @@ def find_neighbours(grid, i, near, squared, steps):
     `squared` receives their squared distances. The set has more than k points. Cells are searched
     in square shells around the point's own, until no other can hold a neighbour.
     """
-    count = 0
-    shell = 0
-    x = grid.x[i]
-    y = grid.y[i]
-    column = grid.column(x)
-    row = grid.row(y)
+    count = shell = 0
+    x, y = grid.x[i], grid.y[i]
+    column, row, _, _ = grid.around(x, y, 0.0)
     while True:
         left = column - shell if column > shell else 0
         right = column + shell if column + shell < grid.columns else grid.columns - 1
@@ -54,8 +51,7 @@ def _insert_cells(grid, i, first, last, near, squared, count, steps):
     k = near.shape[0]
     steps[0] += 1 + grid.start[last + 1] - grid.start[first]
     for j in range(grid.start[first], grid.start[last + 1]):
-        dx = grid.x[j] - grid.x[i]
-        dy = grid.y[j] - grid.y[i]
+        dx, dy = grid.x[j] - grid.x[i], grid.y[j] - grid.y[i]
         distance = dx * dx + dy * dy
         if j == i or (
             count == k
@@ -66,13 +62,10 @@ def _insert_cells(grid, i, first, last, near, squared, count, steps):
         while at > 0 and (
             distance < squared[at - 1] or (distance == squared[at - 1] and j < near[at - 1])
         ):
-            squared[at] = squared[at - 1]
-            near[at] = near[at - 1]
+            squared[at], near[at] = squared[at - 1], near[at - 1]
             at -= 1
-        squared[at] = distance
-        near[at] = j
-        if count < k:
-            count += 1
+        squared[at], near[at] = distance, j
+        count = min(count + 1, k)
     return count
 
 
@@ -99,8 +92,7 @@ def hull_area(point, corner):
         for i in range(n):
             c = i if side == 0 else n - 1 - i
             while count >= 2:
-                a = corner[count - 2]
-                b = corner[count - 1]
+                a, b = corner[count - 2], corner[count - 1]
                 if (point[0, b] - point[0, a]) * (point[1, c] - point[1, a]) > (
                     point[1, b] - point[1, a]
                 ) * (point[0, c] - point[0, a]):
@@ -109,8 +101,7 @@ def hull_area(point, corner):
             corner[count] = c
             count += 1
         for i in range(count - 1):
-            a = corner[i]
-            b = corner[i + 1]
+            a, b = corner[i], corner[i + 1]
             twice += (point[0, a] - point[0, 0]) * (point[1, b] - point[1, 0]) - (
                 point[1, a] - point[1, 0]
             ) * (point[0, b] - point[0, 0])

@@ -37,8 +37,7 @@ def search(
     """
     k = near_p.shape[0]
     half = window // 2
-    found[0] = 0
-    found[1] = 0
+    found[0] = found[1] = 0
     for i in range(pivot.shape[0]):
         p = pivot[i]
         find_neighbours(p_grid, p, near_p, squared, steps)
@@ -59,8 +58,7 @@ def search(
                     if near == 0:
                         continue
                     found[1] += 1
-                    pair[0, 0, near] = p
-                    pair[0, 1, near] = q
+                    pair[0, 0, near], pair[0, 1, near] = p, q
                     found[0] = match_globally(
                         p_grid, q_grid, tolerance, near + 1, enough, max_steps, move, pair,
                         taken, steps,
@@ -71,10 +69,8 @@ def search(
 
 def map_segment(p_grid, p, p_base, q_grid, q, q_base, move):
     """Write the move that maps p to q and p's neighbour to q's; return whether there is one."""
-    px = p_grid.x[p_base] - p_grid.x[p]
-    py = p_grid.y[p_base] - p_grid.y[p]
-    qx = q_grid.x[q_base] - q_grid.x[q]
-    qy = q_grid.y[q_base] - q_grid.y[q]
+    px, py = p_grid.x[p_base] - p_grid.x[p], p_grid.y[p_base] - p_grid.y[p]
+    qx, qy = q_grid.x[q_base] - q_grid.x[q], q_grid.y[q_base] - q_grid.y[q]
     length2 = px * px + py * py
     if not (length2 > 0.0 and qx * qx + qy * qy > 0.0):
         return False
@@ -99,8 +95,7 @@ def match_locally(p_grid, near_p, q_grid, move, reach, enough, pair, taken, step
         y = move[1] * p_grid.x[near_p[i]] + move[0] * p_grid.y[near_p[i]] + move[3]
         q = nearest_within(q_grid, x, y, reach, taken, steps)
         if q >= 0:
-            pair[0, count] = near_p[i]
-            pair[1, count] = q
+            pair[0, count], pair[1, count] = near_p[i], q
             count += 1
     return count if count >= enough else 0
 
@@ -118,20 +113,12 @@ def match_globally(p_grid, q_grid, tolerance, pairs, enough, max_steps, move, pa
         if more < count or more == 0:
             break
         for i in range(more):
-            pair[0, 0, i] = pair[1, 0, i]
-            pair[0, 1, i] = pair[1, 1, i]
-        a = move[0]
-        b = move[1]
-        tx = move[2]
-        ty = move[3]
+            pair[0, 0, i], pair[0, 1, i] = pair[1, 0, i], pair[1, 1, i]
+        a, b, tx, ty = move[0], move[1], move[2], move[3]
         if more == count:
             break
-        count = more
-        pairs = more
-    move[0] = a
-    move[1] = b
-    move[2] = tx
-    move[3] = ty
+        count = pairs = more
+    move[0], move[1], move[2], move[3] = a, b, tx, ty
     return count if count >= enough else 0
 
 
@@ -159,8 +146,7 @@ def pair_within(p_grid, q_grid, move, tolerance, enough, max_steps, pair, taken,
         q = nearest_within(q_grid, x, y, tolerance, taken, steps)
         if q >= 0:
             taken[q] = 1
-            pair[0, count] = cython.cast(cython.int, i)
-            pair[1, count] = q
+            pair[0, count], pair[1, count] = cython.cast(cython.int, i), q
             count += 1
     for i in range(count):
         taken[pair[1, i]] = 0
@@ -184,7 +170,7 @@ def nearest_within(
     """
     cython.declare(
         j=cython.Py_ssize_t, row=cython.Py_ssize_t, begin=cython.int, end=cython.int,
-        left=cython.int, right=cython.int, nearest=cython.int,
+        left=cython.int, top=cython.int, right=cython.int, bottom=cython.int, nearest=cython.int,
     )  # fmt: skip
     if not (
         x + reach >= 0.0
@@ -195,15 +181,13 @@ def nearest_within(
         return -1
     nearest = -1
     least = reach * reach
-    left = grid.column(x - reach)
-    right = grid.column(x + reach) + 1
-    for row in range(grid.row(y - reach), grid.row(y + reach) + 1):
+    left, top, right, bottom = grid.around(x, y, reach)
+    for row in range(top, bottom):
         begin = grid.start[row * grid.columns + left]
         end = grid.start[row * grid.columns + right]
         steps[0] += 1 + end - begin
         for j in range(begin, end):
-            dx = grid.x[j] - x
-            dy = grid.y[j] - y
+            dx, dy = grid.x[j] - x, grid.y[j] - y
             distance = dx * dx + dy * dy
             if taken[j] == 0 and (distance < least or (distance == least and nearest < 0)):
                 least = distance

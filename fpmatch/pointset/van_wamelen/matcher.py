@@ -66,30 +66,20 @@ BASE_DOUBT: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class SearchPlan:
-    """Hold the numbers that follow from the sizes of the sets, ρ and λ.
-
-    Parameters
-    ----------
-    neighbours : int
-        k: neighbours of a pivot in the local test.
-    window : int
-        k3, odd: ranks of Q's list tried for each base neighbour.
-    bases : int
-        k2: base neighbours tried.
-    pivots : int
-        Pivots tried.
-    enough_near : int
-        Neighbours that make a local match.
-    enough : int
-        Pairs that make a global match.
-    """
+    """Hold the numbers that follow from the sizes of the sets, ρ and λ."""
 
     neighbours: int
+    """k: neighbours of a pivot in the local test."""
     window: int
+    """k3, odd: ranks of Q's list tried for each base neighbour."""
     bases: int
+    """k2: base neighbours tried."""
     pivots: int
+    """Pivots tried."""
     enough_near: int
+    """Neighbours that make a local match."""
     enough: int
+    """Pairs that make a global match."""
 
 
 class _SortedSet(NamedTuple):
@@ -180,17 +170,7 @@ def match_van_wamelen(
 def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 1.0) -> SearchPlan:
     """Return the sizes of lists and windows, by the formulas at the top of this module.
 
-    Parameters
-    ----------
-    m, n : int
-        Points of P and of Q, 3 or more.
-    rho, lambda_, confidence : float
-        As in `match_van_wamelen`.
-
-    Returns
-    -------
-    SearchPlan
-        The sizes, limited by those of the sets.
+    They are limited by the numbers of points, `m` and `n`, each 3 or more.
 
     Examples
     --------
@@ -229,16 +209,12 @@ def _search(
     # permutations of the sets as given: the search is the same whatever the grids
     pivots = p.order.argsort()[rng.permutation(m)[: plan.pivots]]
     scene = q.order.argsort()[rng.permutation(n)]
-    move = np.empty(4)
-    pair = np.empty((2, 2, m + 1), np.int32)
-    found = np.zeros(2, np.int32)
+    move, pair, found = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
+    near_p, squared = np.empty(plan.neighbours, np.int32), np.empty(plan.neighbours)
+    near_q = np.full((n, plan.neighbours), -1, np.int32)
     kernel.search(
-        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32)),
-        np.empty(plan.neighbours, np.int32),
-        np.full((n, plan.neighbours), -1, np.int32),
-        np.empty(plan.neighbours),
-        *(plan.bases, plan.window, plan.enough_near, plan.enough),
-        *(tolerance, max_steps),
+        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q, squared),
+        *(plan.bases, plan.window, plan.enough_near, plan.enough, tolerance, max_steps),
         *(move, pair, np.zeros(n, np.int32), np.zeros(1, np.int64), found),
     )
     pairs, local_matches = found.tolist()

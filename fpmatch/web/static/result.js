@@ -77,7 +77,7 @@ class ResultView {
     const rate = odds(10 ** (-this.threshold / 10));
     this.at.textContent = `${rate} (score ${this.threshold.toFixed(1)})`;
     this.slider.setAttribute("aria-valuetext", `${rate}, score ${this.threshold.toFixed(1)}: ${this.badge.textContent}`);
-    const extrapolated = result.extrapolated ? `, extrapolated: measured up to ${odds(this.shown.fmr_reach)}` : "";
+    const extrapolated = result.extrapolated ? `, extrapolated: measured up to ${odds(this.shown.smallest_measured_fmr)}` : "";
     const rarity = result.fmr > 0.95 ? "Nearly all pairs of different fingers score as high."
       : `${result.score >= 100 ? "At most " : ""}${this.shown.odds} pairs of different fingers scores as high${extrapolated}.`;
     const no = asked && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`

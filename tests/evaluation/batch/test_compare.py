@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.run`: one probe with many at once, or pair by pair: the same."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.score` on every engine: the same bytes, though a worker be killed."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import signal

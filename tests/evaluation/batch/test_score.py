@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.score`: what a run writes, leaves undone, goes on with, and refuses."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import os
@@ -30,6 +28,8 @@ needs_pyarrow = pytest.mark.skipif(
 REFERENCES = Line([0.0, 10.0, 20.0, 30.0, 40.0], "reference")
 PROBES = Line([1.0, None, 39.0], "probe")
 TEN_A_UNIT = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
+SMALL_CHUNKS = AllPairs(3, 5, band=2, pairs_per_chunk=2)
+NOTED = {"it is far off": ("reference: reference_4", "probe: probe_2")}
 
 
 def rows(path):
@@ -47,6 +47,7 @@ def run(output, **options):
 
 
 def test_a_row_a_pair_probe_by_probe(output):
+    output.write_text("old")
     done = run(output, calibration=TEN_A_UNIT)
     written = rows(output)
     assert [(r["probe"], r["reference"]) for r in written] == [
@@ -55,35 +56,13 @@ def test_a_row_a_pair_probe_by_probe(output):
     assert float(written[1]["similarity"]) == 1 / 10
     assert float(written[1]["score"]) == pytest.approx(5)
     assert (done.pairs, done.rows, done.resumed, done.failed_pairs) == (15, 15, 0, 5)
-
-
-def test_a_print_that_fails_is_rows_with_its_reason(output):
-    done = run(output)
-    failed = [r for r in rows(output) if r["reason"]]
-    assert {tuple(r.values()) for r in failed} == {
-        (
-            "near",
-            "probe against reference",
-            "probe_1",
-            name,
-            "",
-            "",
-            "",
-            "probe: no image, but text",
-        )
-        for name in REFERENCES.names
-    }
+    assert done.noted == NOTED
+    place = ("near", "probe against reference", "probe_1")
+    assert [tuple(r.values()) for r in written if r["reason"]] == [
+        (*place, name, "", "", "", "probe: no image, but text") for name in REFERENCES.names
+    ]
     (failure,) = done.failures
     assert (failure.side, failure.name) == ("probes", "probe_1")
-
-
-def test_what_was_noticed_is_told_once_of_both_sides(output):
-    told = {"it is far off": ("reference: reference_4", "probe: probe_2")}
-    assert run(output).noted == told
-    side = Line([7.0, 40.0, 41.0])
-    assert score(side, side, output, matcher=Near()).noted == {
-        "it is far off": ("line: line_1", "line: line_2")
-    }
 
 
 def test_bands_of_references(output):
@@ -95,8 +74,7 @@ def test_bands_of_references(output):
 
 def test_a_threshold_keeps_candidates_and_what_nobody_knows(output):
     done = run(output, calibration=TEN_A_UNIT, threshold=20)
-    kept = [(r["probe"], r["reference"]) for r in rows(output)]
-    assert kept == [
+    assert [(r["probe"], r["reference"]) for r in rows(output)] == [
         ("probe_0", "reference_0"),
         *(("probe_1", name) for name in REFERENCES.names),
         ("probe_2", "reference_4"),
@@ -106,9 +84,6 @@ def test_a_threshold_keeps_candidates_and_what_nobody_knows(output):
 
 def test_listed_pairs_in_their_order(output, tmp_path):
     listed = tmp_path / "pairs.csv"
-    listed.write_text("reference_3,probe_0\n")
-    with pytest.raises(ScoringError, match="line 1: there is no probe 'reference_3'"):
-        run(output, pairs=listed)
     listed.write_text("probe_2,reference_3\nprobe_0,reference_1\n")
     told = []
     done = run(output, pairs=listed, progress=lambda *state: told.append(state))
@@ -118,14 +93,14 @@ def test_listed_pairs_in_their_order(output, tmp_path):
 
 
 def test_one_folder_on_both_sides_is_read_once(output):
-    side = Line([1.0, 7.0, None])
-    stages = []
+    side, stages = Line([1.0, 7.0, None, 40.0, 41.0]), []
     done = score(
         side, side, output, matcher=Near(), progress=lambda stage, *_: stages.append(stage)
     )
     assert list(dict.fromkeys(stages)) == ["references", "compare"]
     assert len(done.failures) == 1
     assert done.dpi_assumed == ("line: line_1",)
+    assert done.noted == {"it is far off": ("line: line_3", "line: line_4")}
 
 
 @needs_pyarrow
@@ -167,15 +142,13 @@ class Broken(Exception):
 @pytest.fixture
 def unfinished(output):
     """Leave a run undone after some of its rows, with half a row too many."""
-    told = []
 
     def stop(stage, done, total):
-        told.append(done)
         if stage == "compare" and done >= 6:
             raise Broken
 
     with pytest.raises(Broken):
-        run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=2), progress=stop)
+        go_on(output, progress=stop)
     folder = output.with_name("scores.csv.unfinished")
     with (folder / "rows.csv").open("ab") as stream:
         stream.write(b"probe_2,refer")
@@ -183,14 +156,13 @@ def unfinished(output):
 
 
 def go_on(output, **options):
-    return run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=2), **options)
+    return run(output, **{"pairs": SMALL_CHUNKS, **options})
 
 
 def test_an_unfinished_run_goes_on(output, unfinished, tmp_path):
     assert not output.exists()
     done = go_on(output)
-    assert done.resumed == 6
-    assert done.noted == {"it is far off": ("reference: reference_4", "probe: probe_2")}
+    assert (done.resumed, done.noted) == (6, NOTED)
     go_on(tmp_path / "whole.csv")
     assert output.read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert not unfinished.exists()
@@ -200,25 +172,16 @@ def test_an_unfinished_run_goes_on(output, unfinished, tmp_path):
     ("options", "what"),
     [
         ({"matcher": "unit-circle"}, "matcher"),
-        ({"calibration": TEN_A_UNIT}, "calibration"),
         ({"calibration": TEN_A_UNIT, "threshold": 3}, "calibration"),
         ({"pairs": AllPairs(3, 5)}, "list of pairs"),
     ],
 )
 def test_another_run_does_not_go_on_with_it(output, unfinished, options, what):
     with pytest.raises(ScoringError, match=f"an unfinished run, but with another {what}; "):
-        run(output, **{"pairs": AllPairs(3, 5, band=2, pairs_per_chunk=2), **options})
-
-
-def test_other_prints_do_not_go_on_with_it(output, unfinished):
+        go_on(output, **options)
+    other = Line([1.0, None, 38.0], "probe")
     with pytest.raises(ScoringError, match="another set of probes"):
-        score(
-            REFERENCES,
-            Line([1.0, None, 38.0], "probe"),
-            output,
-            matcher=Near(),
-            pairs=AllPairs(3, 5, band=2, pairs_per_chunk=2),
-        )
+        score(REFERENCES, other, output, matcher=Near(), pairs=SMALL_CHUNKS)
 
 
 @pytest.mark.parametrize("name", ["state.db", "rows.csv"])
@@ -234,7 +197,7 @@ def test_rows_that_are_gone_are_made_again(output, unfinished):
     assert len(rows(output)) == 15
 
 
-def test_a_run_that_was_killed_while_clearing_up(output, unfinished, tmp_path, monkeypatch):
+def test_a_run_that_was_killed_while_clearing_up(output, unfinished, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(Store, "clear", lambda self: None)
         go_on(output)
@@ -253,12 +216,6 @@ def test_two_runs_do_not_write_one_output(output, unfinished):
     other.close()
 
 
-def test_a_finished_file_is_replaced_whole(output):
-    output.write_text("old")
-    run(output)
-    assert len(rows(output)) == 15
-
-
 def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
     def full(stream):
         raise OSError(28, "No space left on device")
@@ -271,38 +228,24 @@ def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"),
+    ("name", "options", "error", "reason"),
     [
-        ("scores.txt", "scores are written as .csv or .parquet"),
-        ("nowhere/scores.csv", "cannot be written: no such file or directory"),
-        ("folder.csv", "it is a folder"),
+        ("scores.txt", {}, OutputError, "scores are written as .csv or .parquet"),
+        ("nowhere/scores.csv", {}, OutputError, "cannot be written: no such file or directory"),
+        ("folder.csv", {}, OutputError, "it is a folder"),
+        ("scores.parquet", {}, OutputError, r"pip install 'fpmatch\[parquet\]'"),
+        ("a.csv", {"threshold": 30}, MatcherError, "'near' has no calibration"),
+        ("a.csv", {"threshold": 101, "calibration": TEN_A_UNIT}, MatcherError, "in 0..100, not"),
+        ("a.csv", {"matcher": "nobody"}, MatcherError, "unknown matcher"),
     ],
 )
-def test_outputs_that_cannot_be(tmp_path, name, reason):
+def test_what_cannot_be_scored(tmp_path, monkeypatch, name, options, error, reason):
     (tmp_path / "folder.csv").mkdir()
-    with pytest.raises(OutputError, match=reason):
-        run(tmp_path / name)
-
-
-def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(OutputError, match=r"pip install 'fpmatch\[parquet\]'"):
-        run(tmp_path / "scores.parquet")
-
-
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        ({"threshold": 30}, "'near' has no calibration"),
-        ({"threshold": 101, "calibration": TEN_A_UNIT}, "threshold must lie in 0..100, not 101"),
-        ({"matcher": "nobody"}, "unknown matcher"),
-    ],
-)
-def test_scores_that_cannot_be(output, options, reason):
-    with pytest.raises(MatcherError, match=reason):
-        run(output, **options)
-    assert not list(output.parent.iterdir())
+    with pytest.raises(error, match=reason):
+        run(tmp_path / name, **options)
+    assert [p.name for p in tmp_path.iterdir()] == ["folder.csv"]
 
 
 def test_an_engine_that_breaks_down_leaves_what_is_done(output):
@@ -324,7 +267,7 @@ def test_an_engine_that_breaks_down_leaves_what_is_done(output):
     assert go_on(output).resumed == 4
 
 
-def test_a_file_of_scores_is_read_as_that_of_an_evaluation(tmp_path, output):
+def test_a_file_of_scores_is_read_as_that_of_an_evaluation(output):
     side = Line([1.0, 2.0, 30.0, None], "db")
     side.names = [f"{f}_{n}.png" for f in (1, 2) for n in (1, 2)]
     side.fingers = ["1", "1", "2", "2"]

@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.sources`: folders and galleries as sides; exact templates in bytes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,10 +49,7 @@ def test_templates_come_back_exactly(template):
         found = unpack(pack(original))
         assert found == original
         assert found.minutiae == original.minutiae
-
-
-def test_a_gallery_s_templates_are_unpacked_too(template):
-    data = pack_template(template)
+    data = pack_template(template)  # that of a gallery
     assert unpack(data) == unpack_template(data)
 
 
@@ -67,15 +62,14 @@ def test_a_folder_by_name_with_its_failures(folder):
     assert unpack(tagged.data).minutiae == extract(folder / "10_1.png").minutiae
     assert (failed.data, failed.reason) == (None, "not an image of a known format")
     assert next(side.templates(serial(), [2])) == failed
-
-
-def test_a_resolution_for_all(folder):
     items = list(open_source(folder, dpi=569).templates(serial(), range(3)))
     assert [unpack(item.data).dpi for item in items if item.data] == [569, 569]
     assert not any(item.dpi_assumed for item in items)
+    (folder / "10_1.png").unlink()
+    assert next(side.templates(serial(), [1])).reason == "no such file"
 
 
-def test_a_fingerprint_tells_of_changes(folder):
+def test_the_content_hash_tells_of_changes(folder):
     before = open_source(folder).content_hash
     assert open_source(folder).content_hash == before
     assert open_source(folder, dpi=569).content_hash != before
@@ -83,21 +77,11 @@ def test_a_fingerprint_tells_of_changes(folder):
     assert open_source(folder).content_hash != before
 
 
-def test_a_picture_that_goes_away_is_a_row(folder):
-    side = open_source(folder)
-    (folder / "10_1.png").unlink()
-    assert next(side.templates(serial(), [1])).reason == "no such file"
-
-
 def test_a_gallery_by_number(gallery):
-    side = open_source(gallery)
+    side = open_source(str(gallery))
     assert isinstance(side, GallerySource)
     assert side.names == ["ada_1_1", "bob_2#2", "bob_2#3"]
     assert [unpack(item.data).width for item in side.templates(serial(), [0, 2])] == [300, 302]
-
-
-def test_a_gallery_that_changes_meanwhile_is_refused(gallery):
-    side = open_source(str(gallery))
     with open_gallery(gallery) as opened:
         opened.remove([2])
     with pytest.raises(ScoringError, match=r"prints.db: changed while it was read; start again"):

@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.ground_truth.truth`: what truth files say, and what are none."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +8,7 @@ from truth_files import truth_document, write_truth
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import Dataset, Impression, load_dataset
-from fpmatch.evaluation.ground_truth.truth import ImpressionTruth, corresponding_points, load_truth
+from fpmatch.evaluation.ground_truth.truth import corresponding_points, load_truth
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
@@ -18,68 +16,70 @@ from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.synthesis.presets import PRESETS
 
 SAMPLES = Path(__file__).resolve().parents[3] / "sample_data"
+FIELD = {"step": 8, "dx": [[2.0] * 4] * 5, "dy": [[-1.0] * 4] * 5}
 
 
-def database(folder: Path, *names: str) -> Dataset:
-    impressions = tuple(
-        Impression(*map(int, name.split("_")), folder / f"{name}.tif") for name in names
-    )
-    return Dataset("set", 500.0, "", impressions)
+def database(folder, *names):
+    impressions = [Impression(*map(int, n.split("_")), folder / f"{n}.tif") for n in names]
+    return Dataset("set", 500.0, "", tuple(impressions))
 
 
-def read(folder: Path, document: object) -> ImpressionTruth:
+def read(folder, document):
     write_truth(folder, document)
     (truth,) = load_truth(database(folder, "101_1"))
     return truth
 
 
-def test_columns_become_minutiae(tmp_path: Path) -> None:
+def moved_document(**members):
+    """Return a document whose transform doubles and shifts."""
+    document = truth_document("101_1")
+    document["impressions"]["101_1"] |= members
+    document["impressions"]["101_1"]["transform"] |= {"scale": 2.0, "tx": 5.0}
+    return document
+
+
+def test_columns_become_minutiae(tmp_path):
     truth = read(tmp_path, truth_document("101_1"))
-    assert truth.minutiae.xy.tolist() == [[10, 20], [50, 60]]
+    assert truth.minutiae.xy.tolist() == truth.visible_xy.tolist() == [[10, 20], [50, 60]]
     assert truth.minutiae.angle == pytest.approx([0, np.pi / 2])
     assert truth.minutiae.kind.tolist() == [1, 2]
     assert truth.master.tolist() == [0, 2]
     assert truth.visible.tolist() == [True, True]
-    assert truth.visible_xy.tolist() == [[10, 20], [50, 60]]
 
 
-def test_what_is_not_listed_is_hidden_where_the_transform_takes_it(tmp_path: Path) -> None:
-    document = truth_document("101_1")
-    document["impressions"]["101_1"]["transform"] |= {"scale": 2.0, "tx": 5.0}
-    truth = read(tmp_path, document)
-    assert truth.hidden_xy.tolist() == [[65, 80]]
+def test_what_is_not_listed_or_invisible_is_hidden(tmp_path):
+    truth = read(tmp_path, moved_document())
+    assert truth.hidden_xy.tolist() == [[65, 80]]  # where the transform takes it
     assert (truth.transform.scale, truth.transform.tx) == (2.0, 5.0)
-
-
-def test_what_is_invisible_is_hidden_too(tmp_path: Path) -> None:
     truth = read(tmp_path, truth_document("101_1", visible=[False, True]))
-    assert truth.visible.tolist() == [False, True]
     assert truth.visible_xy.tolist() == [[50, 60]]
     assert truth.hidden_xy.tolist() == [[10, 20], [30, 40]]
-
-
-def test_an_impression_may_show_no_minutiae(tmp_path: Path) -> None:
-    empty: dict[str, list[float]] = {k: [] for k in ("x", "y", "angle_deg", "kind", "master")}
+    empty = {key: [] for key in ("x", "y", "angle_deg", "kind", "master")}
     truth = read(tmp_path, truth_document("101_1", **empty))
-    assert len(truth.minutiae) == 0
-    assert truth.hidden_xy.shape == (3, 2)
+    assert (len(truth.minutiae), truth.hidden_xy.shape) == (0, (3, 2))
 
 
-def test_truths_come_in_the_order_of_the_prints(tmp_path: Path) -> None:
+def test_truths_come_in_the_order_of_the_prints(tmp_path):
     document = truth_document("101_2", "101_1")
-    document["impressions"]["101_2"]["minutiae"] = {
-        **{"x": [1], "y": [2], "angle_deg": [3], "kind": [1], "master": [1]}
-    }
+    columns = ("x", "y", "angle_deg", "kind", "master")
+    document["impressions"]["101_2"]["minutiae"] = {key: [1] for key in columns}
     write_truth(tmp_path, document)
     first, second = load_truth(database(tmp_path, "101_1", "101_2"))
     assert (len(first.minutiae), len(second.minutiae)) == (2, 1)
+    samples = load_truth(load_dataset(SAMPLES))
+    assert len(samples) == 16
+    assert all(len(truth.visible_xy) > 10 and truth.displacement for truth in samples)
 
 
-def test_the_samples_are_read() -> None:
-    dataset = load_dataset(SAMPLES)
-    truths = load_truth(dataset)
-    assert len(truths) == len(dataset.impressions) == 16
-    assert all(len(truth.visible_xy) > 10 and truth.displacement for truth in truths)
+def assert_refused(folder, document, *reasons):
+    path = write_truth(folder, document)
+    with pytest.raises(DatasetError) as caught:
+        load_truth(database(folder, "101_1"))
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    for reason in reasons:
+        assert reason in message
 
 
 @pytest.mark.parametrize(
@@ -99,79 +99,8 @@ def test_the_samples_are_read() -> None:
         ({"visible": None}, "visible must be a list of bool"),
     ],
 )
-def test_malformed_minutiae_are_refused(
-    tmp_path: Path, changes: dict[str, object], reason: str
-) -> None:
+def test_malformed_minutiae_are_refused(tmp_path, changes, reason):
     assert_refused(tmp_path, truth_document("101_1", **changes), "impression 101_1", reason)
-
-
-def assert_refused(folder: Path, document: object, *reasons: str) -> None:
-    path = write_truth(folder, document)
-    with pytest.raises(DatasetError) as caught:
-        load_truth(database(folder, "101_1"))
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    assert "\n" not in message
-    for reason in reasons:
-        assert reason in message
-
-
-def test_documents_that_are_no_truth_are_refused(tmp_path: Path) -> None:
-    good = truth_document("101_1")
-    assert_refused(tmp_path, [], "no object 'minutiae'")
-    assert_refused(tmp_path, {"minutiae": {}}, "no object 'impressions'")
-    assert_refused(tmp_path, good | {"minutiae": {"x": []}}, "has no 'y'")
-    assert_refused(tmp_path, good | {"impressions": {}}, "impressions has no '101_1'")
-    assert_refused(tmp_path, good | {"impressions": {"101_1": 7}}, "101_1 is malformed")
-    assert_refused(tmp_path, good | {"impressions": {"101_1": {}}}, "has no 'minutiae'")
-
-
-def test_a_malformed_transform_is_refused(tmp_path: Path) -> None:
-    document = truth_document("101_1")
-    document["impressions"]["101_1"]["transform"]["scale"] = -1
-    assert_refused(tmp_path, document, "positive scale")
-    del document["impressions"]["101_1"]["transform"]["scale"]
-    assert_refused(tmp_path, document, "has no 'scale'")
-
-
-@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[" * 100_000])
-def test_files_that_are_no_json_are_refused(tmp_path: Path, content: bytes) -> None:
-    write_truth(tmp_path, {}).write_bytes(content)
-    with pytest.raises(DatasetError, match=r"101\.json: not a readable JSON file"):
-        load_truth(database(tmp_path, "101_1"))
-
-
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match=r"truth.101\.json: no such file"):
-        load_truth(database(tmp_path, "101_1"))
-    (tmp_path / "truth").touch()
-    with pytest.raises(DatasetError, match=r"truth.101\.json: no such file"):
-        load_truth(database(tmp_path, "101_1"))
-    (tmp_path / "truth").unlink()
-    (tmp_path / "truth" / "101.json").mkdir(parents=True)
-    with pytest.raises(DatasetError, match=r"101\.json: cannot be read"):
-        load_truth(database(tmp_path, "101_1"))
-
-
-FIELD = {"step": 8, "dx": [[2.0] * 4] * 5, "dy": [[-1.0] * 4] * 5}
-
-
-def test_a_displacement_leads_to_the_master_and_back(tmp_path: Path) -> None:
-    document = truth_document("101_1")
-    document["impressions"]["101_1"] |= {"displacement": FIELD}
-    document["impressions"]["101_1"]["transform"] |= {"scale": 2.0, "tx": 5.0}
-    truth = read(tmp_path, document)
-    assert truth.to_master([[3, 1]]).tolist() == [[0, 0]]
-    assert truth.from_master([[0, 0]]).tolist() == [[3, 1]]
-    assert truth.hidden_xy.tolist() == [[63, 81]]
-
-
-def test_without_a_displacement_the_transform_is_all(tmp_path: Path) -> None:
-    document = truth_document("101_1")
-    document["impressions"]["101_1"]["transform"] |= {"scale": 2.0, "tx": 5.0}
-    truth = read(tmp_path, document)
-    assert truth.to_master([[65, 80]]).tolist() == [[30, 40]]
-    assert truth.from_master([[30, 40]]).tolist() == [[65, 80]]
 
 
 @pytest.mark.parametrize(
@@ -184,28 +113,65 @@ def test_without_a_displacement_the_transform_is_all(tmp_path: Path) -> None:
         ({"dx": [[float("nan")] * 4] * 5}, "finite"),
     ],
 )
-def test_malformed_displacements_are_refused(
-    tmp_path: Path, changes: dict[str, object], reason: str
-) -> None:
-    document = truth_document("101_1")
-    document["impressions"]["101_1"] |= {"displacement": FIELD | changes}
+def test_malformed_displacements_are_refused(tmp_path, changes, reason):
+    document = moved_document(displacement=FIELD | changes)
     assert_refused(tmp_path, document, "impression 101_1 is malformed", reason)
 
 
-def test_files_tell_where_the_same_skin_lies_in_another_impression(tmp_path: Path) -> None:
+def test_documents_that_are_no_truth_are_refused(tmp_path):
+    good = truth_document("101_1")
+    assert_refused(tmp_path, [], "no object 'minutiae'")
+    assert_refused(tmp_path, {"minutiae": {}}, "no object 'impressions'")
+    assert_refused(tmp_path, good | {"minutiae": {"x": []}}, "has no 'y'")
+    assert_refused(tmp_path, good | {"impressions": {}}, "impressions has no '101_1'")
+    assert_refused(tmp_path, good | {"impressions": {"101_1": 7}}, "101_1 is malformed")
+    assert_refused(tmp_path, good | {"impressions": {"101_1": {}}}, "has no 'minutiae'")
+    transform = good["impressions"]["101_1"]["transform"]
+    transform["scale"] = -1
+    assert_refused(tmp_path, good, "positive scale")
+    del transform["scale"]
+    assert_refused(tmp_path, good, "has no 'scale'")
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[" * 100_000])
+def test_files_that_are_no_json_are_refused(tmp_path, content):
+    write_truth(tmp_path, {}).write_bytes(content)
+    with pytest.raises(DatasetError, match=r"101\.json: not a readable JSON file"):
+        load_truth(database(tmp_path, "101_1"))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(DatasetError, match=r"truth.101\.json: no such file"):
+        load_truth(database(tmp_path, "101_1"))
+    (tmp_path / "truth").touch()
+    with pytest.raises(DatasetError, match=r"truth.101\.json: no such file"):
+        load_truth(database(tmp_path, "101_1"))
+    (tmp_path / "truth").unlink()
+    (tmp_path / "truth" / "101.json").mkdir(parents=True)
+    with pytest.raises(DatasetError, match=r"101\.json: cannot be read"):
+        load_truth(database(tmp_path, "101_1"))
+
+
+def test_to_the_master_and_back_with_and_without_a_displacement(tmp_path):
+    truth = read(tmp_path, moved_document())
+    assert truth.to_master([[65, 80]]).tolist() == [[30, 40]]
+    assert truth.from_master([[30, 40]]).tolist() == [[65, 80]]
+    truth = read(tmp_path, moved_document(displacement=FIELD))
+    assert truth.to_master([[3, 1]]).tolist() == [[0, 0]]
+    assert truth.from_master([[0, 0]]).tolist() == [[3, 1]]
+    assert truth.hidden_xy.tolist() == [[63, 81]]
+
+
+def test_files_tell_where_the_same_skin_lies_in_another_impression(tmp_path):
     """As the warps themselves tell it, to a tenth of a pixel."""
     small = MasterParameters(shape=(200, 180))
     sensors = [plain_sensor(150, 170), plain_sensor(170, 200, 569)]
     arguments = {"fingers": 1, "impressions": 2, "preset": "hard", "seed": 4, "master": small}
     make_database(tmp_path, sensors=sensors, workers=1, **arguments)
     probe, reference = load_truth(load_dataset(tmp_path))
-    finger = make_master(4, 101, small)
-    made = [
-        make_impression(finger, m, PRESETS["hard"], sensor)
-        for m, sensor in enumerate(sensors, start=1)
-    ]
-    y, x = np.mgrid[:170:3, :150:3]
-    points = np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
+    finger, hard = make_master(4, 101, small), PRESETS["hard"]
+    made = [make_impression(finger, m, hard, sensor) for m, sensor in enumerate(sensors, start=1)]
+    points = np.mgrid[:150:3, :170:3].reshape(2, -1).T.astype(np.float64)
     true = made[1].warp.from_master(made[0].warp.to_master(points))
     inside = ((true >= 0) & (true <= (169, 199))).all(axis=1)
     assert inside.sum() > 500

@@ -1,8 +1,6 @@
-from __future__ import annotations
-
 import numpy as np
 
-from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match
+from fpmatch.evaluation.html.hardest import explain_false_match, explain_false_non_match
 from fpmatch.matching.result import Comparison, Verification
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
@@ -16,31 +14,27 @@ def template(count=40, quality=80):
 
 
 def verification(
-    probe=None,
-    reference=None,
-    transform=NEARLY_IN_PLACE,
-    agreement=0.7,
-    overlap=0.9,
-    rms_px=2.0,
-    reason="",
-    pairs=12,
+    probe=None, transform=NEARLY_IN_PLACE, agreement=0.7, overlap=0.9, rms_px=2.0, reason="", **more
 ):
+    measured = (np.zeros((12, 2), np.int32), rms_px, agreement, overlap, reason)
     return Verification(
         match=False,
         score=5.0,
         fmr=0.3,
         threshold=40.0,
         matcher="unit-circle",
-        comparison=Comparison(
-            0.0, transform, np.zeros((pairs, 2), np.int32), rms_px, agreement, overlap, reason
-        ),
+        comparison=Comparison(0.0, transform, *measured),
         probe=probe or template(),
-        reference=reference or template(),
+        reference=more.get("reference") or template(),
     )
 
 
 def test_nothing_stands_out():
     assert explain_false_non_match(verification()) == ("12 pairs agree; nothing stands out",)
+    # A difference of resolution is no change of size.
+    half = Template(template().minutiae, 300, 300, dpi=250)
+    found = verification(probe=half, transform=Similarity(2.0, 0.0, 0.0, 0.0))
+    assert explain_false_non_match(found) == ("12 pairs agree; nothing stands out",)
 
 
 def test_each_cause_is_named():
@@ -70,12 +64,6 @@ def test_a_wrong_placement_makes_other_measures_idle():
     assert explain_false_non_match(grown) == (
         "placed wrongly, it seems: after a change of size by +25%",
     )
-
-
-def test_a_difference_of_resolution_is_no_change_of_size():
-    half = Template(template().minutiae, 300, 300, dpi=250)
-    found = verification(probe=half, transform=Similarity(2.0, 0.0, 0.0, 0.0))
-    assert explain_false_non_match(found) == ("12 pairs agree; nothing stands out",)
 
 
 def test_impostors_that_agree():

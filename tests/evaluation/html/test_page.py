@@ -1,6 +1,5 @@
-from __future__ import annotations
-
 import re
+import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -23,11 +22,9 @@ VOID = {"meta", "img", "input"}
 class Reader(HTMLParser):
     """Check that elements close in order; gather words and what is loaded from elsewhere."""
 
-    def __init__(self, page: str) -> None:
+    def __init__(self, page):
         super().__init__()
-        self.open: list[str] = []
-        self.words: list[str] = []
-        self.loaded: list[str] = []
+        self.open, self.words, self.loaded = [], [], []
         self.feed(page)
         assert self.open == []
 
@@ -37,7 +34,7 @@ class Reader(HTMLParser):
         self.loaded += [v for k, v in attrs if k in {"src", "href", "xlink:href"} and v]
 
     def handle_startendtag(self, tag, attrs):
-        pass
+        """Ignore what closes itself."""
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -48,20 +45,8 @@ class Reader(HTMLParser):
 
 
 @pytest.fixture
-def options(bench):
-    return {"matcher": bench.MATCHER, "extractor": bench.extractor, "workers": 1}
-
-
-@pytest.fixture
-def database(tmp_path):
-    folder = tmp_path / "db"
-    folder.mkdir()
-    for finger in range(1, 7):
-        for number in range(1, 4):
-            (folder / f"{finger}_{number}.tif").write_text("print")
-    (folder / "2_2.tif").write_text("broken")
-    (folder / "dataset.toml").write_text('name = "A & <b>"')
-    return folder
+def database(make_database):
+    return make_database("db", 6, 3, contents={"2_2": "broken"}, toml='name = "A & <b>"')
 
 
 def test_a_page_closes_what_it_opens_and_loads_nothing(options, database, tmp_path):
@@ -110,40 +95,32 @@ def test_the_decisions_are_those_of_verify(bench, options, database, name, rule)
             self.name = name
 
     report = evaluate([database], **{**options, "matcher": Named()})
-    words = "".join(Reader(page_of([analyse(report, bootstrap=0)])).words)
+    page = page_of([analyse(report, bootstrap=0)])
+    words = "".join(Reader(page).words)
+    assert "<small>" not in page  # no intervals
     assert ("genuine pairs do not match" in words) == bool(rule)
     assert rule in words
 
 
-def test_a_database_of_genuine_pairs_alone(options, tmp_path):
-    for number in (1, 2, 3):
-        (tmp_path / f"1_{number}.tif").write_text("print")
-    found = analyse(evaluate([tmp_path], **options), bootstrap=10)
+def test_a_database_of_genuine_pairs_alone(options, make_database):
+    found = analyse(evaluate([make_database("db", 1, 3)], **options), bootstrap=10)
     assert "No curves" in page_of([found])
     assert compare_matchers([found, found]) == []
     assert "side by side" in page_of([found, found])
 
 
-def test_the_first_matcher_without_intervals(options, database):
-    page = page_of([analyse(evaluate([database], **options), bootstrap=0)])
-    assert "<small>" not in page
-
-
 def test_the_worst_come_first_and_each_print_once(options, database):
     report = evaluate([database], **options)
-    for worst, genuine in (
-        (hardest_genuine(report, 4), True),
-        (hardest_impostors(report, 4), False),
-    ):
+    (row,) = report.sets
+    for find, genuine in ((hardest_genuine, True), (hardest_impostors, False)):
+        worst = find(report, 4)
         values = [pair.similarity for pair in worst]
         assert values == sorted(values, reverse=not genuine)
         named = [name for pair in worst for name in (pair.probe, pair.reference)]
         assert len(named) == len(set(named))
         assert "2_2.tif" not in named
-        chosen = (report.sets[0].pairs.genuine == genuine) & (
-            report.sets[0].outcomes["reason"] != "no template"
-        )
-        every = report.sets[0].outcomes["similarity"][chosen]
+        compared = row.outcomes["reason"] != "no template"
+        every = row.outcomes["similarity"][(row.pairs.genuine == genuine) & compared]
         assert values[0] == (every.min() if genuine else every.max())
         assert all(("unknown matcher 'fake'" in pair.causes[0]) for pair in worst)
 
@@ -152,9 +129,8 @@ def printed(path, dpi):
     """Extract minutiae that lie where a picture's name says, with nothing to look at."""
     finger, number = map(int, path.stem.split("_"))
     rng = np.random.default_rng(finger)
-    xy = rng.uniform(20, 130, (24, 2)) + np.random.default_rng([finger, number]).normal(
-        0, 1, (24, 2)
-    )
+    moved = np.random.default_rng([finger, number]).normal(0, 1, (24, 2))
+    xy = rng.uniform(20, 130, (24, 2)) + moved
     return Template(Minutiae(*xy.T, rng.uniform(0, 6, 24)), 150, 150)
 
 
@@ -174,10 +150,13 @@ def test_the_worst_are_drawn_and_explained(tmp_path):
     assert again.causes[-1].startswith("not drawn: ")
 
 
-def test_a_folder_that_cannot_be_is_refused(tmp_path):
+def test_a_page_that_cannot_be_is_refused(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="no folder can be made"):
         prepare_page(tmp_path / "file" / "below")
     (tmp_path / "index.html").mkdir()
     with pytest.raises(OutputError, match="it is a folder"):
+        prepare_page(tmp_path)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(OutputError, match=r"^a report needs matplotlib: pip install 'fpmatch\[plo"):
         prepare_page(tmp_path)

@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import re
-import sys
 from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree
@@ -9,10 +6,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from fpmatch.drawing.plots.style import check_matplotlib
-from fpmatch.errors import OutputError
 from fpmatch.evaluation.html import svg
-from fpmatch.evaluation.html.curves import Curve, det_plot, rank_plot, roc_plot, score_plot
+from fpmatch.evaluation.html.figures import Curve, det_plot, rank_plot, roc_plot, score_plot
 
 pytest.importorskip("matplotlib")
 STYLE = Path(svg.__file__).with_name("style.css.j2").read_text(encoding="utf-8")
@@ -69,9 +64,7 @@ def test_det_axes_are_normal_deviates():
     from scipy.special import ndtri
 
     text = det_plot([Curve("normal", ndtri(n) + 2.0, ndtri(n))], "det")
-    path = next(
-        found for found in re.findall(r'<path d="([^"]+)"[^>]*style="[^"]*var\(--series-0\)', text)
-    )
+    (path, *_) = re.findall(r'<path d="([^"]+)"[^>]*style="[^"]*var\(--series-0\)', text)
     xy = np.array(re.findall(r"[ML] ([\d.]+) ([\d.]+)", path), float)
     inner = xy[(xy[:, 0] > 150) & (xy[:, 1] < 200)]
     slope, offset = np.polyfit(inner[:, 0], inner[:, 1], 1)
@@ -92,9 +85,3 @@ def test_light_and_dark_name_the_same_colours():
     assert STYLE.count("prefers-color-scheme: dark") == 1
     assert set(COLOURS.values()) == {2}
     assert {svg.colour_name(svg.series_colour(k)) for k in range(20)} <= set(COLOURS)
-
-
-def test_without_matplotlib_one_line_says_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(OutputError, match=r"^a report needs matplotlib: pip install 'fpmatch\[plo"):
-        check_matplotlib("a report")

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_images import concentric_rings, plane_wave
+from made_images import concentric_rings, correlation, plane_wave
 
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 from fpmatch.image.enhancement.gabor import (
-    EnhancementParameters,
+    ANGLES,
+    PERIODS_PX,
+    RADIUS_PX,
     filter_bank,
     filter_with_numpy,
     gabor_filter,
 )
 
-Filter = Callable[..., None]
 needs_compiled = pytest.mark.skipif(
     not kernel.COMPILED, reason="this kernel uses C pointers: uncompiled, its numpy form runs"
 )
-FILTERS = [
-    pytest.param(filter_with_numpy, id="numpy"),
-    pytest.param(kernel.filter_pixels, id="kernel", marks=needs_compiled),
-]
-PARAMETERS = EnhancementParameters()
+each_filter = pytest.mark.parametrize(
+    "filter_listed",
+    [
+        pytest.param(filter_with_numpy, id="numpy"),
+        pytest.param(kernel.filter_pixels, id="kernel", marks=needs_compiled),
+    ],
+)
+INSIDE = (slice(20, -20), slice(20, -20))
 
 
 def constant(shape: tuple[int, int], value: float) -> np.ndarray:
@@ -40,37 +42,24 @@ def enhanced(pixels: np.ndarray, angle_deg: float, period: float) -> np.ndarray:
     return gabor_filter(pixels, np.ones(shape, bool), angle, constant(shape, period))
 
 
-def correlation(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
-
-
-INSIDE = (slice(20, -20), slice(20, -20))
-
-
-@pytest.mark.parametrize("period", PARAMETERS.periods_px[1:-1:2])
+@pytest.mark.parametrize("period", PERIODS_PX[1:-1:2])
 @pytest.mark.parametrize("angle", np.arange(0, 180, 22.5))
-def test_a_wave_passes_its_own_filter_unchanged(angle: float, period: float) -> None:
+def test_a_wave_passes_its_own_filter_and_no_other(angle, period):
     wave = plane_wave(angle, period)
-    out = enhanced(wave, angle, period)
-    assert out[INSIDE] == pytest.approx(wave[INSIDE], abs=0.05)
-
-
-def test_waves_across_and_brightness_are_suppressed() -> None:
-    for angle in (0, 30, 75, 90, 140):
-        out = enhanced(plane_wave(angle + 90, 9), angle, 9)
-        assert np.abs(out[INSIDE]).max() < 0.1, angle
-    assert np.abs(enhanced(constant((80, 80), 3.0), 20, 8)[INSIDE]).max() < 1e-3
+    assert enhanced(wave, angle, period)[INSIDE] == pytest.approx(wave[INSIDE], abs=0.05)
+    assert np.abs(enhanced(plane_wave(angle + 90, 9), angle, 9)[INSIDE]).max() < 0.1
+    assert np.abs(enhanced(constant((80, 80), 3.0), angle, period)[INSIDE]).max() < 1e-3
 
 
 @pytest.mark.parametrize("angle", [0, 45, 110])
-def test_ridges_come_out_of_noise(angle: float, rng: np.random.Generator) -> None:
+def test_ridges_come_out_of_noise(angle, rng):
     wave = plane_wave(angle, 9)
     noisy = wave + rng.normal(0, 1, wave.shape).astype(np.float32)
     assert correlation(noisy, wave) < 0.65
     assert correlation(enhanced(noisy, angle, 9)[INSIDE], wave[INSIDE]) > 0.9
 
 
-def test_the_filter_is_chosen_pixel_by_pixel() -> None:
+def test_the_filter_is_chosen_pixel_by_pixel():
     pixels = concentric_rings((140, 140), 9)
     y, x = np.mgrid[:140, :140] - 69.5
     around = np.mod(np.arctan2(-y, x) + np.pi / 2, np.pi).astype(np.float32)
@@ -79,23 +68,22 @@ def test_the_filter_is_chosen_pixel_by_pixel() -> None:
     assert correlation(out[ring], pixels[ring]) > 0.98
 
 
-def test_an_angle_just_below_pi_is_that_of_zero(rng: np.random.Generator) -> None:
-    pixels = rng.normal(0, 1, (50, 50)).astype(np.float32)
-    assert np.array_equal(enhanced(pixels, 179.99, 9), enhanced(pixels, 0, 9))
-
-
-@pytest.mark.parametrize(("period", "nearest"), [(0.1, 0), (1000, -1), (np.nan, -1)])
-def test_a_period_outside_the_bank_takes_its_last_filter(
-    period: float, nearest: int, rng: np.random.Generator
-) -> None:
+@pytest.mark.parametrize(
+    ("angle", "period", "same_angle", "same_period"),
+    [
+        (179.99, 9, 0, 9),
+        (30, 0.1, 30, PERIODS_PX[0]),
+        (30, 1000, 30, PERIODS_PX[-1]),
+        (30, np.nan, 30, PERIODS_PX[-1]),
+    ],
+)
+def test_at_the_ends_of_the_bank(angle, period, same_angle, same_period, rng):
     pixels = rng.normal(0, 1, (40, 40)).astype(np.float32)
-    last = PARAMETERS.periods_px[nearest]
-    assert np.array_equal(enhanced(pixels, 30, period), enhanced(pixels, 30, last))
+    expected = enhanced(pixels, same_angle, same_period)
+    assert np.array_equal(enhanced(pixels, angle, period), expected)
 
 
-def test_outside_the_mask_is_zero_and_inside_does_not_depend_on_it(
-    rng: np.random.Generator,
-) -> None:
+def test_outside_the_mask_is_zero_and_inside_does_not_depend_on_it(rng):
     pixels = rng.normal(0, 1, (60, 70)).astype(np.float32)
     angle, period = constant((60, 70), 1.0), constant((60, 70), 8.0)
     mask = rng.random((60, 70)) < 0.3
@@ -107,24 +95,24 @@ def test_outside_the_mask_is_zero_and_inside_does_not_depend_on_it(
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 40), (40, 1), (5, 3)])
-def test_small_images(shape: tuple[int, int]) -> None:
+def test_small_images(shape):
     out = enhanced(np.ones(shape, np.float32), 45, 8)
     assert out.shape == shape
     assert np.isfinite(out).all()
 
 
 @pytest.mark.parametrize("odd_one", range(4))
-def test_arrays_of_different_shapes_are_refused(odd_one: int) -> None:
+def test_arrays_of_different_shapes_are_refused(odd_one):
     arrays = [np.ones((20, 20), np.float32) for _ in range(4)]
     arrays[odd_one] = np.ones((30, 20), np.float32)
     with pytest.raises(ValueError, match="one shape"):
         gabor_filter(arrays[0], arrays[1] > 0, arrays[2], arrays[3])
 
 
-def test_each_filter_of_the_bank_ignores_brightness_and_fits_its_row() -> None:
-    bank = filter_bank(PARAMETERS)
-    side = 2 * PARAMETERS.radius_px + 1
-    assert bank.shape == (PARAMETERS.angles * len(PARAMETERS.periods_px), side, kernel.ROW)
+def test_each_filter_of_the_bank_ignores_brightness_and_fits_its_row():
+    bank = filter_bank()
+    side = 2 * RADIUS_PX + 1
+    assert bank.shape == (ANGLES * len(PERIODS_PX), side, kernel.ROW)
     assert np.abs(bank.sum(axis=(1, 2))).max() < 1e-5
     assert not bank[:, :, side:].any()
     turned = bank[:, ::-1, :side][:, :, ::-1]
@@ -135,14 +123,10 @@ def filter_pixel_by_pixel(
     padded: np.ndarray, y: np.ndarray, x: np.ndarray, which: np.ndarray, bank: np.ndarray
 ) -> list[float]:
     """Return the sums that the kernel's first line names: the slow, obvious twin."""
-    _, rows, columns = bank.shape
+    rows, columns = bank.shape[1:]
     return [
-        sum(
-            float(bank[k, r, c]) * float(padded[top + r, left + c])
-            for r in range(rows)
-            for c in range(columns)
-        )
-        for top, left, k in zip(y.tolist(), x.tolist(), which.tolist(), strict=True)
+        float((bank[k].astype(float) * padded[i : i + rows, j : j + columns]).sum())
+        for i, j, k in zip(y, x, which, strict=True)
     ]
 
 
@@ -159,7 +143,7 @@ def some_pixels(
     return padded, y, x, which, bank
 
 
-@pytest.mark.parametrize("filter_listed", FILTERS)
+@each_filter
 @settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -169,13 +153,8 @@ def some_pixels(
     count=st.integers(0, 6),
 )
 def test_agrees_with_the_twin_and_touches_only_the_listed_pixels(
-    filter_listed: Filter,
-    seed: int,
-    shape: tuple[int, int],
-    filters: int,
-    rows: int,
-    count: int,
-) -> None:
+    filter_listed, seed, shape, filters, rows, count
+):
     rng = np.random.default_rng(seed)
     padded, y, x, which, bank = some_pixels(rng, shape, filters, rows, count)
     out = np.full(shape, 7, np.float32)
@@ -187,9 +166,7 @@ def test_agrees_with_the_twin_and_touches_only_the_listed_pixels(
 
 @needs_compiled
 @pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
-def test_the_kernel_agrees_with_numpy_on_a_whole_image(
-    scale: float, rng: np.random.Generator
-) -> None:
+def test_the_kernel_agrees_with_numpy_on_a_whole_image(scale, rng):
     padded, y, x, which, bank = some_pixels(rng, (90, 110), 40, 25, 90 * 110)
     padded *= np.float32(scale)
     one, other = np.zeros((90, 110), np.float32), np.zeros((90, 110), np.float32)
@@ -198,11 +175,9 @@ def test_the_kernel_agrees_with_numpy_on_a_whole_image(
     assert one / scale == pytest.approx(other / scale, abs=1e-3)
 
 
-@pytest.mark.parametrize("filter_listed", FILTERS)
+@each_filter
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_a_value_that_is_not_finite_stays_within_its_neighbourhood(
-    filter_listed: Filter, bad: float
-) -> None:
+def test_a_value_that_is_not_finite_stays_within_its_neighbourhood(filter_listed, bad):
     padded = np.zeros((30, 10 + kernel.ROW), np.float32)
     padded[12, 14] = bad
     bank = np.ones((1, 5, kernel.ROW), np.float32)

@@ -22,12 +22,12 @@ GREY = rings()
 
 
 @pytest.mark.parametrize("name", one_of_each())
-def test_files_in_earnest_are_let_through(name: str) -> None:
+def test_files_in_earnest_are_let_through(name):
     data = one_of_each()[name]
     check_decoder_limits(find_reader(data).name, data)
 
 
-def test_a_jpeg_of_too_many_scans() -> None:
+def test_a_jpeg_of_too_many_scans():
     whole = saved(GREY, "JPEG", progressive=True)
     reader = find_reader(whole)
     assert reader.decode(whole, DEFAULT_LIMITS).pixels.shape == GREY.shape
@@ -38,7 +38,7 @@ def test_a_jpeg_of_too_many_scans() -> None:
 
 
 @pytest.mark.parametrize(("order", "big"), [("<", False), (">", False), ("<", True), (">", True)])
-def test_a_tiff_of_too_many_strips_or_tags(order: str, big: bool) -> None:
+def test_a_tiff_of_too_many_strips_or_tags(order, big):
     start = (b"II" if order == "<" else b"MM") + struct.pack(order + "H", 43 if big else 42)
     start += struct.pack(order + "HHQ", 8, 0, 16) if big else struct.pack(order + "L", 8)
     count, entry = ("Q", "HHQQ") if big else ("H", "HHLL")
@@ -50,7 +50,7 @@ def test_a_tiff_of_too_many_strips_or_tags(order: str, big: bool) -> None:
         find_reader(tags).decode(tags, DEFAULT_LIMITS)
 
 
-def test_a_pnm_of_nothing_but_comments_or_digits() -> None:
+def test_a_pnm_of_nothing_but_comments_or_digits():
     pixels = b"60 72 255\n" + GREY.tobytes()
     assert find_reader(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
     talk = b"P5\n" + b"#" * 200_000 + b"\n" + pixels
@@ -63,7 +63,7 @@ def test_a_pnm_of_nothing_but_comments_or_digits() -> None:
     assert np.array_equal(find_reader(few).decode(few, DEFAULT_LIMITS).pixels, GREY)
 
 
-def test_a_wsq_of_nothing_but_segments_tables_or_empty_runs() -> None:
+def test_a_wsq_of_nothing_but_segments_tables_or_empty_runs():
     start = wsq()[: wsq().index(b"\xff\xa6")]
     comments = b"\xff\xa8\x00\x02" * 1001
     tables = (bytes([0, 1]) + bytes(15) + b"\xb4") * 9

@@ -29,7 +29,7 @@ def save(path: Path, picture: Image.Image, **options: Any) -> Path:
     return path
 
 
-def test_bytes_are_read_as_the_file_is(tmp_path: Path, grey: Pixels) -> None:
+def test_bytes_are_read_as_the_file_is(tmp_path, grey):
     path = save(tmp_path / "print.png", Image.fromarray(grey), dpi=(500, 500))
     image = decode_image(path.read_bytes(), "sent.png")
     assert np.array_equal(image.pixels, read_image(path).pixels)
@@ -51,32 +51,30 @@ def test_bytes_are_read_as_the_file_is(tmp_path: Path, grey: Pixels) -> None:
         *(("a.tif", {"compression": c}) for c in ("tiff_lzw", "tiff_adobe_deflate", "packbits")),
     ],
 )
-def test_lossless_formats_give_the_pixels_back(
-    tmp_path: Path, grey: Pixels, name: str, options: dict[str, str]
-) -> None:
+def test_lossless_formats_give_the_pixels_back(tmp_path, grey, name, options):
     path = save(tmp_path / name, Image.fromarray(grey), **options)
     assert np.array_equal(read_image(path).pixels, grey)
 
 
 @pytest.mark.parametrize(("suffix", "tolerance"), [("jpg", 4), ("jp2", 2), ("webp", 6)])
-def test_lossy_formats_come_close(
-    tmp_path: Path, whorl: Pixels, suffix: str, tolerance: float
-) -> None:
+def test_lossy_formats_come_close(tmp_path, whorl, suffix, tolerance):
     path = save(tmp_path / f"print.{suffix}", Image.fromarray(whorl), quality=95)
-    error = np.abs(read_image(path).pixels.astype(int) - whorl)
-    assert error.mean() < tolerance
+    assert np.abs(read_image(path).pixels.astype(int) - whorl).mean() < tolerance
 
 
-@pytest.mark.parametrize("suffix", ["tif", "png", "pgm"])
-def test_sixteen_bits_are_scaled_to_eight(tmp_path: Path, grey: Pixels, suffix: str) -> None:
-    path = save(tmp_path / f"print.{suffix}", Image.fromarray(grey.astype(np.uint16) * 257))
-    assert np.array_equal(read_image(path).pixels, grey)
-
-
-def test_sixteen_bit_tiff_of_other_byte_order_and_polarity(tmp_path: Path, grey: Pixels) -> None:
-    deep = grey.astype(np.uint16) * 257
-    big_endian = save(tmp_path / "big.tif", Image.frombytes("I;16B", (60, 64), deep.astype(">u2")))
-    assert np.array_equal(read_image(big_endian).pixels, grey)
+def test_files_of_other_depths_and_colours(tmp_path, grey):
+    deep, colour = grey.astype(np.uint16) * 257, np.dstack([grey] * 3)
+    pictures = {
+        **dict.fromkeys(("deep.tif", "deep.png", "deep.pgm"), (Image.fromarray(deep), grey)),
+        "big endian.tif": (Image.frombytes("I;16B", (60, 64), deep.astype(">u2")), grey),
+        "bilevel.png": (Image.fromarray(grey > 127), (grey > 127) * 255),
+        "palette.png": (Image.fromarray(grey).quantize(256), grey),
+        **dict.fromkeys(("rgb.png", "rgb.bmp", "rgb.ppm"), (Image.fromarray(colour), grey)),
+        "float.tif": (Image.fromarray((grey / 255).astype(np.float32)), grey),
+        "int.tif": (Image.fromarray(grey.astype(np.int32)), grey),
+    }
+    for name, (picture, expected) in pictures.items():
+        assert np.array_equal(read_image(save(tmp_path / name, picture)).pixels, expected), name
     tags = TiffImagePlugin.ImageFileDirectory_v2()
     tags[262] = 0  # white is zero
     inverted = save(tmp_path / "inverted.tif", Image.fromarray(deep), tiffinfo=tags)
@@ -85,52 +83,32 @@ def test_sixteen_bit_tiff_of_other_byte_order_and_polarity(tmp_path: Path, grey:
     assert np.array_equal(read_image(inverted).pixels, 255 - grey)
 
 
-def test_bilevel_palette_colour_and_float_files(tmp_path: Path, grey: Pixels) -> None:
-    black_white = grey > 127
-    pictures = {
-        "bilevel.png": (Image.fromarray(black_white), black_white * 255),
-        "palette.png": (Image.fromarray(grey).quantize(256), grey),
-        "rgb.png": (Image.fromarray(np.dstack([grey] * 3)), grey),
-        "rgb.bmp": (Image.fromarray(np.dstack([grey] * 3)), grey),
-        "rgb.ppm": (Image.fromarray(np.dstack([grey] * 3)), grey),
-        "float.tif": (Image.fromarray((grey / 255).astype(np.float32)), grey),
-        "int.tif": (Image.fromarray(grey.astype(np.int32)), grey),
-    }
-    for name, (picture, expected) in pictures.items():
-        assert np.array_equal(read_image(save(tmp_path / name, picture)).pixels, expected), name
-
-
-def test_transparent_pixels_lie_over_white(tmp_path: Path, grey: Pixels) -> None:
-    opacity = np.where(np.arange(60) < 30, 255, 0).astype(np.uint8)
-    opacity = np.broadcast_to(opacity, grey.shape)
+def test_transparent_pixels_lie_over_white(tmp_path, grey):
+    opacity = np.where(np.arange(60) < 30, np.full_like(grey, 255), 0).astype(np.uint8)
     expected = np.where(opacity == 255, grey, 255)
     rgba = Image.fromarray(np.dstack([grey, grey, grey, opacity]))
-    assert np.array_equal(read_image(save(tmp_path / "rgba.png", rgba)).pixels, expected)
-    grey_alpha = rgba.convert("LA")
-    assert np.array_equal(read_image(save(tmp_path / "la.png", grey_alpha)).pixels, expected)
+    for picture in (rgba, rgba.convert("LA")):
+        path = save(tmp_path / "transparent.png", picture)
+        assert np.array_equal(read_image(path).pixels, expected)
     keyed = save(tmp_path / "keyed.png", Image.fromarray(grey), transparency=7)
     assert np.array_equal(read_image(keyed).pixels, np.where(grey == 7, 255, grey))
 
 
 @pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "jpg"])
 @pytest.mark.parametrize("dpi", [500, 569, 1000])
-def test_resolution_comes_from_the_tag(
-    tmp_path: Path, whorl: Pixels, suffix: str, dpi: float
-) -> None:
+def test_resolution_comes_from_the_tag(tmp_path, whorl, suffix, dpi):
     path = save(tmp_path / f"print.{suffix}", Image.fromarray(whorl), dpi=(dpi, dpi))
     assert read_image(path).dpi == dpi
 
 
 @pytest.mark.parametrize("dpi", [(1, 1), (72, 72), (96, 96), (100, 100), (4001, 4001), (500, 600)])
-def test_a_placeholder_for_the_resolution_is_unknown(
-    tmp_path: Path, grey: Pixels, dpi: tuple[int, int]
-) -> None:
+def test_a_placeholder_for_the_resolution_is_unknown(tmp_path, grey, dpi):
     path = save(tmp_path / "print.tif", Image.fromarray(grey), dpi=dpi)
     assert read_image(path).dpi is None
     assert read_image(save(tmp_path / "print.pgm", Image.fromarray(grey))).dpi is None
 
 
-def test_bad_paths_are_named_with_their_reason(tmp_path: Path) -> None:
+def test_bad_paths_are_named_with_their_reason(tmp_path):
     (tmp_path / "empty.tif").touch()
     (tmp_path / "text.tif").write_text("This is not an image.\n")
     os.mkfifo(tmp_path / "pipe.tif")
@@ -151,49 +129,54 @@ def test_bad_paths_are_named_with_their_reason(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_a_file_without_permission(tmp_path: Path, grey: Pixels) -> None:
+def test_a_file_without_permission(tmp_path, grey):
     path = save(tmp_path / "print.png", Image.fromarray(grey))
     path.chmod(0)
     with pytest.raises(ImageReadError, match="Permission denied"):
         read_image(path)
 
 
-def test_sizes_beyond_the_limits(tmp_path: Path) -> None:
-    sizes = {
-        (47, 300): "image of 47 x 300 pixels is smaller than one ridge neighbourhood",
-        (1, 1): "image of 1 x 1 pixels is smaller",
-        (10_001, 48): "image of 10001 x 48 pixels is too large: a side may have 10000 pixels",
-        (9_000, 9_000): "image of 9000 x 9000 pixels is too large: more than 64 megapixels",
-        (11_000, 11_000): "image is too large: more than 64 megapixels",
-        (20_000, 20_000): "image is too large: more than 64 megapixels",
-    }
-    for (width, height), reason in sizes.items():
-        path = tmp_path / "print.pgm"
-        path.write_bytes(b"P5 %d %d 255\n" % (width, height))
-        with pytest.raises(ImageError) as caught:
-            read_image(path)
-        assert str(caught.value).startswith(f"{path}: {reason}")
+@pytest.mark.parametrize(
+    ("width", "height", "reason"),
+    [
+        (47, 300, "image of 47 x 300 pixels is smaller than one ridge neighbourhood"),
+        (10_001, 48, "image of 10001 x 48 pixels is too large: a side may have 10000 pixels"),
+        (9_000, 9_000, "image of 9000 x 9000 pixels is too large: more than 64 megapixels"),
+        (20_000, 20_000, "image is too large: more than 64 megapixels"),
+    ],
+)
+def test_sizes_beyond_the_limits(tmp_path, width, height, reason):
+    path = tmp_path / "print.pgm"
+    path.write_bytes(b"P5 %d %d 255\n" % (width, height))
+    with pytest.raises(ImageError) as caught:
+        read_image(path)
+    assert str(caught.value).startswith(f"{path}: {reason}")
 
 
-def test_limits_can_be_set(grey: Pixels) -> None:
+def test_limits_can_be_set(tmp_path, grey):
     assert as_grey(grey[:10, :10], limits=ImageLimits(min_side_px=10)).shape == (10, 10)
     with pytest.raises(ImageError, match="a side may have 63 pixels"):
         as_grey(grey, limits=ImageLimits(max_side_px=63))
+    path = tmp_path / "print.pgm"
+    path.write_bytes(b"P5 60 72 255 " + bytes(2_000_000))
+    with pytest.raises(ImageReadError, match=r"the file is larger than 1\.5 MB"):
+        read_image(path, limits=ImageLimits(max_file_megabytes=1.5))
+    assert read_image(path).pixels.shape == (72, 60)
 
 
-def test_pillow_stays_as_it_was(tmp_path: Path, grey: Pixels) -> None:
+def test_pillow_stays_as_it_was(tmp_path, grey):
     before = Image.MAX_IMAGE_PIXELS, list(warnings.filters)
     read_image(save(tmp_path / "print.png", Image.fromarray(grey)))
     assert (Image.MAX_IMAGE_PIXELS, list(warnings.filters)) == before
 
 
-def test_formats_that_start_other_programs_stay_shut(tmp_path: Path, grey: Pixels) -> None:
+def test_formats_that_start_other_programs_stay_shut(tmp_path, grey):
     path = save(tmp_path / "print.eps", Image.fromarray(grey))
     with pytest.raises(ImageReadError, match="not an image of a known format"):
         read_image(path)
 
 
-def test_arrays_of_every_type_mean_the_same(grey: Pixels) -> None:
+def test_arrays_of_every_type_mean_the_same(grey):
     deep = grey.astype(np.uint16) * 257
     same: dict[str, Any] = {
         "uint8": grey,
@@ -219,20 +202,14 @@ def test_arrays_of_every_type_mean_the_same(grey: Pixels) -> None:
         assert np.array_equal(result, grey), name
 
 
-def test_booleans_are_black_and_white_and_colours_count_by_brightness_over_white() -> None:
+def test_booleans_are_black_and_white_and_colours_count_by_brightness_over_white(grey):
     assert np.array_equal(as_grey(np.eye(50, dtype=bool)), 255 * np.eye(50))
     red_half = np.zeros((50, 50, 4), np.uint8)
     red_half[..., 0], red_half[..., 3] = 255, 128
     assert as_grey(red_half[..., :3])[0, 0] == 76  # 0.299 * 255
     assert as_grey(red_half)[0, 0] == round(76 * 128 / 255 + 127)
-
-
-def test_read_only_arrays_are_taken_and_left_alone(grey: Pixels) -> None:
     grey.setflags(write=False)
     assert as_grey(grey) is grey
-    deep = grey.astype(np.uint16)
-    deep.setflags(write=False)
-    assert as_grey(deep).max() <= 1
 
 
 @pytest.mark.parametrize(
@@ -255,12 +232,12 @@ def test_read_only_arrays_are_taken_and_left_alone(grey: Pixels) -> None:
     ],
     ids=str,
 )
-def test_arrays_that_are_no_images(array: Any, reason: str) -> None:
+def test_arrays_that_are_no_images(array, reason):
     with pytest.raises(ImageError, match=reason):
         as_grey(array)
 
 
-def test_a_grey_image_checks_itself(grey: Pixels) -> None:
+def test_a_grey_image_checks_itself(grey):
     assert GreyImage(grey, 500).dpi == 500.0
     with pytest.raises(ResolutionError, match="outside the usable range"):
         GreyImage(grey, 72)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_files import damaged, one_of_each, rings, saved
-from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE
-from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
+from fpmatch.image.io.limits import DEFAULT_LIMITS
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
 from fpmatch.image.io.raw import RawSize
 from fpmatch.image.io.read import GreyImage, read_image
@@ -30,7 +28,7 @@ def decoded(data: bytes) -> GreyImage:
     return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
-def test_every_reader_reads_its_formats() -> None:
+def test_every_reader_reads_its_formats():
     for name, data in FILES.items():
         picture = decoded(data)
         assert min(picture.pixels.shape) >= 48, name
@@ -43,7 +41,7 @@ def test_every_reader_reads_its_formats() -> None:
 @pytest.mark.parametrize("name", FILES)
 @settings(max_examples=40)
 @given(data=st.data())
-def test_damage_raises_in_words_and_does_nothing_else(name: str, data: st.DataObject) -> None:
+def test_damage_raises_in_words_and_does_nothing_else(name, data):
     broken = data.draw(damaged(FILES[name]))
     words = ""
     try:
@@ -68,7 +66,7 @@ def bare_tiff(bits: int, samples: bytes) -> bytes:
 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.7, 0.95])
 @pytest.mark.parametrize("name", FILES)
-def test_a_truncated_file_is_never_read_in_silence(name: str, share: float) -> None:
+def test_a_truncated_file_is_never_read_in_silence(name, share):
     part = FILES[name][: int(share * len(FILES[name]))]
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
@@ -78,7 +76,7 @@ def test_a_truncated_file_is_never_read_in_silence(name: str, share: float) -> N
 
 
 @pytest.mark.parametrize("bits", [2, 4, 12])
-def test_tiffs_of_odd_depths(bits: int) -> None:
+def test_tiffs_of_odd_depths(bits):
     largest = 2**bits - 1
     values = GREY.astype(np.uint16) * np.uint32(largest) // 255
     places = np.arange(bits - 1, -1, -1)
@@ -87,16 +85,12 @@ def test_tiffs_of_odd_depths(bits: int) -> None:
     assert np.abs(decoded(bare_tiff(bits, packed.tobytes())).pixels - expected).max() <= 1
 
 
-def test_tiffs_of_32_bits() -> None:
+def test_tiffs_of_32_bits_and_of_a_kind_that_nobody_reads():
     wide = GREY.astype("<u4")
     for samples in (wide, wide * 257, wide * 0x01010101):
         assert np.array_equal(decoded(bare_tiff(32, samples.tobytes())).pixels, GREY)
-
-
-def test_a_tiff_of_a_kind_that_nobody_reads_is_named() -> None:
-    data = saved(GREY, "TIFF").replace(
-        b"\x03\x01\x03\x00\x01\x00\x00\x00\x01", b"\x03\x01\x03\x00\x01\x00\x00\x00\x63"
-    )
+    compression = b"\x03\x01\x03\x00\x01\x00\x00\x00"
+    data = saved(GREY, "TIFF").replace(compression + b"\x01", compression + b"\x63")
     with pytest.raises(ImageReadError, match="8 bits a sample and compression 99, which cannot"):
         decoded(data)
 
@@ -110,12 +104,12 @@ def test_a_tiff_of_a_kind_that_nobody_reads_is_named() -> None:
         (b"\x00\x00\x00\x1cftypheic", "a HEIC image"),
     ],
 )
-def test_what_is_no_image_is_named(start: bytes, kind: str) -> None:
+def test_what_is_no_image_is_named(start, kind):
     with pytest.raises(ImageReadError, match=rf"not an image of a known format \({kind}"):
         find_reader(start + bytes(100))
 
 
-def test_transparency_is_said(tmp_path: Path) -> None:
+def test_transparency_is_said(tmp_path):
     half = np.where(np.arange(60) < 30, 255, 0) * np.ones((72, 1))
     black, white = np.zeros((72, 60, 3)), np.full((72, 60, 3), 255)
     opaque, nothing = np.full((72, 60), 255), np.zeros((72, 60))
@@ -135,7 +129,7 @@ def test_transparency_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["TIFF", "GIF", "PNG", "WEBP"])
-def test_that_others_are_left_is_said(tmp_path: Path, kind: str) -> None:
+def test_that_others_are_left_is_said(tmp_path, kind):
     path = tmp_path / "several"
     pictures = [Image.fromarray(rings(64, 80) // (k + 1)) for k in range(3)]
     pictures[0].save(path, kind, save_all=True, append_images=pictures[1:], lossless=True)
@@ -145,9 +139,7 @@ def test_that_others_are_left_is_said(tmp_path: Path, kind: str) -> None:
     assert FIRST_OF_SEVERAL not in read_image(path).notes
 
 
-def test_white_ridges_are_turned_and_that_is_said(
-    tmp_path: Path, pressed: list[NDArray[np.uint8]], stripes: NDArray[np.uint8]
-) -> None:
+def test_white_ridges_are_turned_and_that_is_said(tmp_path, pressed, stripes):
     print_ = pressed[0]
     path = tmp_path / "negative.png"
     Image.fromarray(255 - print_).save(path)
@@ -163,11 +155,11 @@ def test_white_ridges_are_turned_and_that_is_said(
     asked = read_image(path, polarity="white")
     assert np.array_equal(asked.pixels, stripes)
     assert asked.notes == (INVERTED,)
-    with pytest.raises(ImageError, match="no polarity 'black': there are auto, dark, white"):
-        read_image(path, polarity="black")  # type: ignore[arg-type]
+    with pytest.raises(ImageError, match="no polarity 'black'"):
+        read_image(path, polarity="black")
 
 
-def test_bare_pixels(tmp_path: Path) -> None:
+def test_bare_pixels(tmp_path):
     path = tmp_path / "print.raw"
     path.write_bytes(GREY.tobytes())
     sizes = [RawSize(300, 300), RawSize.parse(" 60x72 ")]
@@ -183,22 +175,14 @@ def test_bare_pixels(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "60", "60x", "x72", "0x72", "60x72x3", "-60x72", "6e1x72"])
-def test_raw_sizes_are_two_numbers(text: str) -> None:
+def test_raw_sizes_are_two_numbers(text):
     with pytest.raises(ImageError, match="WIDTHxHEIGHT"):
         RawSize.parse(text)
     with pytest.raises(ImageError, match="must be positive"):
         RawSize(0, 5)
 
 
-def test_a_file_beyond_the_limit_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "print.pgm"
-    path.write_bytes(b"P5 60 72 255 " + bytes(2_000_000))
-    with pytest.raises(ImageReadError, match=r"the file is larger than 1\.5 MB"):
-        read_image(path, limits=ImageLimits(max_file_megabytes=1.5))
-    assert read_image(path).pixels.shape == (72, 60)
-
-
-def test_links_and_odd_names(tmp_path: Path) -> None:
+def test_links_and_odd_names(tmp_path):
     odd = tmp_path / "a print\n with 'odd' \u202e name.png"
     odd.write_bytes(FILES["PNG"])
     link, dangling, loop = (tmp_path / name for name in ("link.png", "dangling.png", "loop.png"))

@@ -13,6 +13,7 @@ from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.resolution import ASSUMED_UNIT, usable_dpi
 
 GREY = rings()
+DIFFERENT = "its resolution is not the same along both axes ({} and {} dpi): ignored"
 
 
 def told(data: bytes) -> tuple[float | None, tuple[str, ...]]:
@@ -28,21 +29,21 @@ def exif(dpi: float, unit: int = 2) -> bytes:
 
 
 @pytest.mark.parametrize("file_format", ["JPEG", "PNG", "WEBP"])
-def test_exif(file_format: str) -> None:
+def test_exif(file_format):
     assert told(saved(GREY, file_format, exif=exif(500))) == (500, ())
     assert told(saved(GREY, file_format, exif=exif(200, unit=3))) == (508, ())
 
 
-def test_a_tiff_without_a_unit_is_taken_for_dots_per_inch_and_that_is_said() -> None:
-    data = saved(GREY, "TIFF", resolution=500, resolution_unit=1)
-    assert told(data) == (500, (ASSUMED_UNIT,))
-    assert told(saved(GREY, "TIFF", resolution=1, resolution_unit=1)) == (None, ())
-
-
-def test_axes_that_differ_are_left_aside_and_that_is_said() -> None:
-    dpi, notes = told(saved(GREY, "TIFF", dpi=(500, 600)))
-    assert dpi is None
-    assert notes == ("its resolution is not the same along both axes (500 and 600 dpi): ignored",)
+@pytest.mark.parametrize(
+    ("tags", "expected"),
+    [
+        ({"resolution": 500, "resolution_unit": 1}, (500, (ASSUMED_UNIT,))),
+        ({"resolution": 1, "resolution_unit": 1}, (None, ())),
+        ({"dpi": (500, 600)}, (None, (DIFFERENT.format(500, 600),))),
+    ],
+)
+def test_a_tiff_without_a_unit_or_with_axes_that_differ_is_noted(tags, expected):
+    assert told(saved(GREY, "TIFF", **tags)) == expected
 
 
 @pytest.mark.parametrize(
@@ -58,7 +59,7 @@ def test_axes_that_differ_are_left_aside_and_that_is_said() -> None:
         ("PPI 50000", None),
     ],
 )
-def test_comments(comment: str, dpi: float | None) -> None:
+def test_comments(comment, dpi):
     words = PngImagePlugin.PngInfo()
     words.add_text("Comment", comment)
     lines = "\n".join(f"# {line}" for line in comment.splitlines())
@@ -73,12 +74,12 @@ def test_comments(comment: str, dpi: float | None) -> None:
         assert told(data)[0] == dpi, data[:60]
 
 
-def test_a_tag_goes_before_a_comment_unless_it_is_a_placeholder() -> None:
+def test_a_tag_goes_before_a_comment_unless_it_is_a_placeholder():
     assert told(saved(GREY, "JPEG", dpi=(500, 500), comment=b"PPI 569"))[0] == 500
     assert told(saved(GREY, "JPEG", dpi=(96, 96), comment=b"PPI 569"))[0] == 569
 
 
-def test_jpeg_2000_for_showing() -> None:
+def test_jpeg_2000_for_showing():
     data = saved(GREY, "JPEG2000")
     box = data.index(b"jp2h") - 4
     length = int.from_bytes(data[box : box + 4], "big")
@@ -89,13 +90,9 @@ def test_jpeg_2000_for_showing() -> None:
     assert told(data[:box] + whole + data[box + length :])[0] == 500
 
 
-def test_damaged_exif_harms_nothing_else() -> None:
-    tags = bytearray(exif(500))
-    tags[10:] = bytes(len(tags) - 10)
-    assert told(saved(GREY, "JPEG", exif=bytes(tags)))[0] is None
-
-
-def test_what_is_usable() -> None:
+def test_what_is_usable():
+    damaged = exif(500)[:10] + bytes(len(exif(500)) - 10)
+    assert told(saved(GREY, "JPEG", exif=damaged))[0] is None
     assert usable_dpi("500") == 500
     for value in (None, "wide", float("nan"), float("inf"), 0, -500, 99.9, 4000.5, BytesIO()):
         assert usable_dpi(value) is None

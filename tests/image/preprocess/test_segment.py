@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,40 +21,27 @@ from made_images import (
 
 from fpmatch.image.enhancement.network import enhance_by_network
 from fpmatch.image.enhancement.spectrum import ridge_spectrum
-from fpmatch.image.preprocess.blocks import Blocks
+from fpmatch.image.preprocess import segment as segmentation
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.segment import (
-    SegmentationParameters,
     mask_at_pixels,
     ridge_strength,
     segment,
     segment_enhanced,
 )
 
-Masks = Callable[..., tuple[Binary, Binary]]
 
-
-def masks_of(
-    picture: Grey, parameters: SegmentationParameters | None = None
-) -> tuple[Binary, Binary]:
-    """Return the mask of a picture, on blocks and on pixels."""
+def masks_of(picture: Grey) -> tuple[Binary, Binary]:
+    """Return the mask of a picture by its spectrum, on blocks and on pixels."""
     image = normalize(picture)
-    spectrum = ridge_spectrum(image.pixels)
-    blocks = segment(image, spectrum, parameters)
-    assert blocks.shape == spectrum.total.shape
-    assert blocks.dtype == bool
-    return blocks, mask_at_pixels(blocks, spectrum)
+    blocks = segment(image, ridge_spectrum(image.pixels))
+    return blocks, mask_at_pixels(blocks, picture.shape)
 
 
-def learned_masks_of(
-    picture: Grey, parameters: SegmentationParameters | None = None
-) -> tuple[Binary, Binary]:
+def learned_masks_of(picture: Grey) -> tuple[Binary, Binary]:
     image = normalize(picture)
-    grid = Blocks(8, (picture.shape[0], picture.shape[1]))
-    blocks = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
-    assert blocks.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
-    assert blocks.dtype == bool
-    return blocks, mask_at_pixels(blocks, grid)
+    blocks = segment_enhanced(image, enhance_by_network(image.pixels))
+    return blocks, mask_at_pixels(blocks, picture.shape)
 
 
 both_methods = pytest.mark.parametrize("masks", [masks_of, learned_masks_of])
@@ -75,10 +59,9 @@ def print_on_paper(inside: Binary, period: float = 9) -> Grey:
 @both_methods
 @pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
 @pytest.mark.parametrize("name", hostile_pictures())
-def test_without_ridges_the_mask_is_almost_empty(
-    masks: Masks, name: str, shape: tuple[int, int]
-) -> None:
+def test_without_ridges_the_mask_is_almost_empty(masks, name, shape):
     blocks, pixels = masks(hostile_pictures(shape)[name])
+    assert (blocks.dtype, blocks.shape) == (bool, tuple(side // 8 for side in shape))
     assert pixels.shape == shape
     assert blocks.mean() < 0.1
 
@@ -88,9 +71,7 @@ def test_without_ridges_the_mask_is_almost_empty(
     ("masks", "period"),
     [(masks_of, 6), (masks_of, 13), (learned_masks_of, 7), (learned_masks_of, 12)],
 )
-def test_ridges_from_border_to_border_are_all_print_but_for_corners(
-    masks: Masks, angle: int, period: int
-) -> None:
+def test_ridges_from_border_to_border_are_all_print_but_for_corners(masks, angle, period):
     blocks, pixels = masks(as_picture(plane_wave(angle, period, (130, 170))))
     assert blocks.mean() > 0.9
     assert pixels[24:-24].all()
@@ -99,14 +80,14 @@ def test_ridges_from_border_to_border_are_all_print_but_for_corners(
 
 @both_methods
 @pytest.mark.parametrize("radius", [60, 90])
-def test_a_round_print_on_white_paper(masks: Masks, radius: float) -> None:
+def test_a_round_print_on_white_paper(masks, radius):
     inside = disc((240, 260), radius)
     _, found = masks(print_on_paper(inside))
     assert (found & inside).sum() / (found | inside).sum() > 0.85
     assert not (found & ~disc((240, 260), radius + 16)).any()
 
 
-def test_a_round_print_on_noisy_paper(rng: np.random.Generator) -> None:
+def test_a_round_print_on_noisy_paper(rng):
     inside = disc((240, 260), 80)
     picture = print_on_paper(inside).astype(float) + rng.normal(-12, 4, inside.shape)
     _, found = masks_of(picture.clip(0, 255).astype(np.uint8))
@@ -114,19 +95,10 @@ def test_a_round_print_on_noisy_paper(rng: np.random.Generator) -> None:
     assert not (found & ~disc((240, 260), 104)).any()
 
 
-def test_the_centre_of_rings_belongs_to_the_print() -> None:
+def test_the_centre_of_rings_belongs_to_the_print_and_a_speck_beside_it_does_not():
     _, found = masks_of(as_picture(concentric_rings((200, 200), 9)))
-    assert found[disc((200, 200), 90)].all()
-
-
-def test_a_scar_inside_is_no_hole() -> None:
-    ridges = disc((240, 240), 100)
-    _, found = masks_of(print_on_paper(ridges & ~disc((240, 240), 14)))
     assert found[100:140, 100:140].all()
     assert holes(found) == 0
-
-
-def test_a_speck_beside_the_print_is_dropped() -> None:
     both = disc((240, 360), 90, (110, 120)) | disc((240, 360), 20, (310, 120))
     blocks, found = masks_of(print_on_paper(both))
     assert parts(blocks) == 1
@@ -134,9 +106,7 @@ def test_a_speck_beside_the_print_is_dropped() -> None:
 
 
 @both_methods
-def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones(
-    masks: Masks,
-) -> None:
+def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones(masks):
     faint = np.rint(200 - 14 * plane_wave(60, 9, (160, 320))).astype(np.uint8)
     if masks is masks_of:
         assert masks(faint)[0].mean() > 0.9
@@ -146,43 +116,44 @@ def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones(
     assert not found[:, 240:].any()
 
 
-def test_strength_is_one_for_a_wave_and_little_for_noise(rng: np.random.Generator) -> None:
-    wave = ridge_strength(ridge_spectrum(plane_wave(0, 8, (96, 96))), 1.0)
-    noise = ridge_strength(ridge_spectrum(rng.normal(0, 1, (96, 96)).astype(np.float32)), 1.0)
+def test_strength_is_one_for_a_wave_and_little_for_noise(rng):
+    wave = ridge_strength(ridge_spectrum(plane_wave(0, 8, (96, 96))))
+    noise = ridge_strength(ridge_spectrum(rng.normal(0, 1, (96, 96)).astype(np.float32)))
     assert wave[3:-3, 3:-3].min() > 0.85
     assert noise.max() < 0.5
     assert noise.min() >= 0
 
 
-def test_a_threshold_out_of_reach_leaves_nothing() -> None:
+@pytest.mark.parametrize(
+    ("masks", "threshold", "value"),
+    [
+        (masks_of, "MIN_STRENGTH", 2.0),
+        (masks_of, "MIN_CONTRAST", 500.0),
+        (learned_masks_of, "MIN_CERTAINTY", 1.5),
+        (learned_masks_of, "MIN_CONTRAST", 500.0),
+        (learned_masks_of, "MIN_RELATIVE_CONTRAST_OF_CERTAIN", 50.0),
+    ],
+)
+def test_a_threshold_out_of_reach_leaves_nothing(masks, threshold, value, monkeypatch):
     picture = as_picture(plane_wave(0, 9, (120, 120)))
-    for masks, limits in (
-        (masks_of, {"min_strength": 2.0}),
-        (masks_of, {"min_contrast": 500.0}),
-        (learned_masks_of, {"min_certainty": 1.5}),
-        (learned_masks_of, {"min_contrast": 500.0}),
-        (learned_masks_of, {"min_relative_contrast_of_certain": 50.0}),
-    ):
-        assert masks(picture)[0].any()
-        assert not masks(picture, replace(SegmentationParameters(), **limits))[0].any()
+    assert masks(picture)[0].any()
+    monkeypatch.setattr(segmentation, threshold, value)
+    assert not masks(picture)[0].any()
 
 
-def test_the_mask_of_pixels_follows_the_mask_of_cells() -> None:
-    spectrum = ridge_spectrum(np.zeros((61, 83), np.float32))
-    blocks = np.zeros(spectrum.total.shape, bool)
-    assert not mask_at_pixels(blocks, spectrum).any()
+def test_the_mask_of_pixels_follows_the_mask_of_blocks():
+    blocks = np.zeros((8, 11), bool)
+    assert not mask_at_pixels(blocks, (61, 83)).any()
     blocks[2:5, 3:7] = True
-    pixels = mask_at_pixels(blocks, spectrum)
-    step = spectrum.step_px
-    assert pixels.shape == (61, 83)
-    assert pixels[2 * step + 4 : 5 * step - 4, 3 * step + 4 : 7 * step - 4].all()
-    assert pixels.sum() == pytest.approx(3 * 4 * step * step, rel=0.1)
-    assert mask_at_pixels(~np.zeros_like(blocks), spectrum).all()
+    pixels = mask_at_pixels(blocks, (61, 83))
+    assert pixels[20:36, 28:52].all()
+    assert pixels.sum() == pytest.approx(24 * 32, rel=0.1)
+    assert mask_at_pixels(~np.zeros_like(blocks), (61, 83)).all()
 
 
 @settings(max_examples=25)
 @given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
-def test_any_picture_gives_masks_without_holes(picture: Grey) -> None:
+def test_any_picture_gives_masks_without_holes(picture):
     for masks in (masks_of, learned_masks_of):
         blocks, _ = masks(picture)
         assert not blocks.any() or holes(blocks) == 0

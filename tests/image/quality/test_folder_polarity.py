@@ -27,7 +27,7 @@ def folder_of(root: Path, name: str, images: list[Pixels]) -> list[Path]:
     return paths
 
 
-def test_folders_decide_each_for_itself(tmp_path: Path, pressed: list[Pixels]) -> None:
+def test_folders_decide_each_for_itself(tmp_path, pressed):
     dark = folder_of(tmp_path, "dark", pressed)
     white = folder_of(tmp_path, "white", [255 - image for image in pressed])
     found = find_polarities([*dark, *white, dark[0].parent / "gone.png"])
@@ -38,18 +38,14 @@ def test_folders_decide_each_for_itself(tmp_path: Path, pressed: list[Pixels]) -
     assert reader(dark[0]).notes == ()
 
 
-def test_a_doubtful_image_follows_its_folder(
-    tmp_path: Path, pressed: list[Pixels], stripes: Pixels
-) -> None:
+def test_a_doubtful_image_follows_its_folder(tmp_path, pressed, stripes):
     paths = folder_of(tmp_path, "white", [255 - image for image in (*pressed, stripes)])
     assert read_image(paths[-1]).notes == ()
     reader = PolarityReader(read_image, find_polarities(paths))
     assert np.array_equal(reader(paths[-1]).pixels, stripes)
 
 
-def test_small_folders_decide_together(
-    tmp_path: Path, pressed: list[Pixels], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_small_folders_decide_together(tmp_path, pressed, monkeypatch):
     monkeypatch.setattr(folder_polarity, "polarity_evidence", lambda *_: -3.0)
     alone = folder_of(tmp_path, "alone", pressed[:1])
     assert find_polarities(alone) == {tmp_path / "alone": "auto"}
@@ -58,9 +54,7 @@ def test_small_folders_decide_together(
     assert find_polarities([*alone, *other]) == both
 
 
-def test_what_is_known_is_not_looked_for(
-    tmp_path: Path, pressed: list[Pixels], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
     monkeypatch.setattr(folder_polarity, "polarity_evidence", None)
     paths = folder_of(tmp_path, "dark", pressed[:2])
     assert find_polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
@@ -72,9 +66,7 @@ def test_what_is_known_is_not_looked_for(
         find_polarities(paths)
 
 
-def test_of_large_folders_a_few_images_are_looked_at(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pressed: list[Pixels]
-) -> None:
+def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pressed):
     looked: list[Path] = []
 
     def reader(path: Path, **how: object) -> object:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,23 +17,20 @@ WEIGHTS = {
 
 
 @pytest.mark.parametrize("command", WEIGHTS)
-def test_weights_survive_their_file(command: str) -> None:
-    weights = WEIGHTS[command]
-    again = LinearWeights.from_json(weights.as_json(), weights.names)
+def test_weights_survive_their_file_and_are_refused_for_other_features(command, tmp_path):
+    weights, path = WEIGHTS[command], tmp_path / "weights.json"
+    path.write_text(weights.as_json())
+    again = LinearWeights.load(path, weights.names)
     for name in ("middle", "spread", "weight", "bias"):
         np.testing.assert_array_equal(getattr(again, name), getattr(weights, name))
     assert again.provenance["command"] == command
+    with pytest.raises(FpmatchError, match=r"weights\.json: weights of other features"):
+        LinearWeights.load(path, weights.names[1:])
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"features": [{"name": "ridges"}]}'])
-def test_other_files_are_refused_by_name(text: str, tmp_path: Path) -> None:
+def test_other_files_are_refused_by_name(text, tmp_path):
     path = tmp_path / "weights.json"
     path.write_text(text)
     with pytest.raises(FpmatchError, match=r"weights\.json: not a file of weights"):
         LinearWeights.load(path, ("ridges",))
-
-
-def test_weights_of_other_features_are_refused() -> None:
-    weights = load_quality_weights()
-    with pytest.raises(FpmatchError, match="other features"):
-        LinearWeights.from_json(weights.as_json(), weights.names[1:])

@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fpmatch.image.assess import AssessedPrint, assess
+from fpmatch.image.assess import assess
 from fpmatch.image.extract import extract
 from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import grade
 from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import Master, make_master
+from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS, Sensor
 
@@ -28,9 +28,7 @@ GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)
 Image = NDArray[np.uint8]
 
 
-@cache
-def finger() -> Master:
-    return make_master(11, 2)
+finger = cache(lambda: make_master(11, 2))
 
 
 @cache
@@ -39,6 +37,12 @@ def pressed(dryness: float = 0.0, sensor: Sensor = OPTICAL) -> Image:
     clean = PRESETS["clean"]
     pressure = replace(clean.pressure, dryness=(dryness, dryness))
     return make_impression(finger(), 1, replace(clean, pressure=pressure), sensor).image
+
+
+def sensor_of(dpi: float) -> Sensor:
+    """Return the optical sensor at another resolution."""
+    width, height = (round(side * dpi / 500) for side in (OPTICAL.width, OPTICAL.height))
+    return replace(OPTICAL, width=width, height=height, dpi=dpi)
 
 
 def spoilt(fault: str) -> tuple[Image, float]:
@@ -59,23 +63,17 @@ def spoilt(fault: str) -> tuple[Image, float]:
             top, left = rows // 2 - 80, columns // 2 - 80
             return np.ascontiguousarray(image[top : top + 160, left : left + 160]), 500
         case "wrong resolution":  # 350 dpi, told to be 500
-            size = round(OPTICAL.width * 0.7), round(OPTICAL.height * 0.7)
-            low = replace(OPTICAL, width=size[0], height=size[1], dpi=350)
-            return pressed(sensor=low), 500
+            return pressed(sensor=sensor_of(350)), 500
     return np.full((300, 300), 255, np.uint8), 500
 
 
 FAULTS = ("too dry", "too wet", "blurred", "partial", "too small", "wrong resolution", "no ridges")
 
 
-def said(found: AssessedPrint) -> set[str]:
-    return {reason.code for reason in found.quality.reasons}
-
-
 @pytest.mark.parametrize("fault", FAULTS)
-def test_every_fault_is_named_and_no_other(fault: str) -> None:
+def test_every_fault_is_named_and_no_other(fault):
     found = assess(*spoilt(fault))
-    assert said(found) == {fault}
+    assert {reason.code for reason in found.quality.reasons} == {fault}
     if fault in {"partial", "too small", "wrong resolution", "no ridges"}:
         assert found.quality.score < assess(pressed(), 500).quality.score - 10
     assert fault in str(found.quality)
@@ -83,48 +81,36 @@ def test_every_fault_is_named_and_no_other(fault: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(SENSORS))
-def test_a_clean_print_has_no_fault_and_a_high_score(name: str) -> None:
+def test_a_clean_print_has_no_fault_and_a_high_score(name):
     sensor = SENSORS[name]
     found = assess(pressed(sensor=sensor), sensor.dpi)
     assert found.quality.reasons == ()
     assert found.quality.score > 60
 
 
-def test_filters_judge_alike() -> None:
+def test_filters_judge_alike_and_the_template_is_that_of_extract():
     learned, filters = (assess(pressed(), 500, enhance=way) for way in ("learned", "filters"))
     assert filters.quality.reasons == ()
     assert abs(learned.quality.score - filters.quality.score) < 20
+    assert learned.template == extract(pressed(), 500)
 
 
-def test_the_likely_resolution_is_told() -> None:
-    (reason,) = assess(*spoilt("wrong resolution")).quality.reasons
-    assert reason.dpi == pytest.approx(350, rel=0.15)
-    assert f"probably not 500 dpi but about {reason.dpi:.0f} dpi" in reason.message
-
-
-@pytest.mark.parametrize("dpi", [200, 250, 1000])
-def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi: float) -> None:
-    size = round(OPTICAL.width * dpi / 500), round(OPTICAL.height * dpi / 500)
-    found = assess(pressed(sensor=replace(OPTICAL, width=size[0], height=size[1], dpi=dpi)), 500)
-    assert said(found) == {"wrong resolution"}
-    (reason,) = found.quality.reasons
+@pytest.mark.parametrize("dpi", [200, 250, 350, 1000])
+def test_a_wrong_resolution_is_all_that_is_said_and_about_right(dpi):
+    (reason,) = assess(pressed(sensor=sensor_of(dpi)), 500).quality.reasons
+    assert reason.code == "wrong resolution"
     assert reason.dpi == pytest.approx(dpi, rel=0.15)
+    assert f"probably not 500 dpi but about {reason.dpi:.0f} dpi" in reason.message
 
 
 @pytest.mark.parametrize("sigma_px", [0.0, 0.7, 1.5, 3.0])
 @pytest.mark.parametrize("shape", [(200, 300), (48, 48), (60, 300)])
-def test_neither_noise_nor_blots_have_a_resolution(
-    sigma_px: float, shape: tuple[int, int], rng: np.random.Generator
-) -> None:
+def test_neither_noise_nor_blots_have_a_resolution(sigma_px, shape, rng):
     noise = rng.normal(0, 1, shape)
     if sigma_px:
         noise = cv2.GaussianBlur(noise, (0, 0), sigma_px)
     grey = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
-    assert "wrong resolution" not in said(assess(grey, 500))
-
-
-def test_the_template_is_that_of_extract() -> None:
-    assert assess(pressed(), 500).template == extract(pressed(), 500)
+    assert "wrong resolution" not in str(assess(grey, 500).quality)
 
 
 @given(
@@ -143,7 +129,7 @@ def test_the_template_is_that_of_extract() -> None:
         peak_share=st.floats(0, 1),
     )
 )
-def test_any_figures_give_a_score_of_0_to_100(figures: QualityMeasures) -> None:
+def test_any_figures_give_a_score_of_0_to_100(figures):
     quality = grade(figures, 500)
     assert 0 <= quality.score <= 100
     assert quality.as_dict()["score"] == quality.score
@@ -152,5 +138,5 @@ def test_any_figures_give_a_score_of_0_to_100(figures: QualityMeasures) -> None:
 @pytest.mark.parametrize(
     "worse", [{"ridges_mm2": 40.0}, {"minutiae": 5.0}, {"period_px": 5.0}, {"detail": 0.0001}]
 )
-def test_worse_figures_never_raise_the_score(worse: dict[str, float]) -> None:
+def test_worse_figures_never_raise_the_score(worse):
     assert grade(replace(GOOD, **worse), 500).score <= grade(GOOD, 500).score

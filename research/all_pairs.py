@@ -1,0 +1,72 @@
+"""Comparisons of all templates with one another by the default matcher."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.evaluation.bootstrap import Trials
+from fpmatch.evaluation.impostors import ImpostorSet
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.minutiae import Template
+
+
+def compare_all_pairs(
+    templates: Sequence[Template], *, workers: int | None = None
+) -> NDArray[np.float64]:
+    """Compare each template with every later one, by the default matcher's 1:N comparison.
+
+    The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
+    protocol, and the same for any number of threads `workers` (default: one a core).
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
+    >>> full, empty = (Template(m, 100, 100) for m in (minutiae, Minutiae.empty()))
+    >>> (compare_all_pairs([full, empty, full]) > 0).tolist()
+    [False, True, False]
+    """
+    prints = [MATCHER.prepare(template) for template in templates]
+    many = PackedTemplates.pack(prints)
+
+    def with_later_ones(k: int) -> NDArray[np.float64]:
+        return MATCHER.similarities(prints[k], many, k + 1)
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])
+
+
+def impostors_among(
+    sets: Sequence[ExtractedSet], name: str, workers: int | None = None
+) -> ImpostorSet:
+    """Return the impostor comparisons among all impressions of all databases.
+
+    Fingers of different databases count as different, so that a few databases make very many
+    comparisons. The default matcher compares, in `workers` threads (default: one a core).
+    """
+    templates, shown = [], []
+    for number, one in enumerate(sets):
+        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
+            if found.template is not None:
+                templates.append(found.template)
+                shown.append((number, impression.finger))
+    # without impressions the list has no rows
+    fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
+    finger = finger.ravel()
+    similarity = compare_all_pairs(templates, workers=workers)
+    probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
+    impostor = probe != reference
+    trials = Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers))
+    return ImpostorSet(name, trials)

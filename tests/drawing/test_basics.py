@@ -1,0 +1,67 @@
+"""Colours, letters and files of pictures."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from fpmatch.drawing import palette
+from fpmatch.drawing.files import png_bytes, webp_bytes
+from fpmatch.drawing.fonts import printable, text_width, wrapped
+
+# Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by
+# dichromats" (1999): linear RGB as a protanope and a deuteranope see it.
+SEEN = {
+    "all": np.eye(3),
+    "protanope": np.array([[0.1121, 0.8853, -0.0005], [0.1127, 0.8897, -0.0001], [0.0045, 0, 1]]),
+    "deuteranope": np.array([[0.2920, 0.7054, -0.0003], [0.2934, 0.7089, 0], [-0.0210, 0.0256, 1]]),
+}
+
+
+@pytest.mark.parametrize("viewer", SEEN)
+def test_inks_and_their_mixture_are_distinguishable(viewer):
+    both = palette.mixed((palette.PROBE_INK, palette.REFERENCE_INK))
+    assert max(both) < 90
+    colours = [palette.PAPER, palette.PROBE_INK, palette.REFERENCE_INK, both]
+    linear = (np.array(colours) / 255) ** 2.2
+    seen = np.clip(linear @ SEEN[viewer].T, 0, 1) ** (1 / 2.2)
+    distances = np.linalg.norm(seen[:, None] - seen[None], axis=2)
+    assert distances[np.triu_indices(4, 1)].min() > 0.35
+
+
+def test_colours_are_written_and_mixed():
+    assert palette.hexadecimal((255, 128, 0)) == "#ff8000"
+    assert palette.mixed(((255, 128, 0), (0, 128, 255))) == (0, 64, 0)
+
+
+def test_wider_text_is_wider():
+    assert text_width("iii", 20) < text_width("WWW", 20) < text_width("WWW", 30)
+    assert text_width("", 20) == 0
+
+
+@pytest.mark.parametrize("width", [40.0, 120.0, 400.0])
+def test_wrapping_keeps_words_and_width(width):
+    text = "no transform brings more than 3 minutiae together"
+    lines = wrapped(text, 14.0, width)
+    assert " ".join(lines) == text
+    assert all(text_width(line, 14.0) <= width or " " not in line for line in lines)
+    assert wrapped("  \n ", 14.0, width) == []
+
+
+def test_signs_that_the_font_lacks_are_spelt():
+    assert printable("2 × 3\n ≥ −1°") == "2 x 3 >= -1°"
+
+
+@pytest.mark.parametrize("shape", [(5, 7), (5, 7, 3), (5, 7, 4)])
+def test_png_keeps_every_pixel(rng, shape):
+    picture = rng.integers(0, 256, shape, dtype=np.uint8)
+    stored = cv2.imdecode(np.frombuffer(png_bytes(picture), np.uint8), cv2.IMREAD_UNCHANGED)
+    order = {2: slice(None), 3: [2, 1, 0], 4: [2, 1, 0, 3]}[shape[2] if len(shape) > 2 else 2]
+    np.testing.assert_array_equal(stored[..., order], picture)
+
+
+def test_webp_is_nearly_the_picture(rng):
+    picture = np.repeat(np.repeat(rng.integers(0, 256, (4, 5, 3), dtype=np.uint8), 16, 0), 16, 1)
+    stored = cv2.imdecode(np.frombuffer(webp_bytes(picture, 95), np.uint8), cv2.IMREAD_COLOR)
+    assert np.abs(stored[..., ::-1].astype(int) - picture).mean() < 6

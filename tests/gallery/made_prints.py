@@ -1,0 +1,73 @@
+"""Prints, entries, an extractor and a matcher whose results are known."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.prints import ExtractedPrint, PrintFile
+from fpmatch.matching.result import Comparison
+from fpmatch.minutiae import Minutiae, Template
+
+
+def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:
+    """Return a template of some minutiae anywhere."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(20, 280, (2, count))
+    return Template(Minutiae(x, y, rng.uniform(0, 6, count)), 300, 300, dpi)
+
+
+def entry_of(
+    number: int, template: Template | None = None, label: Label | None = None, **changes: Any
+) -> NewEntry:
+    """Return a print to enrol, all of whose contents follow its number unless they are given."""
+    fields = {
+        "label": label or Label(str(number), impression="1"),
+        "source": f"/prints/{number}_1.tif",
+        "content": number.to_bytes(32, "big"),
+        "template": template or scattered(number, 5),
+    }
+    return NewEntry(**{**fields, **changes})
+
+
+def entries_of(*templates: Template, labels: list[Label] | None = None) -> list[NewEntry]:
+    """Return prints to enrol, numbered from 1, under their numbers unless labels are given."""
+    labels = labels or [Label(str(number)) for number in range(1, len(templates) + 1)]
+    numbered = enumerate(zip(templates, labels, strict=True), start=1)
+    return [entry_of(number, template, label) for number, (template, label) in numbered]
+
+
+class FakeMatcher:
+    """A matcher whose similarities are those of the first minutiae's x."""
+
+    name = "fake"
+
+    def prepare(self, template: Template) -> float:
+        return float(template.minutiae.x[0])
+
+    def compare(self, probe: float, reference: float) -> Comparison:
+        similarity = max(0.0, 100.0 - abs(probe - reference))
+        return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "fake")
+
+
+FAKE = FakeMatcher()
+
+
+def template_at(x: float) -> Template:
+    """Return the template that the fake matcher knows by `x`."""
+    return Template(Minutiae([x], [1], [0]), 300, 300)
+
+
+def extractor(file: PrintFile) -> ExtractedPrint:
+    """Make one minutia of a picture that is words; refuse or wait where these say so."""
+    words = file.path.read_text().split()
+    if "broken" in words:
+        raise ImageError(f"{file.path}: broken")
+    if "slow" in words:
+        time.sleep(0.02)
+    template = Template(Minutiae([len(words)], [1], [0]), 300, 300, file.dpi or 500.0)
+    return ExtractedPrint(template, dpi_assumed=file.dpi is None and "untagged" in words)

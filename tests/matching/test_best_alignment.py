@@ -1,0 +1,118 @@
+"""Search of the best alignment: which hypotheses are tried and refined, and which one is taken."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matching_prints import doubled_prints, seeds
+from matching_weights import ALWAYS, NEVER, all_with, some_weights
+
+from fpmatch.matching._ridge_kernel import RidgeCorrelator
+from fpmatch.matching._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.align import AlignmentParameters, aligner_of, best_alignment, make_aligner
+from fpmatch.matching.compare import align
+from fpmatch.matching.local import local_similarity
+from fpmatch.matching.ridges import RidgeSearchParameters
+from fpmatch.matching.score import evidence_scorer, gather_evidence
+
+
+def alignment_twin(a, b, weights):
+    """Return the best alignment, its sum, and how many were refined, as `align` describes it."""
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    model = weights.model_of(a, b)
+
+    def sum_of(alignment, refine):
+        scorer = evidence_scorer(max(len(a), len(b)), all_with(weights, refine_threshold=refine))
+        return gather_evidence(a, b, alignment, similarity, scorer).total
+
+    def saved():
+        aligner.save_best()
+        return best_alignment(aligner)
+
+    aligner = aligner_of(a.points, b.points)
+    aligner.relax(similarity)
+    weak = aligner.relaxation.strength < model.relaxation_threshold
+    coarse = {}
+    for k in range(AlignmentParameters().hypotheses):
+        if aligner.start_hypothesis(k):
+            found = saved()
+            coarse[k] = found, sum_of(found, NEVER)
+            if coarse[k][1] > model.confident_threshold:
+                coarse = {k: coarse[k]} if coarse[k][1] > model.refine_threshold else coarse
+                break
+            if weak:
+                break
+    passing = [k for k, (_, total) in coarse.items() if total > model.refine_threshold]
+    refined = [saved() for k in passing if aligner.refine(k)]
+    rows = [(one, sum_of(one, ALWAYS)) for one in refined]
+    if not passing:
+        rows = list(coarse.values())
+    totals = [total for _, total in [*coarse.values(), *rows]]
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    if shown and not max(totals, default=-math.inf) > model.confident_threshold:
+        search, correlator = RidgeSearch(RidgeSearchParameters()), RidgeCorrelator(len(b))
+        sides = a.for_kernels(), b.for_kernels()
+        if model is weights.models[3]:
+            found_by_ridges = search.search(*sides, correlator)
+        else:
+            found_by_ridges = search.search_candidates(*sides, aligner.relaxation, correlator)
+        for k in range(found_by_ridges):
+            if aligner.start_from(search.first[k], search.second[k]):
+                found = saved()
+                rows.append((found, sum_of(found, ALWAYS)))
+    if not rows:
+        return None
+    return *max(rows, key=lambda row: row[1]), len(refined)
+
+
+@given(
+    seeds,
+    st.sampled_from([ALWAYS, NEVER, -20.0, -8.0, -2.0, 3.0]),
+    st.sampled_from([-math.inf, -5.0, 0.0, 5.0, math.inf]),
+    st.sampled_from([-1.0, 0.01, 0.05, 0.2, math.inf]),
+)
+def test_align_agrees_with_its_twin(seed, refine, confident, relaxation):
+    """Which hypotheses are tried, which are refined, and which of them is the result."""
+    a, b = doubled_prints(seed)
+    weights = some_weights(refine, confident=confident, relaxation=relaxation, apart=2.0)
+    found = align(a, b, evidence_scorer(max(len(a), len(b)), weights))
+    expected = alignment_twin(a, b, weights)
+    assert (found is None) == (expected is None)
+    if found is not None:
+        for name in ("partner", "transform", "predicted"):
+            assert getattr(found[0], name).tolist() == getattr(expected[0], name).tolist()
+        assert found[1].total == expected[1]
+
+
+def test_the_cases_to_align_are_of_every_kind():
+    """Several hypotheses are tried; the first is not always the best; some sums are confident."""
+    refined, first_is_best, one_alone = [], [], []
+    for seed in range(30):
+        a, b = doubled_prints(seed)
+        every, first, confident = (
+            alignment_twin(a, b, some_weights(relaxation=relaxation, confident=sure))
+            for relaxation, sure in ((-1.0, math.inf), (math.inf, math.inf), (-1.0, 0.0))
+        )
+        if None in {every, first, confident}:
+            continue
+        refined.append(every[2])
+        first_is_best.append(every[0].partner.tolist() == first[0].partner.tolist())
+        one_alone.append(confident[2] == 1 < every[2])
+    assert max(refined) > 1
+    assert 0 < sum(first_is_best) < len(first_is_best)
+    assert any(one_alone)
+
+
+@pytest.mark.parametrize("hypotheses", [1, 16, 17, 40])
+def test_any_number_of_hypotheses_can_be_asked_for(hypotheses):
+    """The scorer tries no more than it has room for."""
+    a, b = doubled_prints(2)
+    aligner = make_aligner(len(a), len(b), AlignmentParameters(hypotheses=hypotheses))
+    aligner.load_a(a.points, len(a))
+    aligner.load_b(b.points, len(b))
+    scorer = evidence_scorer(max(len(a), len(b)), some_weights())
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    total = scorer.align(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    assert aligner.best_pairs > 0
+    assert math.isfinite(total)

@@ -1,0 +1,251 @@
+"""Evidence of an alignment: the kernel against a numpy twin, and known alignments."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    even_field,
+    plane,
+    seeds,
+    spread_points,
+    template_of,
+    templates,
+)
+from matching_weights import ALWAYS, NEVER, print_for, scored_by, some_weights
+from score_cases import ENTRIES, SHOWN, entries_of, given_pairs, overlay, some_case, with_itself
+
+from fpmatch.matching.align import (
+    AlignmentParameters,
+    PairMeshParameters,
+    RelaxationParameters,
+    aligner_of,
+    alignments,
+    identity_alignment,
+)
+from fpmatch.matching.local import local_similarity
+from fpmatch.matching.prepare import prepare
+from fpmatch.matching.ridges import RidgeSearchParameters, ridge_correlation
+from fpmatch.matching.score import ScoreParameters, evidence_scorer, gather_evidence
+
+P = ScoreParameters()
+FEW = 20 if COMPILED else 6
+FRAME = 8  # frame points of the mesh
+
+
+def mesh_twin(aligner):
+    """Return the triangles turned over and the mean strain, from the triangles of the mesh."""
+    mesh = aligner.mesh
+    corner = np.asarray(mesh.corner)[: mesh.triangles]
+    a, b = (
+        np.asarray(x)[: mesh.vertices] + 1j * np.asarray(y)[: mesh.vertices]
+        for x, y in ((mesh.ax, mesh.ay), (mesh.bx, mesh.by))
+    )
+    p, q, r = corner.T
+    area = ((b[q] - b[p]).conj() * (b[r] - b[p])).imag
+    turned = int(((corner >= FRAME).sum(axis=1) * (area <= 0)).sum())
+    sides = np.sort(corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    u, v = np.unique(sides[sides[:, 0] >= FRAME], axis=0).T
+    in_a, in_b = abs(a[u] - a[v]), abs(b[u] - b[v])
+    return [turned, np.mean(2 * abs(in_a - in_b) / (in_a + in_b + 16.0)) if len(u) else 0.0]
+
+
+def twin(a, b, partner, transform):
+    """Return the evidence of an alignment, the ridges' aside, with arrays of complex numbers.
+
+    Relaxation and mesh have twins of their own; here their results are summed over the pairs.
+    """
+    linear, shift = (complex(*transform[k : k + 2]) for k in (0, 2))
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    aligner = aligner_of(a.points, b.points)
+    count = aligner.relax(similarity)
+    aligner.impose(partner, *transform.tolist())
+    i = np.flatnonzero(partner >= 0)
+    j = partner[i]
+    back = (plane(b.points) - shift) / linear
+    common, unpaired = 2 * len(i), 0.0
+    for one, other, x, y, paired in (
+        (a, b, *np.asarray(aligner.predicted)[:2, : len(a)], i),
+        (b, a, back.real, back.imag, j),
+    ):
+        single = np.setdiff1d(np.arange(len(one)), paired)
+        u, v, holds = x[single], y[single], other.region.contains
+        inside = holds(u, v)
+        deep = inside.copy()
+        margin = P.margin_px if other.region.has_flow else P.hull_margin_px
+        for across, along in ((margin, 0), (-margin, 0), (0, margin), (0, -margin)):
+            deep &= holds(u + across, v + along)
+        common += np.count_nonzero(inside)
+        square = one.quality**2
+        least = 0.25 * len(one)
+        poor = least / square.sum() if 0 < square.sum() < least else 1.0
+        unpaired += poor * float(square[single][deep].sum())
+    mapped = shift + linear * plane(a.region.cells)
+    shared = np.count_nonzero(b.region.contains(mapped.real, mapped.imag)) * a.region.step**2
+    smaller = min(a.region.area, b.region.area)
+    overlap = min(shared / smaller, 1.0) if smaller else 0.0
+    found, mesh = aligner.relaxation, aligner.mesh
+    first, second, strength = (
+        np.asarray(x)[:count] for x in (found.first, found.second, found.relaxed)
+    )
+    relaxed = strength[partner[first] == second].sum()
+    shares = mesh.place_agreement, mesh.weight_agreement, mesh.fullness
+    agreement = [np.asarray(share)[i].sum() for share in shares]
+    sums = [len(i), similarity[i, j].sum(), unpaired, common, overlap, relaxed, *agreement]
+    return [*map(float, sums), *mesh_twin(aligner), min(len(a), len(b))]
+
+
+@given(seeds)
+def test_evidence_agrees_with_its_twin(seed):
+    a, b, partner, transform = some_case(seed)
+    found = entries_of(overlay(a, b, partner, transform))
+    assert found[:12] == pytest.approx(twin(a, b, partner, transform), abs=1e-5)
+    correlation, cells = ridge_correlation(a, b, given_pairs(a, partner, transform))
+    assert found[12:14] == [correlation if cells else 0.0, cells]
+    smaller = min(side.region.inside * side.region.step**2 for side in (a, b))
+    assert found[14] == pytest.approx(found[4] * smaller)
+
+
+def test_the_cases_that_are_drawn_are_of_every_kind():
+    """Otherwise the agreement with the twin would show little."""
+    found = [overlay(*some_case(seed)) for seed in range(40)]
+    kinds = [
+        (
+            *(one.cells > 0, one.cells == 0, one.unpaired > 0, one.turned > 0),
+            *(one.turned == 0 and one.strain > 0, 0 < one.overlap < 1, one.relaxed > 0),
+            *(one.common > 2 * one.pairs, 0 < one.places < one.pairs - 0.1),
+        )
+        for one in found
+    ]
+    assert np.sum(kinds, axis=0).min() > 5
+    assert any(one.pairs == 0 for one in found)
+
+
+@given(seeds)
+def test_expected_pairs_are_those_of_minutiae_that_lie_anywhere(seed):
+    """Of M minutiae each has so many of N others within 12 px and 30 degrees in the mean."""
+    a, b, partner, transform = some_case(seed)
+    found = overlay(a, b, partner, transform)
+    if not found.area:
+        assert found.chance == 0
+        return
+    most = found.common**2 / 4 * 75.0 / found.area
+    assert 0 <= found.chance <= most * (1 + 1e-12)
+    one_for_one = with_itself(a)
+    assert one_for_one.chance == pytest.approx(len(a) ** 2 * 75.0 / one_for_one.area)
+
+
+@given(seeds, st.sampled_from([ALWAYS, NEVER, -12.0]))
+@settings(max_examples=FEW)
+def test_compiled_and_interpreted_agree(plain, seed, refine):
+    a, b, partner, transform = some_case(seed)
+    weights = some_weights(refine, apart=3.0)
+    room = max(len(a), len(b))
+    scorer = plain.evidence.EvidenceScorer(P, weights, room, RidgeSearchParameters())
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
+    aligner = plain.align.Aligner(len(a), len(b), *parameters)
+    aligner.load_a(a.points, len(a))
+    aligner.load_b(b.points, len(b))
+    aligner.relax(similarity)
+    aligner.impose(partner, *transform.tolist())
+    sides = print_for(plain, a), print_for(plain, b)
+    minus_log_fmr = scorer.score_alignment(*sides, aligner, similarity)
+    similarity = plain.amount.as_similarity(minus_log_fmr)
+    found = overlay(a, b, partner, transform, weights)
+    same = [minus_log_fmr, scorer.total, similarity, *scorer.evidence, *scorer.feature]
+    expected = [found.minus_log_fmr, found.total, found.similarity, *entries_of(found)]
+    assert same == pytest.approx([*expected, *found.features], rel=1e-9, abs=1e-9)
+
+
+@given(seeds)
+@settings(max_examples=FEW)
+def test_a_scorer_used_before_gives_the_same_and_leaves_what_it_gave(seed):
+    """Whatever it scored before: a print of more minutiae, with or without ridges."""
+    scorer = evidence_scorer(14, some_weights(apart=3.0))
+    kept = []
+    for case in map(some_case, (seed, seed + 1, seed + 2, seed)):
+        again = overlay(*case, scorer=scorer)
+        fresh = overlay(*case, some_weights(apart=3.0))
+        assert (entries_of(again), again.total) == (entries_of(fresh), fresh.total)
+        kept.append((again.features, again.features.tolist()))
+    assert all(features.tolist() == before for features, before in kept)
+
+
+def test_without_a_scorer_the_weights_of_the_package_are_used():
+    print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
+    similarity = local_similarity(print_.neighbourhoods, print_.neighbourhoods)
+    with scored_by(some_weights(bias=7.0)):
+        found = gather_evidence(print_, print_, identity_alignment(print_.points), similarity)
+    assert found.total == with_itself(print_, weights=some_weights(bias=7.0)).total
+
+
+def test_a_print_aligned_with_itself_and_with_one_beside_it():
+    points = spread_points(np.random.default_rng(6), 25, spacing=20.0)
+    print_ = prepare(template_of(points, field=SHOWN))
+    found = with_itself(print_)
+    assert (found.pairs, found.common, found.unpaired, found.cells) == (25, 50, 0, 625)
+    assert (found.agreement, found.overlap, found.ridges) == (1.0, 1.0, 1.0)
+    assert found.local >= 25 - 1e-3
+    assert found.relaxed > 0
+    beside = np.array([1.0, 0.0, 900.0, 0.0])
+    found = overlay(print_, print_, np.full(25, -1, np.int32), beside)
+    assert entries_of(replace(found, fewest=0)) == [0] * len(ENTRIES)
+    assert found.agreement == 0.0
+
+
+@pytest.mark.parametrize(
+    ("quality", "unpaired"),
+    [
+        ([100, 50, 0, 30] + [80] * 8, 1 + 0.25 + 0.09),
+        # a template made to match must not gain by stating that its minutiae are worth nothing
+        ([1] * 12, 4 * 0.25),
+        ([20] * 12, 4 * 0.25),
+        ([50] * 12, 4 * 0.25),
+    ],
+)
+def test_unpaired_minutiae_count_by_the_square_of_their_quality(quality, unpaired):
+    points = spread_points(np.random.default_rng(6), 12)
+    points[:2] += [[50], [-50]]
+    print_ = prepare(template_of(points, quality=np.array(quality), field=even_field()))
+    found = with_itself(print_, unpaired=4)
+    assert found.unpaired == pytest.approx(2 * unpaired)
+    assert (found.pairs, found.common) == (8, 24)
+
+
+@pytest.mark.parametrize("steps", [(8.0, 16.0), (16.0, 8.0)])
+def test_overlap_is_a_share_of_area_whatever_the_cells(steps):
+    points = spread_points(np.random.default_rng(6), 20)
+    fields = (even_field(step, round(400 / step)) for step in steps)
+    a, b = (prepare(template_of(points, field=field)) for field in fields)
+    found = overlay(a, b, np.full(20, -1, np.int32), np.array([1.0, 0.0, 192.0, 0.0]))
+    assert found.overlap == pytest.approx(208 / 400, abs=0.02)
+
+
+@given(templates(), templates())
+def test_evidence_is_within_its_bounds(probe, reference):
+    a, b = prepare(probe), prepare(reference)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    scorer = evidence_scorer(max(len(a), len(b)), some_weights())
+    # none where the local matches lead to no pair, as with minutiae that coincide
+    found = alignments(a.points, b.points, similarity) if len(a) and len(b) else []
+    for alignment in found:
+        one = gather_evidence(a, b, alignment, similarity, scorer)
+        assert 0 < one.pairs <= min(len(a), len(b))
+        assert 2 * one.pairs <= one.common <= len(a) + len(b)
+        # where all minutiae of a print are poor, the best of them count for more than one
+        assert 0 <= one.unpaired <= len(a) + len(b)
+        assert 0 < one.agreement <= 1
+        assert 0 <= one.overlap <= 1
+        assert -1 <= one.ridges <= 1
+        assert 0 <= one.cells <= a.region.inside
+        assert min(one.local, one.relaxed, one.places, one.weights, one.fullness) >= 0
+        assert max(one.places, one.weights, one.fullness) <= one.pairs + 1e-9
+        assert 0 <= one.turned <= 6 * (one.pairs + FRAME)
+        assert 0 <= one.strain < 2
+        assert np.isfinite(one.features).all()
+        assert 0 <= one.similarity < math.inf

@@ -1,0 +1,122 @@
+"""The file of weights: read back as it was written, and refused where it is none."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from matching_weights import OF_RIDGES, REJECTING, some_weights
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching.score import WEIGHTS_FILE, load_weights
+from fpmatch.matching.score_model import (
+    AMOUNTS,
+    FEATURES,
+    LIMITS,
+    MODELS,
+    RATES,
+    STANDARD,
+    ScoreModel,
+    ScoreWeights,
+)
+
+SHAPES = {
+    "standard": (len(MODELS), len(STANDARD), len(FEATURES)),
+    "limits": (len(MODELS), len(LIMITS)),
+    "quantiles": (len(MODELS), len(RATES), len(AMOUNTS)),
+}
+THRESHOLDS = ("prefilter", "relaxation_threshold", "refine_threshold", "confident_threshold")
+
+
+def some_json():
+    return some_weights(-1.25, prefilter=REJECTING, confident=7.5, relaxation=0.375).as_json()
+
+
+@given(*(arrays(np.float64, shape, elements=st.floats(-1e6, 1e6)) for shape in SHAPES.values()))
+def test_weights_read_back_are_the_same(standard, limits, quantiles):
+    models = (
+        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident, reached)
+        for rows, (base, growth, most, relaxation, refine, confident, bias), reached in zip(
+            standard, limits.tolist(), quantiles, strict=True
+        )
+    )
+    weights = ScoreWeights(tuple(models), {"sets": ["one", "two"], "n": 3})
+    again = ScoreWeights.from_json(weights.as_json())
+    for name, given_ in (("standard", standard), ("limits", limits), ("quantiles", quantiles)):
+        for found in (getattr(weights, name), getattr(again, name)):  # as the kernel takes them
+            assert (found.shape, found.dtype) == (SHAPES[name], np.float64)
+            assert found.flags.c_contiguous
+            assert found.tolist() == given_.tolist()
+    for model, other in zip(again.models, weights.models, strict=True):
+        for name in (*THRESHOLDS, "bias"):
+            assert getattr(model, name) == getattr(other, name)
+    assert again.provenance == weights.provenance
+    assert again.as_json() == weights.as_json()
+
+
+def test_the_file_names_the_models_the_limits_and_every_feature():
+    document = json.loads(some_json())
+    assert list(document["models"]) == list(MODELS)
+    assert document["provenance"] == {"by": "hand"}
+    for name, model in zip(MODELS, some_weights().models, strict=True):
+        written = document["models"][name]
+        assert list(written) == [*LIMITS, "impostor_quantiles", "genuine_median", "features"]
+        assert written["genuine_median"] == dict.fromkeys(AMOUNTS, 0.0)
+        reached = written["impostor_quantiles"].values()
+        assert [list(row) for row in reached] == [list(AMOUNTS)] * len(RATES)
+        assert [list(row.values()) for row in reached] == model.quantiles.tolist()
+        assert [written[key] for key in LIMITS] == [*REJECTING, 0.375, -1.25, 7.5, 0.4]
+        assert [row["name"] for row in written["features"]] == list(FEATURES)
+        rows = [[row[key] for row in written["features"]] for key in STANDARD]
+        assert rows == model.standard.tolist()
+
+
+def test_the_weights_of_the_package_are_as_they_were_written():
+    weights = load_weights()
+    assert weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")
+    assert np.isfinite(weights.standard).all()
+    assert np.isfinite(weights.limits).all()
+    assert (weights.standard[:, 1] > 0).all()
+    assert all(model.confident_threshold > model.refine_threshold for model in weights.models)
+    weight = weights.standard[:, 2]
+    assert (weight[:, FEATURES.index("unpaired")] < 0).all()
+    assert (weight[:, FEATURES.index("relaxed similarity")] > 0).all()
+    assert weight[0, FEATURES.index("ridges")] > 0
+    assert not weight[1, OF_RIDGES].any()
+    assert weight[0, OF_RIDGES[-1]] == 0.0 < weight[3, OF_RIDGES[-1]]
+    assert weights.standard[1].tolist() == weights.standard[2].tolist()
+    assert weights.quantiles[1].tolist() != weights.quantiles[2].tolist()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "[]", "{}", "3", '{"models": []}', '{"models": {}}'),
+        '{"models": {"with ridges": {"features": [{}]}}}',
+        '{"models": {"with ridges": {"features": "none"}}}',
+        *(
+            some_json().replace(f'"{name}"', '"other"')
+            for name in (*MODELS, *LIMITS, *STANDARD, *AMOUNTS, "models", "features", "provenance")
+        ),
+        *(some_json().replace("-1.25", value) for value in ('"shut"', "null", "[]")),
+    ],
+)
+def test_text_that_is_no_weights_is_refused(text):
+    with pytest.raises(MatcherError, match="weights of the score: not such a file"):
+        ScoreWeights.from_json(text)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_weights_of_other_fewer_or_swapped_features_are_refused(model):
+    def renamed(rows, k):
+        return [*rows[:k], {**rows[k], "name": "another feature"}, *rows[k + 1 :]]
+
+    features = json.loads(some_json())["models"][model]["features"]
+    others = [renamed(features, k) for k in range(len(FEATURES))]
+    for changed in (*others, features[:-1], features[::-1], []):
+        document = json.loads(some_json())
+        document["models"][model]["features"] = changed
+        with pytest.raises(MatcherError, match="other features"):
+            ScoreWeights.from_json(json.dumps(document))

@@ -1,0 +1,71 @@
+"""`research.all_pairs`: 1:N comparison of all pairs gives what 1:1 gives."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fpmatch.evaluation.dataset import Dataset, Impression
+from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.minutiae import Minutiae, Template
+from research.all_pairs import compare_all_pairs, impostors_among
+
+
+def made(seed, n):
+    rng = np.random.default_rng(seed)
+    x, y, angle = rng.uniform(20, 280, n), rng.uniform(20, 280, n), rng.uniform(0, 6, n)
+    return Template(Minutiae(x, y, angle), 300, 300)
+
+
+def test_all_pairs_are_those_of_one_to_one_in_the_protocols_order():
+    templates = [made(1, 30), made(2, 25), made(1, 30), made(3, 2), made(4, 40)]
+    prints = [MATCHER.prepare(template) for template in templates]
+    expected = [MATCHER.compare(p, q).similarity for p, q in itertools.combinations(prints, 2)]
+    for workers in (1, 3):
+        assert compare_all_pairs(templates, workers=workers).tolist() == expected
+    assert compare_all_pairs([]).size == compare_all_pairs([made(1, 10)]).size == 0
+
+
+def a_set(name, seed, folder):
+    """Return impressions of two fingers, the last without a template."""
+    rng = np.random.default_rng(seed)
+    taken, extractions = [], []
+    for finger in (1, 2):
+        x, y, angle = rng.uniform(20, 180, (3, 12))
+        for number in (1, 2, 3):
+            taken.append(Impression(finger, number, folder / f"{finger}_{number}.tif"))
+            template = Template(Minutiae(x + number, y, angle), 200, 200)
+            extractions.append(Extraction(template, "", 0.0))
+    extractions[-1] = FAILED
+    return ExtractedSet(Dataset(name, 500.0, "", tuple(taken)), tuple(extractions))
+
+
+FAILED = Extraction(None, "no ridges", 0.0)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_among_all_impressions_are_those_of_other_fingers(tmp_path, workers):
+    sets = [a_set("one", 1, tmp_path), a_set("two", 2, tmp_path)]
+    shown = [
+        (number, impression.finger, found.template)
+        for number, one in enumerate(sets)
+        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True)
+        if found.template is not None
+    ]
+    similarities = [
+        MATCHER.compare(MATCHER.prepare(a), MATCHER.prepare(b)).similarity
+        for (*finger, a), (*other, b) in itertools.combinations(shown, 2)
+        if finger != other
+    ]
+    found = impostors_among(sets, "both", workers)
+    assert (found.name, found.trials.fingers) == ("both", 4)
+    assert found.trials.similarity.tolist() == similarities
+    assert not found.trials.genuine.any()
+
+
+def test_among_no_impressions_there_are_no_impostors(tmp_path):
+    failed = replace(a_set("none", 3, tmp_path), extractions=(FAILED,) * 6)
+    assert impostors_among([failed], "none").trials.similarity.size == 0
+    assert impostors_among([], "none").trials.fingers == 0

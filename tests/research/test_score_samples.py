@@ -1,0 +1,169 @@
+"""Samples for the fit of the score's weights: the features that the matcher weighs."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from fpmatch.evaluation.dataset import Dataset, Impression
+from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.compare import align
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.ridges import RidgeSearchParameters
+from fpmatch.matching.score import evidence_scorer
+from fpmatch.matching.score_model import (
+    FEATURES,
+    NO_PREFILTER,
+    NO_QUANTILES,
+    ScoreModel,
+    ScoreWeights,
+)
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+from research.training.score_fit import OF_RIDGES
+from research.training.score_samples import SampleParameters, sample_of, samples_of
+
+N = len(FEATURES)
+OF_MATCHES = AlignmentParameters().hypotheses
+EVERY_PAIR = SampleParameters(every_impostor=1, every_window_impostor=1)
+
+
+@pytest.fixture
+def two_fingers(tmp_path):
+    """Three impressions of two fingers with ridges."""
+    rng = np.random.default_rng(5)
+    pictures = rng.integers(0, 2**63, (12, 12), np.uint64)
+    field = RidgeField(16.0, np.zeros((12, 12), np.float32), np.ones((12, 12), bool), pictures)
+    taken, extractions = [], []
+    for finger in (1, 2):
+        x, y, angle = rng.uniform(20, 180, (3, 9))
+        for number in (1, 2, 3):
+            taken.append(Impression(finger, number, tmp_path / f"{finger}_{number}.tif"))
+            template = Template(Minutiae(x + number, y, angle), 192, 192, field=field)
+            extractions.append(Extraction(template, "", 0.0))
+    return ExtractedSet(Dataset("two", 500.0, "", tuple(taken)), tuple(extractions))
+
+
+def of_templates(extracted, change):
+    """Return a set whose templates are changed."""
+    changed = tuple(Extraction(change(one.template), "", 0.0) for one in extracted.extractions)
+    return ExtractedSet(extracted.dataset, changed)
+
+
+def without_field(template):
+    return replace(template, field=None)
+
+
+def ordered_pairs(extracted):
+    """Return all pairs of prepared prints, each in the order of their content."""
+    prints = [MATCHER.prepare(one.template) for one in extracted.extractions]
+    return [sorted(pair, key=lambda side: side.key) for pair in combinations(prints, 2)]
+
+
+def tried(features):
+    return features[~np.isnan(features[..., 0])]
+
+
+@pytest.mark.parametrize(("every", "taken"), [(1, 9), (2, 4), (4, 2), (9, 1), (10, 0)])
+def test_of_so_many_impostors_one_is_taken(two_fingers, every, taken):
+    """And of the genuine comparisons all."""
+    found = sample_of(two_fingers, SampleParameters(every_impostor=every))
+    assert found.genuine.sum() + found.nothing[0] == 6
+    assert (~found.genuine).sum() + found.nothing[1] == taken
+    hypotheses = OF_MATCHES + RidgeSearchParameters().found
+    assert found.features.shape == (len(found.genuine), hypotheses, N)
+
+
+def test_windows_are_compared_with_whole_prints(two_fingers):
+    """The same windows each time; where one shows less, it is scored by what it shows."""
+    parameters = replace(EVERY_PAIR, every_window_impostor=3, windows_px=(96, 140))
+    whole, alone, windows = samples_of([two_fingers], parameters, workers=1)
+    assert [len(part) for part in (whole, alone, windows)] == [1, 1, 2]
+    for one in windows:
+        assert one.genuine.sum() + one.nothing[0] == 6
+        assert (~one.genuine).sum() + one.nothing[1] == 3
+        assert (one.descriptors[:, 1] < 9).any()
+    again = sample_of(two_fingers, parameters, window_px=96)
+    np.testing.assert_array_equal(again.features, windows[0].features)
+
+
+def test_small_prints_are_looked_for_by_their_ridges_as_well(two_fingers):
+    """So that they have more hypotheses than the local matches give."""
+    small = sample_of(two_fingers, EVERY_PAIR, window_px=140).features[:, OF_MATCHES:, 0]
+    assert not np.isnan(small).all()
+    large = sample_of(two_fingers, EVERY_PAIR).features[:, OF_MATCHES:, 0]
+    assert np.isnan(large[:, 1:]).all()  # by the best of the candidates at most
+
+
+@pytest.mark.parametrize("template", [None, Template(Minutiae.empty(), 99, 99)])
+def test_prints_without_minutiae_have_no_features(two_fingers, template):
+    found = sample_of(of_templates(two_fingers, lambda _: template), EVERY_PAIR)
+    assert len(found.features) == 0
+    assert found.nothing == (6, 9)
+
+
+def test_ridges_are_compared_whatever_the_minutiae_are(two_fingers):
+    """Otherwise nothing could be learned of them."""
+    found = sample_of(two_fingers)
+    ridges, area = (FEATURES.index(name) for name in ("ridges", "area of the ridges"))
+    compared = tried(found.features)
+    assert len(compared) >= len(found.features)
+    assert (compared[:, ridges] > -1.0).all()
+    assert (compared[:, area] > np.log(10)).all()
+    assert not tried(found.coarse)[:, OF_RIDGES].any()
+
+
+def test_without_ridges_none_are_compared(two_fingers):
+    """The print area is then the hull of the minutiae, as of a template without a field."""
+    found = sample_of(two_fingers, EVERY_PAIR, ridges=False)
+    same = sample_of(of_templates(two_fingers, without_field), EVERY_PAIR)
+    np.testing.assert_array_equal(found.features, same.features)
+    assert not tried(found.features)[:, OF_RIDGES].any()
+    shown = sample_of(two_fingers, EVERY_PAIR)
+    assert shown.features[0, 0].tolist() != found.features[0, 0].tolist()
+
+
+def some_weights(refine):
+    """Return weights of two different models that reject nothing."""
+    weight = np.arange(N) + 1.0, np.where(OF_RIDGES, 0.0, 2.0 - np.arange(N))
+    limits = NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES)
+    first, second = (
+        ScoreModel(np.stack([np.zeros(N), np.ones(N), one, np.zeros(N)]), 2.0, *limits)
+        for one in weight
+    )
+    return ScoreWeights((first, second, second), {})
+
+
+@pytest.mark.parametrize("ridges", [True, False])
+@pytest.mark.parametrize("refine", [-np.inf, np.inf])
+def test_features_are_those_that_the_matcher_weighs(two_fingers, ridges, refine):
+    """Refined ones where all pass the refine threshold, those in coarse alignment where none do.
+
+    What is found by the ridges is compared in either case.
+    """
+    found = sample_of(two_fingers, EVERY_PAIR, ridges=ridges)
+    weights = some_weights(refine)
+    shown = two_fingers if ridges else of_templates(two_fingers, without_field)
+    pairs = ordered_pairs(shown)
+    aligned = [align(a, b, evidence_scorer(len(b), weights)) for a, b in pairs]
+    totals = [one[1].total for one in aligned if one]
+    assert len(totals) > 6
+    features = np.where(OF_RIDGES, 0.0, found.coarse) if refine == np.inf else found.features
+    by_ridges = found.features[:, OF_MATCHES:]
+    weight = weights.models[0 if ridges else 1].standard[2]
+    sums = 2.0 + np.concatenate([features, by_ridges], axis=1) @ weight
+    assert sorted(np.nanmax(sums, axis=1)) == pytest.approx(sorted(totals))
+
+
+def test_descriptors_and_strength_are_those_of_the_prints(two_fingers):
+    found = sample_of(two_fingers, EVERY_PAIR)
+    expected = [
+        [descriptor_similarity(a.bit_descriptors, b.bit_descriptors), min(len(a), len(b))]
+        for a, b in ordered_pairs(two_fingers)
+    ]
+    assert sum(found.nothing) == 0
+    assert sorted(found.descriptors.tolist()) == sorted(expected)
+    assert (found.strength >= 0).all()
+    assert found.strength[found.genuine].mean() > found.strength[~found.genuine].mean()

@@ -76,7 +76,7 @@ def serve(
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
-    from fpmatch.gallery.names import FVC_PATTERN, NamePattern
+    from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
     from fpmatch.web.server import bind_server
     from fpmatch.web.server import serve as serve_requests
     from fpmatch.web.settings import Settings

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.entry import EnrolmentRequest, Label, NewEntry
+from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.web.errors import RequestError

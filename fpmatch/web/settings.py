@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from fpmatch.engine.local import available_cores
-from fpmatch.gallery.names import FVC_PATTERN
+from fpmatch.gallery.entry import FVC_PATTERN
 
 
 @dataclass(frozen=True, slots=True)

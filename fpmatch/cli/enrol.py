@@ -64,7 +64,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 """
 )
 @click.argument("gallery")
-@files_argument("places", "FILE|DIR...")
+@files_argument("places", metavar="FILE|DIR...")
 @click.option(
     "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )

@@ -41,7 +41,7 @@ Examples:
 )
 @click.argument("p", metavar="[P.csv]", required=False, type=FILE)
 @click.argument("q", metavar="[Q.csv]", required=False, type=FILE)
-@output_option("FOLDER", "Folder for the pictures; made if missing.")
+@output_option(metavar="FOLDER", help="Folder for the pictures; made if missing.")
 @click.option(
     "--format",
     "file_format",

@@ -76,12 +76,8 @@ def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     them can be seen, ``visible``; and, where skin stretched, ``displacement``: ``step``, and the
     rows ``dx`` and ``dy`` of the nodes of a `fpmatch.synthesis.displacement.DisplacementField`,
     such that the point p of the image comes from ``transform.inverse().apply(p + (dx, dy))``.
-    Other keys are ignored.
-
-    Raises
-    ------
-    DatasetError
-        If a file is missing or malformed, or an impression is not in it.
+    Other keys are ignored. Raises a `DatasetError` if a file is missing or malformed, or an
+    impression is not in it.
     """
     folder = dataset.impressions[0].path.parent / TRUTH_FOLDER
     stems = [impression.path.stem for impression in dataset.impressions]

@@ -8,7 +8,7 @@ from PIL import Image
 
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.analysis import analyse, compare_matchers
-from fpmatch.evaluation.html.hardest import hardest_genuine, hardest_impostors
+from fpmatch.evaluation.html.hardest import hardest_pairs
 from fpmatch.evaluation.html.page import page as page_of
 from fpmatch.evaluation.html.page import prepare_page, write_page
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
@@ -112,8 +112,8 @@ def test_a_database_of_genuine_pairs_alone(options, make_database):
 def test_the_worst_come_first_and_each_print_once(options, database):
     report = evaluate([database], **options)
     (row,) = report.sets
-    for find, genuine in ((hardest_genuine, True), (hardest_impostors, False)):
-        worst = find(report, 4)
+    for genuine in (True, False):
+        worst = hardest_pairs(report, 4, genuine=genuine)
         values = [pair.similarity for pair in worst]
         assert values == sorted(values, reverse=not genuine)
         named = [name for pair in worst for name in (pair.probe, pair.reference)]
@@ -140,12 +140,12 @@ def test_the_worst_are_drawn_and_explained(tmp_path):
             noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
             Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
     report = evaluate([tmp_path], extractor=printed, workers=1)
-    (worst, *_) = hardest_impostors(report, 1)
+    (worst, *_) = hardest_pairs(report, 1, genuine=False)
     assert worst.picture[8:12] == b"WEBP"
     assert worst.score is not None
     assert worst.causes
     (tmp_path / worst.probe).unlink()
-    (again, *_) = hardest_impostors(report, 1)
+    (again, *_) = hardest_pairs(report, 1, genuine=False)
     assert again.picture == b""
     assert again.causes[-1].startswith("not drawn: ")
 

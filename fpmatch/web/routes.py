@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form, Response
 
@@ -15,6 +15,7 @@ from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
     Dpi,
+    Drawing,
     EnrolledPair,
     Matcher,
     OneReading,
@@ -25,9 +26,7 @@ from fpmatch.web.requests import (
     read_upload,
 )
 
-Responses = dict[int | str, dict[str, Any]]
-
-_ERRORS: Responses = {
+_ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": models.Error, "description": "The token is missing or wrong"},
     413: {"model": models.Error, "description": "A file is too large"},
     422: {"model": models.Error, "description": "A print cannot be read or used"},
@@ -35,11 +34,17 @@ _ERRORS: Responses = {
     504: {"model": models.Error, "description": "The work took too long and was stopped"},
 }
 _MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
-_FILE: Responses = {200: {"content": {"application/octet-stream": {}}}}
-_PICTURE: Responses = {200: {"content": {media: {} for media in _MEDIA.values()}}}
 
-PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
-SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
+
+def _content_of(*media: str) -> dict[str, Any]:
+    """Return what a route declares that returns a file of one of these media types."""
+    content: dict[str, Any] = {name: {} for name in media}
+    return {"response_class": Response, "responses": {200: {"content": content}}}
+
+
+_FILE: Final = _content_of("application/octet-stream")
+_PICTURE: Final = _content_of(*_MEDIA.values())
+
 LabelPart = Annotated[str, Form(max_length=200)]
 
 router = APIRouter(tags=["Prints"], responses=_ERRORS)
@@ -82,45 +87,23 @@ async def compare_enrolled(run: Run, prints: EnrolledPair) -> models.Shown:
     return models.Shown(**await run(pair.show_pair, prints))
 
 
-@router.post(
-    "/overlay",
-    summary="Draw one print, moved, over the other",
-    response_class=Response,
-    responses=_PICTURE,
-)
-async def overlay(
-    run: Run,
-    prints: UploadedPair,
-    file_format: PictureFormat = "png",
-    side_by_side: SideBySide = False,
-) -> Response:
+@router.post("/overlay", summary="Draw one print, moved, over the other", **_PICTURE)
+async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
     """Return the picture that `fpmatch overlay` writes."""
+    file_format, side_by_side = drawing
     content = await run(pair.draw_pair, prints, file_format, side_by_side)
     return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
 
 
 @gallery_router.post(
-    "/gallery/{number}/overlay",
-    summary="Draw a probe, moved, over one enrolled print",
-    response_class=Response,
-    responses=_PICTURE,
+    "/gallery/{number}/overlay", summary="Draw a probe, moved, over one enrolled print", **_PICTURE
 )
-async def overlay_enrolled(
-    run: Run,
-    prints: EnrolledPair,
-    file_format: PictureFormat = "png",
-    side_by_side: SideBySide = False,
-) -> Response:
+async def overlay_enrolled(run: Run, prints: EnrolledPair, drawing: Drawing) -> Response:
     """Return the picture that `/overlay` returns."""
-    return await overlay(run, prints, file_format, side_by_side)
+    return await overlay(run, prints, drawing)
 
 
-@router.post(
-    "/extract",
-    summary="Return the template of a print",
-    response_class=Response,
-    responses=_FILE,
-)
+@router.post("/extract", summary="Return the template of a print", **_FILE)
 async def extract(
     run: Run,
     settings: ServerSettings,

@@ -56,15 +56,6 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
     ------
     GalleryError
         If it is missing, no gallery, damaged, of another version, or cannot be reached.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
-    ...         len(gallery)
-    0
     """
     database = Database(where, create=create)
     try:

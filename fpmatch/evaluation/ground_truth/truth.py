@@ -56,16 +56,6 @@ class ImpressionTruth:
         return _placed(self.transform, self.displacement, points)
 
 
-def corresponding_points(
-    probe: ImpressionTruth, reference: ImpressionTruth, points: ArrayLike
-) -> NDArray[np.float64]:
-    """Map points (N, 2) of one impression to the same skin in another of the same finger.
-
-    The result is in pixels of the reference, maybe beyond its borders.
-    """
-    return reference.from_master(probe.to_master(points))
-
-
 def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     """Read the files ``truth/FFF.json`` that lie beside a database's prints, one a finger.
 

@@ -117,15 +117,9 @@ def extract_print(
 ) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or read from a template file.
 
-    `reader` reads the file (default: `PrintReader`).
-
-    Raises
-    ------
-    TemplateError, ImageReadError, ImageError
-        If it cannot be read, cannot contain a fingerprint, has no minutiae, or contains several
-        prints.
-    QualityError
-        If the quality of an image, 0 to 100, is below `min_quality`; templates are not graded.
+    `reader` reads the file (default: `PrintReader`). Raises TemplateError, ImageReadError or
+    ImageError if it cannot be read, cannot contain a fingerprint, has no minutiae, or contains
+    several prints; QualityError if the quality of an image, 0 to 100, is below `min_quality`.
     """
     found = (reader or PrintReader())(file.path)
     if isinstance(found, TemplateRecord) and len(found.views) > 1:

@@ -54,9 +54,9 @@ def test_an_item_that_is_refused_stops_nothing(workers):
 
 def test_items_are_drawn_as_they_are_needed_and_other_errors_come_through():
     drawn = count()
-    attempts = attempt_each(serial(), halve, drawn, items_per_chunk=3)
+    attempts = attempt_each(serial(), halve, drawn)
     assert [item for item, _ in islice(attempts, 4)] == [0, 1, 2, 3]
-    assert next(drawn) == 6
+    assert next(drawn) == 4
     with pytest.raises(ValueError, match="10"):
         list(attempts)
     assert list(results_of_each(serial(), halve, [4, 1, 0])) == [2, None, 0]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
-    from fpmatch.matching.result import Compared, Verification
+    from fpmatch.matching.result import Verification
     from fpmatch.pointset.similarity import Similarity
     from fpmatch.scale import ScaleMeasurement
 
@@ -64,11 +64,19 @@ def as_rows(
     rows.append(("Minutiae", f"{pairs} among {sides}"))
     if found.transform is not None:
         paired = f"{found.agreement:.0%} of the minutiae where the prints overlap are paired"
-        area = "" if found.compared is None else f", {found.compared.area_mm2:.0f} mm2"
+        overlap = f"{found.overlap:.0%} of the smaller print"
+        ridges = []
+        if (c := found.compared) is not None:
+            overlap += f", {c.area_mm2:.0f} mm2"
+            words = "not compared"
+            if c.ridge_agreement is not None:
+                words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm2, about "
+                words += f"{c.ridge_score:+.1f}{' of the score' if scored else ''}"
+            ridges = [("Ridges", words)]
         rows += [
             ("Agreement", paired),
-            ("Overlap", f"{found.overlap:.0%} of the smaller print{area}"),
-            *_ridge_rows(found.compared, scored=scored),
+            ("Overlap", overlap),
+            *ridges,
             ("Transform", transform_in_words(found.transform)),
             ("Residual", f"{found.rms_px:.1f} px rms"),
         ]
@@ -81,16 +89,6 @@ def as_rows(
         words = _scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     return rows
-
-
-def _ridge_rows(compared: Compared | None, *, scored: bool) -> list[tuple[str, str]]:
-    """Return how well the ridges agree, on what area, and how much they add to the score."""
-    if compared is None:
-        return []
-    if compared.ridge_agreement is None:
-        return [("Ridges", "not compared")]
-    agreement = f"agreement {compared.ridge_agreement:.2f} on {compared.ridge_area_mm2:.0f} mm2"
-    return [("Ridges", f"{agreement}, about {compared.ridge_score:+.1f}{' of the score' * scored}")]
 
 
 def as_dict(

@@ -31,8 +31,8 @@ Examples:
   fpmatch verify probe.tif reference.tif --calibration calibration.json
 """
 )
-@files_argument("sources", "SCORES|DIR...")
-@output_option("OUT.json", "Where to write the calibration.")
+@files_argument("sources", metavar="SCORES|DIR...")
+@output_option(metavar="OUT.json", help="Where to write the calibration.")
 @click.option("--matcher", default=DEFAULT_MATCHER, help="Matcher to calibrate.")
 @json_option
 @workers_option

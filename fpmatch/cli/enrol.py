@@ -64,7 +64,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 """
 )
 @click.argument("gallery")
-@files_argument("places", "FILE|DIR...")
+@files_argument("places", metavar="FILE|DIR...")
 @click.option(
     "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )
@@ -112,8 +112,8 @@ def enrol(
     with fast_imports():
         from fpmatch.engine.engine import processes
         from fpmatch.gallery import enrol as work
+        from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
         from fpmatch.gallery.gallery import open_gallery
-        from fpmatch.gallery.names import FVC_PATTERN, NamePattern
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
         from fpmatch.reading import PrintReader
 

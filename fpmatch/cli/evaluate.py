@@ -93,7 +93,7 @@ Exit status: 0 when every image (and, with --crop, every square) gave a template
 not (a note on stderr names each), 2 when the run could not be done.
 """,
 )
-@files_argument("folders", "DIR...")
+@files_argument("folders", metavar="DIR...")
 @click.option(
     "--protocol",
     type=click.Choice(["extended", "fvc"]),
@@ -108,17 +108,17 @@ not (a note on stderr names each), 2 when the run could not be done.
     help="Matcher to evaluate; repeatable, or all, to compare several side by side.",
 )
 @enhance_option
-@file_option("--scores", "OUT.csv", "Write every comparison to a CSV file.")
+@file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
 @file_option(
     "--report",
-    "DIR",
-    "Write index.html there: tables, DET and other curves, and drawings of the hardest pairs.",
     "report_folder",
+    metavar="DIR",
+    help="Write index.html there: tables, DET and other curves, and drawings of the hardest pairs.",
 )
 @file_option(
     "--baseline",
-    "SCORES.csv",
-    "Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch score.",
+    metavar="SCORES.csv",
+    help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch score.",
 )
 @click.option(
     "--bootstrap",
@@ -154,9 +154,9 @@ not (a note on stderr names each), 2 when the run could not be done.
 )
 @file_option(
     "--impostors",
-    "DIR",
-    "With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
+    metavar="DIR",
     multiple=True,
+    help="With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @workers_option

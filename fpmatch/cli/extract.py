@@ -68,8 +68,8 @@ Quality:
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
 """
 )
-@files_argument("images", "IMAGE...")
-@output_option("DIR", "Folder for the templates; made if missing.")
+@files_argument("images", metavar="IMAGE...")
+@output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option(
     "--format",
     "file_format",

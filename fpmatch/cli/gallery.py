@@ -206,7 +206,7 @@ Examples:
 """
 )
 @_ARGUMENT
-@output_option("DIR", "Folder for the templates; made if missing.")
+@output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option("--subject", metavar="NAME", help="Write those of this subject only.")
 @click.option(
     "--format",

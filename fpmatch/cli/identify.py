@@ -87,7 +87,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 """,
 )
 @click.argument("gallery")
-@files_argument("probes", "PROBE...")
+@files_argument("probes", metavar="PROBE...")
 @click.option(
     "-k", "count", metavar="N", type=FROM_1, default=10, help="List N candidates at most."
 )
@@ -118,7 +118,11 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 @polarity_option
 @raw_option
 @matcher_option
-@file_option("--calibration", "FILE", "Score as fitted by fpmatch calibrate to prints of your own.")
+@file_option(
+    "--calibration",
+    metavar="FILE",
+    help="Score as fitted by fpmatch calibrate to prints of your own.",
+)
 @click.option(
     "--candidate-list",
     "candidate_list",

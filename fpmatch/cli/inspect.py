@@ -26,7 +26,7 @@ Examples:
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
 """
 )
-@files_argument("files", "FILE...")
+@files_argument("files", metavar="FILE...")
 @raw_option
 @json_array_option
 def inspect(files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,8 +11,6 @@ import click
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from fpmatch.image.io.raw import RawSize
 
 # Of fpmatch.image.quality.polarity and fpmatch.image.enhancement.enhancers, which import OpenCV.
@@ -34,28 +33,14 @@ def image_size(text: str) -> RawSize:
         raise click.BadParameter(str(error)) from error
 
 
-def file_option(
-    flag: str, metavar: str, text: str, *names: str, **attrs: Any
-) -> Callable[[Any], Any]:
-    """Return an option for the path of a file or folder, with `text` as its help."""
-    return click.option(flag, *names, metavar=metavar, type=FILE, help=text, **attrs)
-
-
-def output_option(metavar: str, text: str) -> Callable[[Any], Any]:
-    """Return the option for the path of what a command writes."""
-    return file_option("-o", metavar, text, "--output", required=True)
-
-
-def files_argument(name: str, metavar: str) -> Callable[[Any], Any]:
-    """Return an argument for the paths of one or more files and folders."""
-    return click.argument(name, metavar=metavar, nargs=-1, required=True, type=FILE)
-
-
 def old_names(**names: str) -> dict[str, Any]:
     """Return context settings with which a command accepts old names of options, without dashes."""
     return {"token_normalize_func": lambda name: names.get(name, name)}
 
 
+file_option: Final = partial(click.option, type=FILE)
+output_option: Final = partial(file_option, "-o", "--output", required=True)
+files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
 raw_option: Final = click.option(
     "--raw",
     metavar="WxH",

@@ -24,7 +24,7 @@ Exit status: 0 when the picture is written, whatever the decision; 2 on bad inpu
 """
 )
 @pair_options()
-@output_option("OUT.png|.svg", "Where to write the picture.")
+@output_option(metavar="OUT.png|.svg", help="Where to write the picture.")
 @click.option("--side-by-side", is_flag=True, help="Draw the prints beside each other.")
 def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
     """Draw PROBE, moved by the recovered transform, over REFERENCE.

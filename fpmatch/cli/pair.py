@@ -55,8 +55,8 @@ _OPTIONS: Final = (
     ),
     file_option(
         "--calibration",
-        "FILE",
-        "Score as fitted by fpmatch calibrate.  [default: that of the package]",
+        metavar="FILE",
+        help="Score as fitted by fpmatch calibrate.  [default: that of the package]",
     ),
     polarity_option,
     enhance_option,

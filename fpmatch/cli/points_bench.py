@@ -81,9 +81,11 @@ Examples:
     default=1,
     help="Processes to use. More slow each other down: only times of one cell are comparable.",
 )
-@file_option("--json", "FILE", "Write the results as JSON, after each cell.", "json_file")
+@file_option(
+    "--json", "json_file", metavar="FILE", help="Write the results as JSON, after each cell."
+)
 @click.option("--resume", is_flag=True, help="Continue the file of --json.")
-@file_option("--plot", "FILE", "Plot time against n into a .png, .svg or .pdf.")
+@file_option("--plot", metavar="FILE", help="Plot time against n into a .png, .svg or .pdf.")
 @click.option("--markdown", is_flag=True, help="Print the tables in Markdown.")
 def points_bench(
     trials: int | None,

@@ -41,7 +41,7 @@ Examples:
 )
 @click.argument("p", metavar="[P.csv]", required=False, type=FILE)
 @click.argument("q", metavar="[Q.csv]", required=False, type=FILE)
-@output_option("FOLDER", "Folder for the pictures; made if missing.")
+@output_option(metavar="FOLDER", help="Folder for the pictures; made if missing.")
 @click.option(
     "--format",
     "file_format",
@@ -123,12 +123,12 @@ def _pair(
         if y_axis is not None:
             raise click.UsageError("--y-axis has no use where the sets are random")
         return random_point_pair(chosen)
+    if q is not None and seed is not None:
+        raise click.UsageError("--seed has no use where both sets are given")
     points, of_image = _points(p)
     y_down = of_image if y_axis is None else y_axis == "down"
     if q is None:
         return rotated_point_pair(points, str(p), chosen, y_down=y_down)
-    if seed is not None:
-        raise click.UsageError("--seed has no use where both sets are given")
     others, both = _points(q)
     if y_axis is None and of_image != both:
         raise click.UsageError("one file is a template, the other is not: --y-axis must be given")

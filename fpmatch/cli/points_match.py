@@ -115,9 +115,11 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     show_default=False,
     help="One JSON object (default), or text.",
 )
-@file_option("--plot", "OUT.png|.svg", "Draw P, moved by the transform, on Q.")
+@file_option("--plot", metavar="OUT.png|.svg", help="Draw P, moved by the transform, on Q.")
 @file_option(
-    "--pairs", "OUT.csv", "Write a row a pair: its rows in P and Q, both points, their distance."
+    "--pairs",
+    metavar="OUT.csv",
+    help="Write a row a pair: its rows in P and Q, both points, their distance.",
 )
 def points_match(
     p: Path,

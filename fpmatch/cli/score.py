@@ -85,23 +85,25 @@ are rows with the reason), 2 when the run could not be done.
     "--references", metavar=_SIDE, required=True, help="Folder of prints, or gallery (file or URL)."
 )
 @click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
-@output_option("OUT.csv|.parquet", "File of scores; Parquet needs fpmatch[parquet].")
+@output_option(metavar="OUT.csv|.parquet", help="File of scores; Parquet needs fpmatch[parquet].")
 @file_option(
     "--pairs",
-    "LIST.csv",
-    "Score these pairs only: columns probe and reference.  [default: all]",
+    metavar="LIST.csv",
+    help="Score these pairs only: columns probe and reference.  [default: all]",
 )
 @click.option(
     "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
 )
 @file_option(
     "--fingers",
-    "FILE.csv",
-    "Write the score of each probe with each finger of the references, too.",
+    metavar="FILE.csv",
+    help="Write the score of each probe with each finger of the references, too.",
 )
 @matcher_option
 @file_option(
-    "--calibration", "FILE", "Score as fitted by fpmatch calibrate.  [default: the matcher's own]"
+    "--calibration",
+    metavar="FILE",
+    help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
 )
 @click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
 @polarity_option

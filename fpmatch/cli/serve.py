@@ -117,8 +117,12 @@ def serve(
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
+<<<<<<< HEAD
     from fpmatch.gallery.names import FVC_PATTERN, NamePattern
     from fpmatch.web.access import load_clients
+=======
+    from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
+>>>>>>> origin/main
     from fpmatch.web.server import bind_server
     from fpmatch.web.server import serve as serve_requests
     from fpmatch.web.settings import Limits, Settings

@@ -25,7 +25,7 @@ Examples:
 """
 )
 @click.argument("image", type=FILE)
-@output_option("DIR", "Folder for the pictures; made if missing.")
+@output_option(metavar="DIR", help="Folder for the pictures; made if missing.")
 @click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
 @polarity_option
 @enhance_option

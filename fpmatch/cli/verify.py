@@ -40,9 +40,9 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 @click.option("--finger", metavar="F", help="The claimed finger.  [default: any of the subject]")
 @file_option(
     "--overlay",
-    "OUT.png|.svg",
-    "Draw the probe, moved by the recovered transform, over the reference.",
     "overlay_file",
+    metavar="OUT.png|.svg",
+    help="Draw the probe, moved by the recovered transform, over the reference.",
 )
 @json_option
 def verify(

@@ -76,11 +76,7 @@ class Attempt(Generic[Result]):
 
 
 def attempt_each(
-    engine: Engine,
-    work: Callable[[Item], Result],
-    items: Iterable[Item],
-    *,
-    items_per_chunk: int = ITEMS_PER_CHUNK,
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item]
 ) -> Generator[tuple[Item, Attempt[Result]], None, None]:
     """Yield each item with what the work on it gave; an item that is refused stops nothing.
 
@@ -97,7 +93,7 @@ def attempt_each(
 
     def chunks() -> Iterator[list[Item]]:
         iterator = iter(items)
-        while chunk := list(islice(iterator, items_per_chunk)):
+        while chunk := list(islice(iterator, ITEMS_PER_CHUNK)):
             sent.append(chunk)
             yield chunk
 

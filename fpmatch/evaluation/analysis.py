@@ -5,16 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.evaluation import tables
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.evaluation.intervals import rate_intervals
 from fpmatch.evaluation.run_comparison import compare_runs
 from fpmatch.evaluation.scores import choose_matcher, scores_of
-from fpmatch.evaluation.tables import (
-    format_comparison,
-    format_intervals,
-    format_matchers,
-    format_report,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,11 +37,11 @@ class Analysis:
 
     def as_text(self) -> str:
         """Return everything as tables of text."""
-        parts = [format_report(self.report)]
+        parts = [tables.format_report(self.report)]
         if self.intervals is not None:
-            parts.append(format_intervals(self.report, self.intervals))
+            parts.append(tables.format_intervals(self.report, self.intervals))
         if self.baseline is not None:
-            parts.append(format_comparison(self.baseline, self.baseline_name))
+            parts.append(tables.format_comparison(self.baseline, self.baseline_name))
         return "\n\n".join(parts)
 
 
@@ -106,7 +101,7 @@ def text_of(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] =
     return "\n\n".join(
         [
             *(f"matcher {one.report.matcher}\n{one.as_text()}" for one in analyses),
-            format_matchers([one.report for one in analyses]),
-            *(format_comparison(comparison, first) for comparison in comparisons),
+            tables.format_matchers([one.report for one in analyses]),
+            *(tables.format_comparison(comparison, first) for comparison in comparisons),
         ]
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.random import default_rng
@@ -40,9 +40,8 @@ class Enrolment:
             raise DatasetError(f"at least 1 impression must be enrolled, not {self.count}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EnrolmentPlan:
-    """Hold the pairs of each probe with each enrolled finger, within one database.
+class EnrolmentPlan(NamedTuple):
+    """The pairs of each probe with each enrolled finger, within one database.
 
     The first enrolled impression of a finger represents it, and maps to all of them in `enrolled`.
     """

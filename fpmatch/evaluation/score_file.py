@@ -61,12 +61,8 @@ def failure_reason(probe: str, reference: str) -> str:
 def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> None:
     """Write all comparisons of evaluations, one a matcher, with `COLUMNS` and `DETAILS`.
 
-    ``reason`` is empty where `fpmatch.verify` decides by default that the prints match.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written; it appears whole or not at all.
+    ``reason`` is empty where `fpmatch.verify` decides by default that the prints match. The file
+    appears whole or not at all; an `OutputError` is raised if it cannot be written.
     """
     check_writable(path)
     with atomic_write(path) as stream:

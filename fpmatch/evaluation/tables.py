@@ -36,13 +36,7 @@ _LEAST_P: Final = 0.0001
 
 
 def percent(rate: float | None) -> str:
-    """Write a rate in percent, "-" where there is none.
-
-    Examples
-    --------
-    >>> percent(0.0123), percent(None)
-    ('1.23 %', '-')
-    """
+    """Write a rate in percent, "-" where there is none."""
     return "-" if rate is None else f"{100 * rate:.2f} %"
 
 

@@ -68,7 +68,7 @@ def is_iso_2011(data: bytes) -> bool:
         if length < FEWEST_VIEW_BYTES or reader.at - 4 + length > declared:
             return False
         reader.at += length - 4
-    return reader.at == declared
+    return bool(reader.at == declared)
 
 
 def _read_view(reader: fmr.RecordReader, *, certified: bool) -> View:

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, GalleryError, TemplateError
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
@@ -100,7 +101,7 @@ def unpack_template(data: bytes) -> Template:
     if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(data[: -_CRC.size]):
         raise TemplateError("packed template is damaged")
     try:
-        return _unpack(_Reader(data[: -_CRC.size]))
+        return _unpack(ByteReader(data[: -_CRC.size], TemplateError))
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
 
@@ -114,51 +115,32 @@ def unpack_entry(data: bytes, number: int, gallery: str) -> Template:
         raise GalleryError(why, path=gallery, code="damaged") from error
 
 
-class _Reader:
-    """Take numbers off the front of some bytes."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data, self._at = data, 0
-
-    def numbers(self, form: struct.Struct) -> tuple[Any, ...]:
-        start, self._at = self._at, self._at + form.size
-        return form.unpack_from(self._data, start)
-
-    def octets(self, count: int) -> NDArray[np.uint8]:
-        start, self._at = self._at, self._at + count
-        return np.frombuffer(self._data, np.uint8, count, start)
-
-    def column(self, count: int, width: int) -> Ints:
-        """Return `count` numbers of `width` bits each."""
-        octets = self.octets(-(-count * width // 8))
-        bits = np.unpackbits(octets, count=count * width).reshape(count, width)
-        return bits @ (1 << np.arange(width - 1, -1, -1, dtype=np.int64))
-
-    def finish(self) -> None:
-        if self._at != len(self._data):
-            raise TemplateError("it has too many bytes")
+def _column(reader: ByteReader, count: int, width: int) -> Ints:
+    """Read `count` numbers of `width` bits each."""
+    octets = np.frombuffer(reader.take(-(-count * width // 8)), np.uint8)
+    bits = np.unpackbits(octets, count=count * width).reshape(count, width)
+    return bits @ (1 << np.arange(width - 1, -1, -1, dtype=np.int64))
 
 
-def _unpack(reader: _Reader) -> Template:
-    head = reader.numbers(_HEAD)
+def _unpack(reader: ByteReader) -> Template:
+    head = _HEAD.unpack(reader.take(_HEAD.size))
     _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
     if content > KNOWN[version]:
         raise TemplateError("it contains unknown data")
     dpi = dpi_units / _DPI_UNITS
     zoom = STANDARD_DPI / dpi if dpi else 1.0
-    x, y = reader.column(count, bits_x) + least_x, reader.column(count, bits_y) + least_y
-    angle, kind, quality = (
-        reader.column(count, bits) for bits in (ANGLE_BITS, KIND_BITS, QUALITY_BITS)
-    )
+    widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    x, y, angle, kind, quality = (_column(reader, count, width) for width in widths)
     minutiae = Minutiae(
-        x=((x + 0.5) / zoom - 0.5).astype(np.float32),
-        y=((y + 0.5) / zoom - 0.5).astype(np.float32),
+        x=((x + least_x + 0.5) / zoom - 0.5).astype(np.float32),
+        y=((y + least_y + 0.5) / zoom - 0.5).astype(np.float32),
         angle=(angle * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32),
         kind=kind.astype(np.uint8),
         quality=quality.astype(np.uint8),
     )
     field = _unpack_field(reader, zoom, ridged=content == RIDGES) if content else None
-    reader.finish()
+    if reader.left:
+        raise TemplateError("it has too many bytes")
     return Template(minutiae, width, height, dpi, field)
 
 
@@ -184,20 +166,20 @@ def _pack_field(field: RidgeField, zoom: float) -> bytes:
     return head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS) + ridges
 
 
-def _unpack_field(reader: _Reader, zoom: float, *, ridged: bool) -> RidgeField:
-    step, rows, columns, top, left, height, width = reader.numbers(_FIELD)
+def _unpack_field(reader: ByteReader, zoom: float, *, ridged: bool) -> RidgeField:
+    step, rows, columns, top, left, height, width = _FIELD.unpack(reader.take(_FIELD.size))
     if rows * columns > _MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
     mask = np.zeros((rows, columns), bool)
-    box = reader.column(height * width, 1).astype(bool).reshape(height, width)
+    box = _column(reader, height * width, 1).astype(bool).reshape(height, width)
     mask[top : top + height, left : left + width] = box
     orientation = np.zeros((rows, columns), np.float32)
-    steps = reader.column(int(np.count_nonzero(mask)), ORIENTATION_BITS)
+    steps = _column(reader, int(np.count_nonzero(mask)), ORIENTATION_BITS)
     orientation[mask] = steps * (np.pi / 2**ORIENTATION_BITS)
     ridges = None
     if ridged:
         ridges = np.zeros((rows, columns), np.uint64)
-        ridges[mask] = reader.octets(8 * len(steps)).view(">u8")
+        ridges[mask] = np.frombuffer(reader.take(8 * len(steps)), ">u8")
     return RidgeField(step / zoom, orientation, mask, ridges)
 
 

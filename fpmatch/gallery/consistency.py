@@ -79,8 +79,6 @@ def check_fingers(
     gallery: Gallery,
     *,
     subjects: Collection[str] | None = None,
-    matcher: str | Matcher = DEFAULT_MATCHER,
-    calibration: Calibration | None = None,
     progress: Progress = no_progress,
 ) -> Iterator[FingerCheck]:
     """Compare the impressions of each finger with each other; yield fingers by first entry.
@@ -90,13 +88,10 @@ def check_fingers(
     they form many pairs. Of more than 64 impressions, all are compared with 64 spread over them.
     Fingers with one impression are left out.
 
-    Only fingers of `subjects` are checked (default: all). `calibration` turns the similarities of
-    the matcher into scores (default: that of the package); `progress` is called with stage "check"
-    and numbers of impressions. Raises GalleryError if the gallery cannot be read, MatcherError if
-    the matcher is unknown or not calibrated.
+    Only fingers of `subjects` are checked (default: all). `progress` is called with stage "check"
+    and numbers of impressions. Raises GalleryError if the gallery cannot be read.
     """
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    curve = load_calibration(chosen.name) if calibration is None else calibration
+    matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
     fingers: dict[Label, list[Entry]] = {}
     for entry in gallery.entries():
         if subjects is None or entry.label.subject in subjects:
@@ -105,7 +100,7 @@ def check_fingers(
     done, total = 0, sum(map(len, several))
     progress("check", 0, total)
     for entries in several:
-        yield _check(gallery, entries, chosen, curve)
+        yield _check(gallery, entries, matcher, curve)
         done += len(entries)
         progress("check", done, total)
 

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.gallery.consistency import refuse_disagreeing
-from fpmatch.gallery.entry import EnrolmentRequest, Failure, NewEntry
-from fpmatch.gallery.names import NamePattern, as_text
+from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry, as_text
 from fpmatch.gallery.prints import ExtractedPrint, PrintFile, extract_print, folder_reader
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
@@ -66,7 +65,7 @@ def enrol(
     prints : sequence of PrintFile
         From `find_prints`.
     pattern : NamePattern, optional
-        Gets subject, finger and impression from paths (default: FVC's names).
+        Gets labels from paths (default: FVC's names).
     engine : Engine, optional
         Where templates are extracted (default: all cores); its workers must see the files.
     extractor : callable

@@ -56,15 +56,6 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
     ------
     GalleryError
         If it is missing, no gallery, damaged, of another version, or cannot be reached.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
-    ...         len(gallery)
-    0
     """
     database = Database(where, create=create)
     try:
@@ -116,12 +107,11 @@ class Gallery:
             sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
         ).select_from(ENTRY)
         with self.database.reading() as connection:
-            return GallerySummary(
-                int(connection.scalar(sa.select(GALLERY.c.version)) or 0),
-                *map(int, connection.execute(totals).one()),
-                {float(dpi): int(count) for dpi, count in connection.execute(by_dpi)},
-                int(connection.scalar(_COUNT.select_from(FAILURE)) or 0),
-            )
+            version = int(connection.scalar(sa.select(GALLERY.c.version)) or 0)
+            impressions, subjects, minutiae, size = map(int, connection.execute(totals).one())
+            dpi = {float(dpi): int(count) for dpi, count in connection.execute(by_dpi)}
+            failures = int(connection.scalar(_COUNT.select_from(FAILURE)) or 0)
+        return GallerySummary(version, impressions, subjects, minutiae, size, dpi, failures)
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
@@ -141,7 +131,7 @@ class Gallery:
             conflicts = _conflicts_in_order(connection, new, packed)
             judged = list(zip(new, packed, conflicts, strict=True))
             rows = [_row(entry, template) for entry, template, no in judged if no is None]
-            sources = [one.source for one in (*new, *failures)]
+            sources = [*(e.source for e in new), *(f.source for f in failures)]
             for k in range(0, len(sources), ROWS_PER_READ):
                 part = sources[k : k + ROWS_PER_READ]
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))

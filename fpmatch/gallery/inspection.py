@@ -37,33 +37,8 @@ class InspectedImage:
 
 
 @dataclass(frozen=True, slots=True)
-class InspectedPrint:
-    """Hold properties of one print of a template file; None where they are unknown.
-
-    Width and height are those of the box around the minutiae unless `size_known`. Qualities are 0
-    to 100, that of the minutiae a mean. `extended` names kinds of extended data, and `fields` holds
-    other data in the file.
-    """
-
-    width: int
-    height: int
-    size_known: bool
-    dpi: float | None
-    minutiae: int
-    endings: int
-    bifurcations: int
-    finger: str
-    impression: str
-    quality: int | None
-    minutia_quality: float | None
-    ridge_field: bool
-    extended: tuple[str, ...]
-    fields: dict[str, str]
-
-
-@dataclass(frozen=True, slots=True)
 class Inspection:
-    """Hold the content of a file: its format, short and in full, its image and its templates.
+    """Hold the content of a file: its format, short and in full, its image and its prints.
 
     `notes` are anomalies, and data that were skipped.
     """
@@ -72,7 +47,7 @@ class Inspection:
     format: str
     title: str
     image: InspectedImage | None = None
-    prints: tuple[InspectedPrint, ...] = ()
+    prints: tuple[dict[str, Any], ...] = ()
     notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
@@ -84,7 +59,8 @@ class Inspection:
         parts = [self.title, *_prints_as_text(self.prints)]
         if self.image is not None:
             prefix = "image of " if self.prints else ""
-            parts += [f"{prefix}{_size(self.image)}", _dpi(self.image.dpi)]
+            size = _size(self.image.width, self.image.height)
+            parts += [prefix + size, _dpi(self.image.dpi)]
             if self.image.quality is not None:
                 parts.append(str(self.image.quality))
         notes = (*self.notes, *(self.image.notes if self.image else ()))
@@ -96,10 +72,7 @@ def inspect_file(
 ) -> Inspection:
     """Find out what a file, an image or a template, contains, by its content, whatever its name.
 
-    Raises
-    ------
-    TemplateError, ImageReadError, ImageError
-        If it is no such file, or damaged.
+    Raises TemplateError, ImageReadError or ImageError if it is no such file, or damaged.
     """
     if not is_template_file(path):
         image = image_reader(Path(path))
@@ -116,7 +89,7 @@ def inspect_file(
         record.format,
         codec_of_name(record.format).title,
         picture,
-        tuple(_print(view) for view in record.views),
+        tuple(map(_print, record.views)),
         notes,
     )
 
@@ -134,28 +107,34 @@ def _image(image: GreyImage) -> InspectedImage:
     return InspectedImage(width, height, image.dpi, notes, quality)
 
 
-def _print(view: View) -> InspectedPrint:
+def _print(view: View) -> dict[str, Any]:
+    """Return properties of one print of a template file, None where they are unknown.
+
+    Width and height are those of the box around the minutiae unless ``size_known``. Qualities are 0
+    to 100, that of the minutiae a mean.
+    """
     template, minutiae = view.template, view.template.minutiae
     graded = view.quality_known and len(minutiae) > 0
-    return InspectedPrint(
-        template.width,
-        template.height,
-        view.size_known,
-        template.dpi if view.dpi_known else None,
-        len(minutiae),
-        int(np.count_nonzero(minutiae.kind == MinutiaKind.ENDING)),
-        int(np.count_nonzero(minutiae.kind == MinutiaKind.BIFURCATION)),
-        FINGERS[view.finger] if view.finger < len(FINGERS) else f"position {view.finger}",
-        IMPRESSIONS.get(view.impression, f"impression type {view.impression}"),
-        view.quality,
-        round(float(np.mean(minutiae.quality)), 1) if graded else None,
-        template.field is not None,
-        tuple(extended_kinds(view.extended)),
-        dict(view.fields),
-    )
+    known_finger = view.finger < len(FINGERS)
+    return {
+        "width": template.width,
+        "height": template.height,
+        "size_known": view.size_known,
+        "dpi": template.dpi if view.dpi_known else None,
+        "minutiae": len(minutiae),
+        "endings": int(np.count_nonzero(minutiae.kind == MinutiaKind.ENDING)),
+        "bifurcations": int(np.count_nonzero(minutiae.kind == MinutiaKind.BIFURCATION)),
+        "finger": FINGERS[view.finger] if known_finger else f"position {view.finger}",
+        "impression": IMPRESSIONS.get(view.impression, f"impression type {view.impression}"),
+        "quality": view.quality,
+        "minutia_quality": round(float(np.mean(minutiae.quality)), 1) if graded else None,
+        "ridge_field": template.field is not None,
+        "extended": tuple(extended_kinds(view.extended)),
+        "fields": dict(view.fields),
+    }
 
 
-def _prints_as_text(prints: tuple[InspectedPrint, ...]) -> list[str]:
+def _prints_as_text(prints: tuple[dict[str, Any], ...]) -> list[str]:
     """Return what all prints have in common, then what differs, separated by bars."""
     rows = list(zip(*map(_print_parts, prints), strict=True))
     shared = [row[0] for row in rows if len(set(row)) == 1 and row[0]]
@@ -166,38 +145,35 @@ def _prints_as_text(prints: tuple[InspectedPrint, ...]) -> list[str]:
     return [*shared, f"{len(prints)} prints" + (f": {' | '.join(each)}" if own else "")]
 
 
-def _print_parts(print_: InspectedPrint) -> Iterator[str]:
+def _print_parts(p: dict[str, Any]) -> Iterator[str]:
     """Yield the parts of the text about a print, always as many, "" for nothing."""
-    yield _size(print_) if print_.size_known else "size unknown"
-    yield _dpi(print_.dpi)
-    yield "" if print_.finger == FINGERS[0] else print_.finger
-    yield "" if print_.impression == IMPRESSIONS[0] else print_.impression
-    yield _minutiae_as_text(print_)
-    yield "" if print_.quality is None else f"quality {print_.quality}"
-    yield "" if print_.minutia_quality is not None else "no quality of minutiae"
-    yield "ridge field" if print_.ridge_field else ""
-    yield " and ".join(print_.extended)
-    yield ", ".join(f"{name} {value}" for name, value in print_.fields.items())
+    yield _size(p["width"], p["height"]) if p["size_known"] else "size unknown"
+    yield _dpi(p["dpi"])
+    yield "" if p["finger"] == FINGERS[0] else p["finger"]
+    yield "" if p["impression"] == IMPRESSIONS[0] else p["impression"]
+    yield _minutiae(p["minutiae"], p["endings"], p["bifurcations"])
+    yield "" if p["quality"] is None else f"quality {p['quality']}"
+    yield "" if p["minutia_quality"] is not None else "no quality of minutiae"
+    yield "ridge field" if p["ridge_field"] else ""
+    yield " and ".join(p["extended"])
+    yield ", ".join(f"{name} {value}" for name, value in p["fields"].items())
 
 
-def _minutiae_as_text(print_: InspectedPrint) -> str:
+def _minutiae(count: int, endings: int, bifurcations: int) -> str:
     """Return the number of minutiae, and of each kind where any is known."""
-    count, endings, bifurcations = print_.minutiae, print_.endings, print_.bifurcations
-    if not count:
-        return "no minutiae"
-    total = f"{count} minutia{'e' if count > 1 else ''}"
-    if not endings + bifurcations:
-        return total
-    kinds = [
-        f"{endings} ending{'s' if endings > 1 else ''}" if endings else "",
-        f"{bifurcations} bifurcation{'s' if bifurcations > 1 else ''}" if bifurcations else "",
-        f"{other} other" if (other := count - endings - bifurcations) else "",
-    ]
-    return f"{total} ({', '.join(filter(None, kinds))})"
+    other = count - endings - bifurcations
+    kinds = [_count(endings, "ending"), _count(bifurcations, "bifurcation")]
+    kinds += [f"{other} other"] if other else []
+    by_kind = f" ({', '.join(filter(None, kinds))})" if other < count else ""
+    return (_count(count, "minutia", "e") or "no minutiae") + by_kind
 
 
-def _size(thing: InspectedImage | InspectedPrint) -> str:
-    return f"{thing.width} x {thing.height} px"
+def _count(number: int, one: str, more: str = "s") -> str:
+    return f"{number} {one}{more if number > 1 else ''}" if number else ""
+
+
+def _size(width: int, height: int) -> str:
+    return f"{width} x {height} px"
 
 
 def _dpi(dpi: float | None) -> str:

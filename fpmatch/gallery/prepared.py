@@ -158,14 +158,15 @@ def _prepare_all(
     engine: Engine,
     progress: Progress,
 ) -> PackedTemplates:
-    total = len(templates)
+    done, total = 0, len(templates)
     chunks = [templates[k : k + PRINTS_PER_CHUNK] for k in range(0, total, PRINTS_PER_CHUNK)]
     parts: list[PackedTemplates] = []
-    progress("prepare", 0, total)
+    progress("prepare", done, total)
     with engine, closing(engine.map(_prepare, (name, matcher), chunks)) as results:
         for part in results:
             parts.append(part)
-            progress("prepare", sum(map(len, parts)), total)
+            done += len(part)
+            progress("prepare", done, total)
     return PackedTemplates.concatenate(parts)
 
 

@@ -61,14 +61,9 @@ def find_prints(
 ) -> list[PrintFile]:
     """Find the prints of some files and folders, each once, those of a folder by name.
 
-    Parameters
-    ----------
-    places : iterable of path-like
-        Files, and folders: their images or, where a folder has none, its templates. Of templates
-        whose names differ in the suffix only, one is taken: JSON before CSV before others.
-    dpi : float, optional
-        Resolution of them all (default: that in the ``dataset.toml`` beside a file, else the
-        file's own).
+    Those of a folder are its images or, where it has none, its templates; of templates whose names
+    differ in the suffix only, one is taken: JSON before CSV before others. `dpi` is the resolution
+    of all (default: that in the ``dataset.toml`` beside a file, else the file's own).
 
     Raises
     ------
@@ -122,15 +117,9 @@ def extract_print(
 ) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or read from a template file.
 
-    `reader` reads the file (default: `PrintReader`).
-
-    Raises
-    ------
-    TemplateError, ImageReadError, ImageError
-        If it cannot be read, cannot contain a fingerprint, has no minutiae, or contains several
-        prints.
-    QualityError
-        If the quality of an image, 0 to 100, is below `min_quality`; templates are not graded.
+    `reader` reads the file (default: `PrintReader`). Raises TemplateError, ImageReadError or
+    ImageError if it cannot be read, cannot contain a fingerprint, has no minutiae, or contains
+    several prints; QualityError if the quality of an image, 0 to 100, is below `min_quality`.
     """
     found = (reader or PrintReader())(file.path)
     if isinstance(found, TemplateRecord) and len(found.views) > 1:
@@ -175,16 +164,16 @@ def _templates_in(folder: Path) -> list[Path]:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
     except OSError as error:
         raise DatasetError(f"cannot be listed: {error.strerror}", path=folder) from error
-    files = [path for path in files if path.is_file() and not path.name.startswith(".")]
+    suffix_of = {p: p.suffix.lower() for p in files if p.is_file() and not p.name.startswith(".")}
     sure = {
         path
-        for path in files
-        if path.suffix.lower() not in _COMMON_SUFFIXES or is_template_file(path)
+        for path, suffix in suffix_of.items()
+        if suffix not in _COMMON_SUFFIXES or is_template_file(path)
     }
-    usual = {path.suffix.lower() for path in sure}
+    usual = {suffix_of[path] for path in sure}
     found: dict[str, Path] = {}
-    for path in sorted(files, key=lambda path: suffixes.index(path.suffix.lower())):
-        if path in sure or (path.suffix.lower() in usual and _is_other_content(path)):
+    for path, suffix in sorted(suffix_of.items(), key=lambda item: suffixes.index(item[1])):
+        if path in sure or (suffix in usual and _is_other_content(path)):
             found.setdefault(path.stem, path)
     return sorted(found.values())
 

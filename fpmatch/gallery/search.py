@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -30,16 +30,6 @@ if TYPE_CHECKING:
 FINGERS_KEPT: Final = 200  # that stay prepared in memory: those compared most recently
 
 
-class References(Protocol):
-    """A list of prepared templates, or many of them packed."""
-
-    def __getitem__(self, k: int, /) -> Any:
-        """Return one as the matcher's `prepare` returned it."""
-
-    def __len__(self) -> int:
-        """Return their number."""
-
-
 @dataclass(frozen=True, eq=False)
 class Search:
     """Hold the prints of a gallery, prepared for a matcher.
@@ -51,7 +41,7 @@ class Search:
     matcher: Matcher
     numbers: NDArray[np.int64]
     fingers: NDArray[np.int64]
-    references: References
+    references: Sequence[Any] | PackedTemplates
 
     def __len__(self) -> int:
         return len(self.numbers)

@@ -28,16 +28,7 @@ class AssessedPrint:
 
 
 class QualityRecorder:
-    """Keep the stages of an extraction that quality is measured on.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> stages = QualityRecorder()
-    >>> template = extract(np.full((200, 200), 255, np.uint8), dpi=500, recorder=stages)
-    >>> stages.measures().ridges_mm2, stages.quality(template.dpi).score
-    (0.0, 0)
-    """
+    """Keep the stages of an extraction that quality is measured on."""
 
     wanted = frozenset(MEASURED_STAGES)
 

@@ -10,8 +10,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.preprocess.foreground import Box
 
-MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})
-"""The stages that are NaN where there is no print."""
+MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})  # NaN where there is no print
 
 
 class Recorder(Protocol):

@@ -12,18 +12,11 @@ rotation, and the shift. Interpreted, the class runs as it stands and gives the 
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import sqrt
 
-if cython.compiled:
-    from cython.cimports.fpmatch.matching._minutia_grid_kernel import MinutiaGrid
-    from cython.cimports.fpmatch.matching._pair_mesh_kernel import PairMesh
-    from cython.cimports.fpmatch.matching._relaxation_kernel import Relaxation
-    from cython.cimports.libc.math import sqrt
-else:
-    from math import sqrt
-
-    from fpmatch.matching._minutia_grid_kernel import MinutiaGrid
-    from fpmatch.matching._pair_mesh_kernel import PairMesh
-    from fpmatch.matching._relaxation_kernel import Relaxation
+from fpmatch.matching._minutia_grid_kernel import MinutiaGrid
+from fpmatch.matching._pair_mesh_kernel import PairMesh
+from fpmatch.matching._relaxation_kernel import Relaxation
 
 COMPILED = cython.compiled
 

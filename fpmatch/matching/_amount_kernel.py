@@ -4,11 +4,7 @@ Interpreted, the functions run as they stand.
 """
 
 import cython
-
-if cython.compiled:
-    from cython.cimports.libc.math import exp, log, log1p, sqrt
-else:
-    from math import exp, log, log1p, sqrt
+from cython.cimports.libc.math import exp, log, log1p, sqrt
 
 COMPILED = cython.compiled
 

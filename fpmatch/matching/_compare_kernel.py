@@ -7,14 +7,12 @@ the two images. Interpreted, the class and the function run as they stand.
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import atan2, cos, sin, sqrt
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._amount_kernel import as_similarity, smaller_area
     from cython.cimports.fpmatch.matching._local_kernel import normalize_by_size
-    from cython.cimports.libc.math import atan2, cos, sin, sqrt
 else:
-    from math import atan2, cos, sin, sqrt
-
     from fpmatch.matching._amount_kernel import as_similarity, smaller_area
     from fpmatch.matching._local_kernel import normalize_by_size
 

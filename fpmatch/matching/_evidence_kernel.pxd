@@ -54,7 +54,7 @@ cdef class EvidenceScorer:
     cpdef int describe(self) noexcept nogil
     @cython.locals(
         k=cython.Py_ssize_t, low=cython.double, high=cython.double, limit=cython.double,
-        amount=cython.double, ridges=cython.double, cells=cython.double,
+        minutiae=cython.double, ridges=cython.double, cells=cython.double,
     )
     cpdef double condition(self, double total) noexcept nogil
     @cython.locals(

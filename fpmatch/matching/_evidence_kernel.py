@@ -6,30 +6,15 @@ Interpreted, the class and the functions run as they stand.
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import log, sqrt
+
+from fpmatch.matching._ridge_kernel import RidgeCorrelator
+from fpmatch.matching._ridge_search_kernel import RidgeSearch
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._amount_kernel import (
-        common_cells,
-        describe_amount,
-        most_decades,
-        quality_correction,
-        smaller_area,
-    )
-    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeCorrelator
-    from cython.cimports.fpmatch.matching._ridge_search_kernel import RidgeSearch
-    from cython.cimports.libc.math import log, sqrt
+    from cython.cimports.fpmatch.matching import _amount_kernel as amount
 else:
-    from math import log, sqrt
-
-    from fpmatch.matching._amount_kernel import (
-        common_cells,
-        describe_amount,
-        most_decades,
-        quality_correction,
-        smaller_area,
-    )
-    from fpmatch.matching._ridge_kernel import RidgeCorrelator
-    from fpmatch.matching._ridge_search_kernel import RidgeSearch
+    from fpmatch.matching import _amount_kernel as amount
 
 COMPILED = cython.compiled
 
@@ -122,7 +107,7 @@ class EvidenceScorer:
 
         The ridges are compared only if the sum of the minutiae passes the refine threshold.
         """
-        self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
+        self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
         self._gather(a, b, aligner, similarity)
         total = self._total()
         if total > self.limits[self.model, REFINE]:
@@ -144,7 +129,7 @@ class EvidenceScorer:
         hypotheses = aligner.hypotheses
         first = count = 0
         self.most = UNPAIRED_SUM
-        self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
+        self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
         self.found = 0
         aligner.relax(similarity)
         refine = self.limits[self.model, REFINE]
@@ -249,8 +234,8 @@ class EvidenceScorer:
         low = high = 0.0
         self.total = total
         # the geometric mean of a print's minutiae in the common region and of the smaller's in all
-        amount = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
-        describe_amount(amount, self.evidence[AREA], self.term)
+        minutiae = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
+        amount.describe_amount(minutiae, self.evidence[AREA], self.term)
         for k in range(TERMS):
             low += self.quantiles[self.model, 0, k] * self.term[k]
             high += self.quantiles[self.model, 1, k] * self.term[k]
@@ -260,7 +245,7 @@ class EvidenceScorer:
         self.decade = high
         ridges = self.evidence[RIDGES] - self.usual_correlation
         cells = self.evidence[CELLS]
-        limit = most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
+        limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
         return LOG_10 * min(2.0 + (total - low) / high, limit)
 
     def _total(self):
@@ -311,8 +296,9 @@ class EvidenceScorer:
                     unpaired_b += b.quality[j] * b.quality[j]
         self.evidence[PAIRS] = pairs
         self.evidence[LOCAL] = local
-        unpaired *= quality_correction(squares, a.size)
-        self.evidence[UNPAIRED] = unpaired + unpaired_b * quality_correction(squares_b, b.size)
+        unpaired *= amount.quality_correction(squares, a.size)
+        unpaired_b *= amount.quality_correction(squares_b, b.size)
+        self.evidence[UNPAIRED] = unpaired + unpaired_b
         self.evidence[COMMON] = common + common_b
         self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
         self.evidence[PLACES] = aligner.mesh.places
@@ -323,9 +309,9 @@ class EvidenceScorer:
         self.evidence[FEWEST] = a.size if a.size < b.size else b.size
         self.evidence[RIDGES] = self.evidence[CELLS] = self.evidence[OVERLAP] = 0.0
         self.evidence[AREA] = self.evidence[CHANCE] = 0.0
-        smaller = smaller_area(a, b)
+        smaller = amount.smaller_area(a, b)
         if smaller > 0.0:
-            area = common_cells(a, b, c, s, x, y) * (a.step * a.step)
+            area = amount.common_cells(a, b, c, s, x, y) * (a.step * a.step)
             if area > smaller:
                 area = smaller
             self.evidence[OVERLAP] = area / smaller

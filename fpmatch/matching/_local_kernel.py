@@ -13,11 +13,7 @@ Interpreted, the kernel gives the same results to the last bit.
 
 import cython
 import numpy as np
-
-if cython.compiled:
-    from cython.cimports.libc.math import fabs, sqrt
-else:
-    from math import fabs, sqrt
+from cython.cimports.libc.math import fabs, sqrt
 
 COMPILED = cython.compiled
 
@@ -146,7 +142,11 @@ class NeighbourIndex:
                 self.start[cell + 2] += self.start[cell + 1]
         return self.start[cells + 1 - filling]
 
-    def _line(self, place):
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _line(self, place: cython.double) -> cython.Py_ssize_t:
         """Return the row or column of cells of a coordinate."""
         place = place * self.per_px + self.half
         if not place > 0.0:

@@ -10,11 +10,7 @@ plain.
 
 import cython
 import numpy as np
-
-if cython.compiled:
-    from cython.cimports.libc.math import atan2, cos, sin, sqrt
-else:
-    from math import atan2, cos, sin, sqrt
+from cython.cimports.libc.math import atan2, cos, sin, sqrt
 
 COMPILED = cython.compiled
 

@@ -18,15 +18,13 @@ Computer Journal 24(2), 1981.
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
 
 if cython.compiled:
     from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
         shape_preserving_weights,
     )
-    from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
 else:
-    from math import cos, exp, fabs, sin, sqrt
-
     from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
 
 COMPILED = cython.compiled

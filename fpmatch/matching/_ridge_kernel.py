@@ -7,12 +7,7 @@ Interpreted, the class runs as it stands.
 
 import cython
 import numpy as np
-
-if cython.compiled:
-    from cython.cimports.libc.math import ceil, floor
-else:
-    from math import ceil, floor
-
+from cython.cimports.libc.math import ceil, floor
 
 COMPILED = cython.compiled
 

@@ -12,12 +12,7 @@ are tried. Interpreted, the class runs as it stands.
 
 import cython
 import numpy as np
-
-if cython.compiled:
-    from cython.cimports.libc.math import sqrt
-else:
-    from math import sqrt
-
+from cython.cimports.libc.math import sqrt
 
 COMPILED = cython.compiled
 

@@ -6,11 +6,7 @@ Minutiae, neighbourhoods and regions are as `fpmatch.matching.prepare` and
 
 import cython
 import numpy as np
-
-if cython.compiled:
-    from cython.cimports.libc.math import sqrt
-else:
-    from math import sqrt
+from cython.cimports.libc.math import sqrt
 
 COMPILED = cython.compiled
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching import _neighbourhood_kernel as kernel
-from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.unit_circle._one_ring_kernel import centre_images
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def neighbourhoods(
     """Describe the neighbourhood of every minutia; `points` are as `PreparedTemplate` has them."""
     p = parameters or NeighbourhoodParameters()
     n = points.shape[1]
-    mesh = triangulate(points[:2].T)
+    mesh = triangulate_checked(points[:2].T.copy())
     rings = anchored_rings(points, mesh)
     count = np.empty(n, np.int32)
     neighbour = np.zeros((n, p.size), np.int32)

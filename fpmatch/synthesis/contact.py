@@ -5,8 +5,8 @@ Smudges are skin that moved while it touched, and residue of earlier fingers on 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,13 @@ EDGE_STEEPNESS: Final = 50.0  # relief by which it has lifted at one more radius
 OFF_THE_GLASS: Final = 3.0  # relief of skin too deep to touch
 WET_SPOT, DRY_SPOT = -0.75, 0.7  # relief by which a spot's threshold differs
 SPOT_EXTENT_PX: Final = 9.0  # of the ragged edge of a spot, and half its least radius
+TIP_EXPONENT, FOOT_EXPONENT = 2.1, 2.7  # of the superellipse: 2 is round, more is squarer
+
+LEGIBLE: Final = 0.85  # share of the relief beyond which valleys are filled or ridges lost
+POINT_SIGMA_PX: Final = 2.5  # Gaussian window at a minutia
+AROUND_SIGMA_PX: Final = 5.0  # and around it, about half a ridge period
+MOST_MISSING: Final = 0.15  # largest share of the surroundings without legible ridges
+BORDER_PX: Final = 7.0  # nothing is legible nearer the image border
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +65,12 @@ class SmearParameters:
     stain_extent_px: float = 35.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Contact:
+class Contact(NamedTuple):
     """Hold how one finger touches the sensor, for each pixel of the image (h, w)."""
 
-    threshold: Field = field(repr=False)  # height that skin must have to print
-    strength: Field = field(repr=False)  # share of the relief that wear has left
-    grain: Field = field(repr=False)  # roughness to add to the relief
-
-
-TIP_EXPONENT, FOOT_EXPONENT = 2.1, 2.7  # of the superellipse: 2 is round, more is squarer
+    threshold: Field  # height that skin must have to print
+    strength: Field  # share of the relief that wear has left
+    grain: Field  # roughness to add to the relief
 
 
 def outline_radius(upright: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -95,9 +98,8 @@ def press(
     of the finger's creases, 0 to 1. `px` is the number of image pixels for one at 500 dpi.
     """
     shape = (radius.shape[0], radius.shape[1])
-    threshold = rng.uniform(*p.dryness) + p.unevenness * smooth_noise(
-        shape, px * p.unevenness_extent_px, rng
-    )
+    dryness = rng.uniform(*p.dryness)
+    threshold = dryness + p.unevenness * smooth_noise(shape, px * p.unevenness_extent_px, rng)
     threshold += rng.uniform(*p.tilt) * _towards_one_side(radius, rng)
     for _ in range(int(rng.integers(0, p.max_spots + 1))):
         threshold += _spot(radius, rng.uniform(*p.spot_radius_px) * px, px, rng)
@@ -110,18 +112,9 @@ def press(
     threshold += OFF_THE_GLASS * missing
     worn = 1 + np.tanh(smooth_noise(shape, px * p.wear_extent_px, rng))
     grain = 0.75 * smooth_noise(shape, 1.3 * px, rng) + 0.5 * smooth_noise(shape, 3.0 * px, rng)
-    return Contact(
-        threshold=threshold.astype(np.float32),
-        strength=np.asarray(1 - rng.uniform(*p.wear) * worn / 2, np.float32),
-        grain=np.asarray(p.grain * grain, np.float32),
-    )
-
-
-LEGIBLE: Final = 0.85  # share of the relief beyond which valleys are filled or ridges lost
-POINT_SIGMA_PX: Final = 2.5  # Gaussian window at a minutia
-AROUND_SIGMA_PX: Final = 5.0  # and around it, about half a ridge period
-MOST_MISSING: Final = 0.15  # largest share of the surroundings without legible ridges
-BORDER_PX: Final = 7.0  # nothing is legible nearer the image border
+    strength = 1 - rng.uniform(*p.wear) * worn / 2
+    layers = (threshold, strength, p.grain * grain)
+    return Contact(*(np.asarray(layer, np.float32) for layer in layers))
 
 
 def is_legible(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from fpmatch.errors import ImageError
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.contact import is_legible, outline_radius, press, smear, stain
 from fpmatch.synthesis.develop import develop, framed
+from fpmatch.synthesis.noise import random_streams
 from fpmatch.synthesis.skin import skin_of
 from fpmatch.synthesis.warp import draw_warp
 
@@ -33,15 +33,6 @@ ROUNDED_PX: Final = 16.0  # width of the rounded border of the print
 ON_PRINT: Final = 0.5  # share from which skin may touch
 FADING: Final = 0.25  # radius over which damp fades towards the outline
 FITTED_EVERY_PX: Final = 3  # step between the pixels that the similarity is fitted to
-
-
-class _Purpose(IntEnum):
-    """Purposes of random streams; each has its own, so that they do not influence each other."""
-
-    PLACEMENT = 31
-    PRESSURE = 32
-    SMEAR = 33
-    SENSOR = 34
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,9 +61,8 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     """
     if number < 1:
         raise ImageError(f"impressions are numbered from 1, not {number}")
-    placing, pressing, smearing, sensing = (
-        np.random.default_rng([master.seed, master.finger, number, purpose]) for purpose in _Purpose
-    )
+    streams = random_streams(master.seed, master.finger, number, range(31, 35))
+    placing, pressing, smearing, sensing = streams
     px = sensor.px
     warp = draw_warp(master.relief.shape, sensor.shape, sensor.dpi, placing, preset.placement)
     pixels = _pixels(sensor.shape)

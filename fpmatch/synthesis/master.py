@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -12,7 +11,7 @@ from fpmatch.errors import ImageError
 from fpmatch.synthesis.classes import PatternClass, Range, draw_pattern, draw_singular_points
 from fpmatch.synthesis.growth import GrowthParameters, grow_ridges
 from fpmatch.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
-from fpmatch.synthesis.noise import smooth_noise
+from fpmatch.synthesis.noise import NO_IMPRESSION, random_streams, smooth_noise
 from fpmatch.synthesis.orientation import OrientationParameters, ridge_orientation
 
 if TYPE_CHECKING:
@@ -23,20 +22,8 @@ if TYPE_CHECKING:
 AVERAGE_ROWS: Final = 560  # of a print of average size, to which lengths in the classes refer
 SMALLEST_SIDE_PX: Final = 64
 LARGEST_SIDE_PX: Final = 2048
-NO_IMPRESSION: Final = 0  # in the place of an impression's number: impressions count from 1
 PERIOD_LEVELS: Final = 64
 """Periods are whole multiples of a pixel over this, so that rounding differs on no machine."""
-
-
-class _Purpose(IntEnum):
-    """Purposes of random streams; each has its own, so that they do not influence each other."""
-
-    PATTERN = 1
-    POINTS = 2
-    ORIENTATION = 3
-    PERIOD = 4
-    SILHOUETTE = 5
-    GROWTH = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +110,8 @@ def make_master(seed: int, finger: int, parameters: MasterParameters | None = No
     No finger depends on another.
     """
     p = parameters or MasterParameters()
-    classing, placing, turning, spacing, outlining, growing = (
-        np.random.default_rng([seed, finger, NO_IMPRESSION, purpose]) for purpose in _Purpose
+    classing, placing, turning, spacing, outlining, growing = random_streams(
+        seed, finger, NO_IMPRESSION, range(1, 7)
     )
     rows, columns = p.shape
     pattern = p.pattern or draw_pattern(classing)

@@ -1,16 +1,27 @@
-"""Smooth random fields, for what varies slowly over a print."""
+"""Random streams, and smooth random fields for what varies slowly over a print."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+NO_IMPRESSION: Final = 0  # in the place of an impression's number: impressions count from 1
 # Of the cubic B-spline sum of unit noise along both axes: the variance along one is 11/23.
 _SPLINE_DEVIATION = 11 / 23
+
+
+def random_streams(
+    seed: int, finger: int, impression: int, purposes: range
+) -> list[np.random.Generator]:
+    """Return a stream of random numbers for each purpose, so that none influences another.
+
+    Purposes are 1 to 6 for a master, 21 to 23 for its skin and 31 to 34 for an impression.
+    """
+    return [np.random.default_rng([seed, finger, impression, purpose]) for purpose in purposes]
 
 
 def smooth_noise(

@@ -13,8 +13,8 @@ Pattern Recognition 29 (1996): each argument passes through a piecewise-linear f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,7 @@ ORIENTATION_LEVELS: Final = 2048
 _UP: Final = math.pi / 2
 
 
-@dataclass(frozen=True, slots=True)
-class Arching:
+class Arching(NamedTuple):
     """Set how the ridges of one class arch, in addition to the effect of singular points."""
 
     steepness_deg: Range  # of the flanks
@@ -107,8 +106,7 @@ def _arching(
     return np.asarray(-steepness * u * np.exp((1 - u**2) / 2) * above_joint)
 
 
-@dataclass(frozen=True, slots=True)
-class _Turn:
+class _Turn(NamedTuple):
     """Hold one singular point, and the share of its corrected argument by which ridges turn."""
 
     place: complex
@@ -153,6 +151,6 @@ def zero_pole_turning(
             here = np.array([turn.place])
             opening = 2 * sum(float(o.around(here)[0]) for o in turns if o is not turn)
             closer = narrowing * np.sin(corners - opening)
-            narrowed = replace(turn, correction=turn.correction - closer)
+            narrowed = turn._replace(correction=turn.correction - closer)
         total += narrowed.around(place)
     return total

@@ -5,14 +5,11 @@ Scratches of one impression are lines as creases are.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from enum import IntEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.synthesis.master import NO_IMPRESSION
-from fpmatch.synthesis.noise import smooth_noise
+from fpmatch.synthesis.noise import NO_IMPRESSION, random_streams, smooth_noise
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,15 +17,6 @@ if TYPE_CHECKING:
     from fpmatch.synthesis.master import Master
 
     Field = NDArray[np.float32]  # a value a pixel
-
-
-class _Purpose(IntEnum):
-    """Purposes of random streams; those of the master come before these."""
-
-    TEXTURE = 21
-    PORES = 22
-    CREASES = 23
-
 
 # Lengths are pixels, heights those of the relief.
 TEXTURE, TEXTURE_EXTENT_PX = 0.18, 1.6  # standard deviation of the height of rough ridges
@@ -47,25 +35,22 @@ LINE_START: Final = (0.2, 0.8)  # in shares of the sides
 LINE_DEPTH: Final = (0.7, 1.3)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Skin:
+class Skin(NamedTuple):
     """Hold the skin of one finger, in pixels of its master, (H, W)."""
 
-    relief: Field = field(repr=False)  # with roughness and pores: -1 in the valleys to about 1
-    creases: Field = field(repr=False)  # 0 to 1: where a crease keeps the skin off every sensor
+    relief: Field  # with roughness and pores: -1 in the valleys to about 1 on the ridges
+    creases: Field  # 0 to 1: where a crease keeps the skin off every sensor
 
 
 def skin_of(master: Master) -> Skin:
     """Return the skin of a finger, the same for every impression of it."""
-    texture, pores, creases = (
-        np.random.default_rng([master.seed, master.finger, NO_IMPRESSION, purpose])
-        for purpose in _Purpose
-    )
+    streams = random_streams(master.seed, master.finger, NO_IMPRESSION, range(21, 24))
+    texture, pores, creases = streams
     shape = master.relief.shape
     roughness = TEXTURE * smooth_noise(shape, TEXTURE_EXTENT_PX, texture)
     relief = master.relief + roughness.astype(np.float32) - draw_pores(master.relief, pores)
     count = min(int(creases.poisson(MEAN_CREASES)), MOST_CREASES)
-    return Skin(relief, draw_lines(shape, count, creases, broken_extent_px=BROKEN_EXTENT_PX))
+    return Skin(relief, draw_lines(shape, count, creases, BROKEN_EXTENT_PX))
 
 
 def draw_pores(relief: Field, rng: np.random.Generator) -> Field:

@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
+<<<<<<< HEAD
 from fpmatch.gallery.claim import check_claim
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NewEntry
+=======
+from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
+>>>>>>> origin/main
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.matching.verify import DEFAULT_THRESHOLD

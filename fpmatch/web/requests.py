@@ -140,5 +140,13 @@ async def _enrolled_pair(
     return PairRequest(await read_upload(request, probe, "probe"), enrolled, readings, options)
 
 
+async def _drawing(
+    file_format: Annotated[Literal["png", "svg"], Form(alias="format")] = "png",
+    side_by_side: Annotated[bool, Form(description="Draw the prints beside each other")] = False,
+) -> tuple[str, bool]:
+    return file_format, side_by_side
+
+
+Drawing = Annotated[tuple[str, bool], Depends(_drawing)]
 UploadedPair = Annotated[PairRequest, Depends(_uploaded_pair)]
 EnrolledPair = Annotated[PairRequest, Depends(_enrolled_pair)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form, Query, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
@@ -19,6 +19,7 @@ from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
     Audit,
     Dpi,
+    Drawing,
     EnrolledPair,
     Matcher,
     OneReading,
@@ -31,9 +32,7 @@ from fpmatch.web.requests import (
     read_upload,
 )
 
-Responses = dict[int | str, dict[str, Any]]
-
-_ERRORS: Responses = {
+_ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": models.Error, "description": "The token is missing or wrong"},
     403: {"model": models.Error, "description": "The role of the token does not permit this"},
     413: {"model": models.Error, "description": "A file is too large"},
@@ -42,11 +41,17 @@ _ERRORS: Responses = {
     504: {"model": models.Error, "description": "The work took too long and was stopped"},
 }
 _MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
-_FILE: Responses = {200: {"content": {"application/octet-stream": {}}}}
-_PICTURE: Responses = {200: {"content": {media: {} for media in _MEDIA.values()}}}
 
-PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
-SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
+
+def _content_of(*media: str) -> dict[str, Any]:
+    """Return what a route declares that returns a file of one of these media types."""
+    content: dict[str, Any] = {name: {} for name in media}
+    return {"response_class": Response, "responses": {200: {"content": content}}}
+
+
+_FILE: Final = _content_of("application/octet-stream")
+_PICTURE: Final = _content_of(*_MEDIA.values())
+
 LabelPart = Annotated[str, Form(max_length=200)]
 
 Subject = Annotated[str, Query(max_length=200)]
@@ -142,19 +147,10 @@ async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> mode
     return await compare(run, audit, prints)
 
 
-@router.post(
-    "/overlay",
-    summary="Draw one print, moved, over the other",
-    response_class=Response,
-    responses=_PICTURE,
-)
-async def overlay(
-    run: Run,
-    prints: UploadedPair,
-    file_format: PictureFormat = "png",
-    side_by_side: SideBySide = False,
-) -> Response:
+@router.post("/overlay", summary="Draw one print, moved, over the other", **_PICTURE)
+async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
     """Return the picture that `fpmatch overlay` writes."""
+    file_format, side_by_side = drawing
     content = await run(pair.draw_pair, prints, file_format, side_by_side)
     return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
 
@@ -163,25 +159,14 @@ async def overlay(
     "/gallery/{number}/overlay",
     summary="Draw a probe, moved, over one enrolled print",
     dependencies=_VERIFY,
-    response_class=Response,
-    responses=_PICTURE,
+    **_PICTURE,
 )
-async def overlay_enrolled(
-    run: Run,
-    prints: EnrolledPair,
-    file_format: PictureFormat = "png",
-    side_by_side: SideBySide = False,
-) -> Response:
+async def overlay_enrolled(run: Run, prints: EnrolledPair, drawing: Drawing) -> Response:
     """Return the picture that `/overlay` returns."""
-    return await overlay(run, prints, file_format, side_by_side)
+    return await overlay(run, prints, drawing)
 
 
-@router.post(
-    "/extract",
-    summary="Return the template of a print",
-    response_class=Response,
-    responses=_FILE,
-)
+@router.post("/extract", summary="Return the template of a print", **_FILE)
 async def extract(
     request: Request,
     run: Run,

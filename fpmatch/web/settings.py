@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fpmatch.engine.local import available_cores
-from fpmatch.gallery.names import FVC_PATTERN
+from fpmatch.gallery.entry import FVC_PATTERN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -18,8 +18,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.points.conditions import Condition, conditions
-from fpmatch.evaluation.points.published_results import PAPER_ROWS
+from fpmatch.evaluation.points.conditions import PAPER_ROWS, Condition, conditions
 from fpmatch.evaluation.points.summary import geometric_mean, speed_ups
 
 if TYPE_CHECKING:

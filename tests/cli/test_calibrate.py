@@ -9,8 +9,6 @@ import pytest
 from fpmatch.evaluation import impostors
 from fpmatch.matching.calibration import load_calibration
 
-from .conftest import assert_refused
-
 
 @pytest.fixture
 def known_answers(monkeypatch, bench):
@@ -41,23 +39,3 @@ def test_the_file_is_a_calibration_and_the_reach_is_told(run, make_database, tmp
     assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(
         calibration.largest_measured_score
     )
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("nowhere -o c.json", "nowhere: no such folder"),
-        ("notes.txt -o c.json", "notes.txt: not a file of scores"),
-        ("few.csv -o c.json", "1 impostor comparisons are too few"),
-        (". -o c.json", "holds no prints named"),
-        (". -o no/c.json", "c.json: cannot be written"),
-        (". -o .", "is a folder"),
-        (". -o c.json --matcher nobody", "unknown matcher 'nobody'"),
-    ],
-)
-def test_bad_input_is_one_line_and_leaves_no_file(run, tmp_path, monkeypatch, words, reason):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "notes.txt").write_text("x\n")
-    (tmp_path / "few.csv").write_text("set,probe,reference,genuine,similarity\na,1_1,2_1,0,0.5\n")
-    assert_refused(run("calibrate", *words.split()), reason)
-    assert not (tmp_path / "c.json").exists()

@@ -95,24 +95,3 @@ def test_what_is_assumed_of_a_source_is_said(run, tmp_path):
     told = run("convert", source, out, "--size", "300x300", "--dpi", 569)
     assert told.stderr.count("\n") == 1
     assert load_template(out).dpi == 569
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("gone.iso out.csv", "gone.iso: no such file"),
-        ("in.json out.doc", "no template format has the suffix '.doc'"),
-        ("in.json out.an2", "no template format has the suffix '.an2'"),
-        ("in.json gone/out.csv", "cannot be written"),
-        ("in.json out.csv --size 300", "a size is written WIDTHxHEIGHT, as in 388x374, not '300'"),
-        ("in.json out.csv --size 0x5", "not '0x5'"),
-        ("in.json out.csv --dpi 9", "9 dpi is outside"),
-    ],
-)
-def test_bad_input_leaves_nothing(run, tmp_path, monkeypatch, small, words, reason):
-    monkeypatch.chdir(tmp_path)
-    save_template("in.json", small)
-    result = run("convert", *words.split())
-    assert result.exit_code == 2
-    assert reason in result.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["in.json"]

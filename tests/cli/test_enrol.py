@@ -11,7 +11,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.reading import ASSUMED_DPI
 
-from .conftest import assert_refused, copied
+from .conftest import copied
 
 
 @pytest.fixture
@@ -105,27 +105,6 @@ def test_many_failures_are_counted(run, tmp_path, monkeypatch):
     assert result.exit_code == 1
     assert len(result.stderr.splitlines()) == 3
     assert f"3 more; `fpmatch gallery list {place} --failures`" in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("{db} {root}/nowhere", "nowhere: no such file or folder"),
-        ("{db} {root}/empty", "empty: the folder holds no images"),
-        ("{db} {print} --dpi 3", "3 dpi is outside"),
-        ("{db} {print} --pattern (", "pattern '(': not a regular expression"),
-        ("{db} {print} --pattern x", "must have a group (?P<subject>...)"),
-        ("{root}/no/g.db {print}", "g.db: cannot be made: no such folder"),
-        ("{root}/text {print}", "text: not a gallery"),
-        ("mysql://host/x {print}", "galleries are SQLite files or PostgreSQL databases"),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(run, tmp_path, prints, words, reason):
-    (tmp_path / "empty").mkdir()
-    (tmp_path / "text").write_text("something else entirely\n")
-    names = {"db": tmp_path / "g.db", "root": tmp_path, "print": prints / "1_1.png"}
-    result = run("enrol", *(word.format(**names) for word in words.split()))
-    assert_refused(result, reason)
 
 
 def test_strict_refuses_what_does_not_match_its_finger(run, prints, tmp_path):

@@ -169,31 +169,6 @@ def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkey
     assert document["against_first"][0]["pooled"]["eer"]["verdict"] == "worse"
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("nowhere", "nowhere: no such folder"),
-        ("notes.txt", "notes.txt: not a folder of prints"),
-        (".", "holds no prints named FFF_M.tif"),
-        ("prints prints", "prints: database given twice"),
-        ("prints --matcher nobody", "unknown matcher 'nobody'"),
-        ("prints --scores nowhere/s.csv", "s.csv: cannot be written"),
-        ("prints --scores .", "is a folder"),
-        ("prints --report notes.txt", "notes.txt: no folder can be made"),
-        ("prints --baseline nowhere.csv", "nowhere.csv: cannot be read: no such file"),
-        ("prints --baseline notes.txt", "notes.txt: not a file of scores"),
-        ("prints --ground-truth", "1.json: no such file"),
-    ],
-)
-@pytest.mark.usefixtures("database")
-def test_bad_input_is_one_line_and_status_2(evaluate, tmp_path, monkeypatch, words, reason):
-    if "--report" in words:
-        pytest.importorskip("matplotlib")
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "notes.txt").write_text("")
-    assert_refused(evaluate(*words.split()), reason)
-
-
 @pytest.mark.usefixtures("known_answers")
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_was_noticed_on_reading_is_said_once(evaluate, database, bench, monkeypatch, workers):

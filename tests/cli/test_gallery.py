@@ -105,24 +105,6 @@ def test_export_does_not_mix_up_names(run, place, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("info {root}/no.db", "no.db: no such gallery; `fpmatch enrol` makes one"),
-        ("list {root}", "is a folder, not a gallery"),
-        ("check {db} --subject x", "no impression of subject x"),
-        ("remove {db} 1 9", "no entry has the number 9"),
-        ("remove {db} --subject 9", "no impression of subject 9"),
-        ("export {db} -o {db}", "prints.db: cannot be made a folder"),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(run, place, tmp_path, words, reason):
-    result = run("gallery", *words.format(root=tmp_path, db=place).split())
-    assert_refused(result, reason)
-    with open_gallery(place) as gallery:
-        assert len(gallery) == 3
-
-
 def test_check_tells_which_fingers_disagree(run, place):
     result = run("gallery", "check", place)
     assert (result.exit_code, result.stderr) == (1, "")

@@ -81,6 +81,7 @@ def test_the_summaries_are_those_of_the_commands(name):
 WRONG_USAGE = {
     "": "verifie | evaluate | synth | points draw | points match | points match p.csv",
     "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
+    "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
     "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
     "--impostors y | --enrol-seed 1 | --enhance gabor",
@@ -88,7 +89,7 @@ WRONG_USAGE = {
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
     "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
     "--matcher his | --model aloud | --workers 0 | --seed -1",
-    "points draw -o x": "--seed -1 | --ring -1 | --format pdf | --y-axis up",
+    "points draw -o x": "--seed -1 | --ring -1 | --format pdf | --y-axis up | p.csv q.csv --seed 1",
     "points match": "p q --matcher best | - -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "stages a -o b": "--enhance gabor",

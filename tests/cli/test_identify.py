@@ -7,7 +7,7 @@ import pytest
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.reading import ASSUMED_DPI
 
-from .conftest import assert_refused, copied
+from .conftest import copied
 
 
 def test_candidates_in_words(run, gallery, prints):
@@ -81,20 +81,3 @@ def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     assert result.stdout.startswith(f"{probe}: 0 prints compared in ")
     assert result.stdout.endswith(", no candidate\n")
     assert f"{probe}: {ASSUMED_DPI}" in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("{db} {prints}/nowhere.png", "nowhere.png: no such file or folder"),
-        ("{db} {prints}/text.png", "text.png: not an image of a known format"),
-        ("{db} {prints}/blank.png", "blank.png: no minutiae found"),
-        ("{prints}/no.db {prints}/1_1.png", "no.db: no such gallery"),
-        ("{db} {prints}/1_1.png --matcher x", "matcher 'x'"),
-        ("{db} {prints}/1_1.png --threshold 101", "threshold is between 0 and 100"),
-        ("{db} {prints}/1_1.png --calibration {prints}/text.png", "not a calibration"),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(run, gallery, prints, words, reason):
-    given = (word.format(db=gallery, prints=prints) for word in words.split())
-    assert_refused(run("identify", *given, "--workers", 1), reason)

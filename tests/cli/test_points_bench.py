@@ -142,22 +142,6 @@ def test_resume_refuses_other_settings_and_keeps_the_file(bench, tmp_path):
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("--json .", "cannot be written: it is a folder"),
-        ("--json nowhere/b.json", "cannot be written"),
-        ("--plot b.gif", "a plot's name ends with .png, .svg, .pdf"),
-        ("--json text.json --resume", "text.json: not a file of results"),
-    ],
-)
-def test_bad_input_is_one_line_before_any_work(bench, tmp_path, calls, monkeypatch, words, reason):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "text.json").write_text("text")
-    assert_refused(bench(*words.split()), reason)
-    assert calls == []
-
-
 def test_the_plot_is_written(bench, tmp_path):
     pytest.importorskip("matplotlib")
     path = tmp_path / "bench.svg"

@@ -127,44 +127,6 @@ def rotated_ring(points):
     return next(i for i in pair.p.mesh.interior.nonzero()[0] if i != chosen)
 
 
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        (b"x,y\n1,2\n3,four\n", "line 3: expected a number for y, not 'four'"),
-        (b"x,y\n0,0\n1,1\n", "none of its 2 points has a closed one-ring"),
-        (b"x,y\n0,0\n1e200,1\n2,2e200\n", "coordinates or extent beyond"),
-    ],
-)
-def test_a_bad_file_is_named_in_one_line_and_nothing_written(run, tmp_path, content, reason):
-    bad = tmp_path / "bad.csv"
-    bad.write_bytes(content)
-    result = run("points", "draw", bad, "-o", tmp_path / "out")
-    assert_refused(result, str(bad))
-    assert reason in result.stderr
-    assert not (tmp_path / "out").exists()
-
-
-def test_what_cannot_be_drawn_is_an_error(run, tmp_path, p_csv):
-    q_csv = saved(tmp_path / "q.csv", np.random.default_rng(9).uniform(0, 1, (25, 2)))
-    outermost = int(POINTS[:, 0].argmin())
-    for words, reason in (
-        (("--ring", outermost), f": point {outermost}: its one-ring is not closed, as it lies on"),
-        (("--ring", 99), ": point 99: there is none, they go from 0 to 24"),
-        ((q_csv,), f" and {q_csv}: they do not match"),
-    ):
-        result = run("points", "draw", p_csv, *words, "-o", tmp_path / "out")
-        assert_refused(result, f"{p_csv}{reason}")
-        assert not (tmp_path / "out").exists()
-    both = run("points", "draw", p_csv, p_csv, "--seed", 1, "-o", tmp_path / "out")
-    assert both.exit_code == 2
-    assert "--seed has no use" in both.stderr
-
-
-def test_the_folder_must_not_be_a_file(run, p_csv):
-    pytest.importorskip("matplotlib")
-    assert_refused(run("points", "draw", "-o", p_csv), f"{p_csv}: cannot be made a folder")
-
-
 def test_without_matplotlib_one_line_says_what_to_install(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     result = run("points", "draw", "-o", tmp_path / "out")

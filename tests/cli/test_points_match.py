@@ -167,51 +167,6 @@ def test_repeated_points_are_noted_once(run, stars):
     assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("1,2\n3,4\n", ": too few points: 2 of at least 3"),
-        ("0,0\n0.1,0.3\n0.2,0.6\n0.7,2.1\n", ": all points lie on one line"),
-        ("1e300,0\n0,1e300\n-1e300,2e300\n", ": all points lie on one line"),
-        ("1,2\n3,4\nx,6\n", ", line 3: expected a number for x, not 'x'"),
-        ("", ": the file is empty"),
-    ],
-)
-def test_bad_sets_are_one_line(run, stars, tmp_path, text, reason):
-    bad = tmp_path / "bad.csv"
-    bad.write_text(text)
-    for files in ((bad, stars[1]), (stars[0], bad)):
-        result = run("points", "match", *files, "--pairs", tmp_path / "pairs.csv")
-        assert_refused(result, f"{bad}{reason}")
-    assert not (tmp_path / "pairs.csv").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        *((f"{{p}} {{q}} --matcher paper --rho {rho}", "rho must") for rho in (-0.1, 1.1, "nan")),
-        ("{p} {q} --matcher van-wamelen --rho 1.1", "rho must"),
-        *(
-            (f"{{p}} {{q}} --matcher paper --area-tolerance {area}", "area tolerance must")
-            for area in (0, -1, "nan")
-        ),
-        ("{p} {q} --rho 0.5", "rho is a parameter of"),
-        ("{p} {q} --area-tolerance 1", "area tolerance is a parameter of"),
-        ("{p} {q} --tolerance -1", "-1"),
-        ("gone.csv {q}", "gone.csv: no such file"),
-        ("{p} .", ".: is a folder"),
-        # outputs are looked at before anything is read
-        ("gone.csv gone.csv --plot plot.pdf", "plot.pdf: a plot is written as .png or .svg"),
-        ("gone.csv gone.csv --pairs no/pairs.csv", "no/pairs.csv: cannot be written"),
-        ("gone.csv gone.csv --pairs .", ".: cannot be written: it is a folder"),
-    ],
-)
-def test_bad_input_is_one_line(run, stars, words, reason):
-    p, q = stars
-    given = (word.format(p=p, q=q) for word in words.split())
-    assert_refused(run("points", "match", *given), reason)
-
-
 def test_help_names_the_members_of_the_object(run):
     text = run("points", "match", "--help").output.split("JSON:")[1]
     assert all(f" {key}" in text for key in KEYS)

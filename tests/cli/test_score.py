@@ -90,32 +90,6 @@ def test_a_calibration_of_one_s_own(score, tmp_path):
     assert all(0 < float(row["score"]) < 17 for row in rows_of(output))
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("--references {0}/nowhere", "nowhere: no such file or folder"),
-        ("--probes {0}/empty", "empty: the folder holds no images"),
-        ("--probes {0}/list.csv", "list.csv: not a gallery"),
-        ("--pairs {0}/list.csv", "list.csv: line 1: there is no probe 'x'"),
-        ("--pairs {0}/gone.csv", "gone.csv: cannot be read: no such file"),
-        ("-o {0}/scores.xlsx", "scores.xlsx: scores are written as .csv or .parquet"),
-        ("-o {0}/nowhere/s.csv", "s.csv: cannot be written: no such file or directory"),
-        ("--matcher nobody", "unknown matcher 'nobody'"),
-        ("--threshold 200", "threshold must lie in 0..100, not 200"),
-        ("--calibration {0}/list.csv", "list.csv: not a calibration file"),
-        ("--dpi 7", "7 dpi is outside the usable range"),
-        ("--fingers {0}/f.csv --threshold 40", "no threshold"),
-        ("--fingers {0}/scores.csv", "both the scores of pairs and those of fingers"),
-        ("--fingers {0}/scores.csv --matcher paper", "both the scores of pairs and those of"),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(score, tmp_path, words, reason):
-    (tmp_path / "empty").mkdir()
-    (tmp_path / "list.csv").write_text("x,y\n")
-    assert_refused(score(*words.format(tmp_path).split()), reason)
-    assert not list(tmp_path.glob("scores*"))
-
-
 def test_no_scheduler_is_one_line_and_status_2(run, pair, tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
     from fpmatch.engine import cluster

@@ -76,32 +76,6 @@ def test_help_tells_of_every_preset_and_sensor_in_words(run):
         assert words in text
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("--fingers 0", "0 fingers from number 101: there must be at least 1"),
-        ("--fingers 100000000", "numbered within 1 to"),
-        ("--impressions 0", "0 impressions of a finger: there may be 1 to"),
-        ("--seed -1", "seed -1: must lie between 0 and"),
-        ("--size 10x400", "each side must lie between"),
-        ("--size 400x99999", "each side must lie between"),
-        ("--size 400x400 --dpi 50", "resolution of 50 dpi is outside"),
-        ("--size 400x400 --dpi nan", "resolution of nan dpi is outside"),
-    ],
-)
-def test_what_is_impossible_is_one_line_and_status_2(run, tmp_path, words, reason):
-    result = run("synth", tmp_path / "new", *words.split())
-    assert_refused(result, reason)
-    assert not (tmp_path / "new").exists()
-
-
-def test_folders_it_may_not_use_are_one_line_and_status_2(run, tmp_path):
-    (tmp_path / "letter.txt").write_text("dear")
-    for out, reason in ((tmp_path, "holds files but no"), (tmp_path / "letter.txt", "cannot be")):
-        assert_refused(run("synth", out, *SMALL), f"{out}: {reason}")
-    assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
-
-
 def test_a_full_disk_is_one_line(run, tmp_path, monkeypatch):
     def full(path, _):
         raise OutputError(f"{path}: cannot be written: no space left on device")

@@ -84,53 +84,6 @@ def test_a_picture_without_a_print_is_no_match_even_with_itself(run, prints, nam
     assert decision(run("verify", prints / name, prints / name, "--json"))["match"] is False
 
 
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("gone.png", "no such file"),
-        ("folder.png", "is a folder, not an image"),
-        ("empty.png", "the file is empty"),
-        ("text.png", "not an image of a known format"),
-        ("truncated.png", "damaged PNG image"),
-        ("tiny.png", "smaller than one ridge neighbourhood"),
-        ("huge.pgm", "more than 64 megapixels"),
-    ],
-)
-def test_bad_input_is_one_line_and_leaves_nothing(run, prints, tmp_path, name, reason):
-    good, bad = prints / "1_1.png", prints / name
-    for words in (("verify", bad, good, "--overlay"), ("overlay", good, bad, "-o")):
-        result = run(*words, tmp_path / "out.png")
-        assert_refused(result, f"{bad}: ")
-        assert reason in result.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("--dpi 99", "99 dpi is outside"),
-        ("--probe-dpi 4001", "4001 dpi"),
-        ("--reference-dpi 0", "0 dpi"),
-        ("--fmr 0", "false match rate"),
-        ("--threshold 101", "threshold"),
-        ("--fmr 0.1 --threshold 9", "exclude each other"),
-        ("--matcher best", "unknown matcher 'best'"),
-        ("--matcher paper --rho 1.1", "rho must lie in 0..1, not 1.1"),
-        ("--matcher paper --area-tolerance 0", "area tolerance must be positive"),
-        ("--matcher paper --rho 0.5 --fmr 0.01", "rho decides without a score"),
-        ("--matcher paper --rho 0.5 --threshold 20", "rho decides without a score"),
-        ("--rho 0.5", "parameters of matcher paper, not unit-circle"),
-        ("--area-tolerance 0.5", "parameters of matcher paper, not unit-circle"),
-        ("--calibration no/such.json", "no/such.json: cannot be read: no such file"),
-        (f"--calibration {__file__}", "test_verify.py: not a calibration file"),
-        ("--overlay overlay.doc", "written as .png or .svg"),
-        ("--overlay no/such/folder/overlay.png", "no/such/folder/overlay.png"),
-    ],
-)
-def test_bad_options_are_one_line(run, prints, words, reason):
-    assert_refused(run("verify", prints / "1_1.png", prints / "1_2.png", *words.split()), reason)
-
-
 def test_a_calibration_file_says_what_similarities_are_worth(run, prints, tmp_path):
     file = tmp_path / "calibration.json"
     made_for = Provenance(matcher="unit-circle")

@@ -14,9 +14,10 @@ import pytest
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.image.skeleton._trace_kernel import COMPILED
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
-COPIES = 8
+COPIES = 8 if COMPILED else 1  # uncompiled, each print takes seconds
 PROGRAM = """
 import signal
 from fpmatch.cli import main

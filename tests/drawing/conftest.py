@@ -1,15 +1,11 @@
 """A print with known ridges, and comparisons of it with a moved copy."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fpmatch.matching.result import Comparison, Verification
 from fpmatch.minutiae import Minutiae, Template
@@ -21,7 +17,7 @@ POSITIONS = np.array([[50.0, 60.0], [80.0, 40.0], [100.0, 110.0], [60.0, 120.0],
 
 
 @pytest.fixture(scope="session")
-def probe_image() -> NDArray[np.uint8]:
+def probe_image():
     """Rings around a point off the middle, on bare paper outside a disc."""
     y, x = np.mgrid[:170, :180].astype(float)
     rings = 128 + 90 * np.cos(2 * np.pi * np.hypot(x - 70, (y - 95) * 1.2) / PERIOD)
@@ -30,7 +26,7 @@ def probe_image() -> NDArray[np.uint8]:
 
 
 @pytest.fixture(scope="session")
-def reference_image(probe_image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def reference_image(probe_image):
     """The same rings, moved by the true transform."""
     moved = cv2.warpAffine(
         probe_image, TRUE_TRANSFORM.matrix, (190, 175), flags=cv2.INTER_CUBIC, borderValue=240
@@ -43,19 +39,17 @@ def sides(probe_image, reference_image):
     return probe_image, reference_image
 
 
-def minutiae_at(positions: Any, turn: float = 0.0) -> Minutiae:
+def minutiae_at(positions, turn=0.0):
     xy = np.asarray(positions, dtype=float).reshape(-1, 2)
     n = np.arange(len(xy))
     return Minutiae(xy[:, 0], xy[:, 1], 0.7 * n - turn, n % 3, 20 * n)
 
 
 @pytest.fixture
-def compared(
-    probe_image: NDArray[np.uint8], reference_image: NDArray[np.uint8]
-) -> Callable[..., Verification]:
+def compared(probe_image, reference_image):
     """Return a function that makes a Verification of the two prints, with fields replaced."""
 
-    def make(**changes: Any) -> Verification:
+    def make(**changes):
         height, width = probe_image.shape
         probe = Template(minutiae_at(POSITIONS), width, height)
         moved = TRUE_TRANSFORM.apply(POSITIONS) + np.array([1.0, -2.0])

@@ -1,7 +1,5 @@
 """The paper's figures: their numbers are the library's, their files always the same."""
 
-from __future__ import annotations
-
 import io
 import math
 import sys
@@ -26,9 +24,9 @@ from fpmatch.drawing.paper_figures.pair import (
     random_point_pair,
     rotated_point_pair,
 )
-from fpmatch.drawing.paper_figures.rings import Ring, RingPair, choose_ring_pair
+from fpmatch.drawing.paper_figures.rings import Ring, choose_ring_pair
 from fpmatch.drawing.paper_figures.rotation import rotation, two_circles
-from fpmatch.drawing.paper_figures.sheet import PX, STYLE, PointFigure
+from fpmatch.drawing.paper_figures.sheet import PX, STYLE
 from fpmatch.drawing.paper_figures.unit_circle import (
     shares_table,
     sub_triangles,
@@ -50,23 +48,23 @@ SPIRAL = np.array([[k**0.5 * math.cos(2.4 * k), k**0.5 * math.sin(2.4 * k)] for 
 
 
 @pytest.fixture(scope="module")
-def pair() -> PointPair:
+def pair():
     return random_point_pair(EASY_SEED)
 
 
 @pytest.fixture(scope="module")
-def rings(pair: PointPair) -> RingPair:
+def rings(pair):
     return choose_ring_pair(pair)
 
 
 @pytest.fixture(scope="module")
-def figures(pair: PointPair, rings: RingPair) -> dict[str, PointFigure]:
+def figures(pair, rings):
     """Return all figures by the number in their names, such as 6a."""
     pytest.importorskip("matplotlib")
     return {figure.file_name.split("_")[1]: figure for figure in draw_point_figures(pair, rings)}
 
 
-def texts_of(svg: bytes) -> list[str]:
+def texts_of(svg):
     texts = ElementTree.fromstring(svg).iter(f"{SVG}text")
     return ["".join(text.itertext()) for text in texts]
 
@@ -75,7 +73,7 @@ def texts_of(svg: bytes) -> list[str]:
 
 
 @pytest.mark.parametrize("side", ["p", "q"])
-def test_the_ring_is_the_one_that_the_matcher_maps(rings: RingPair, side: str) -> None:
+def test_the_ring_is_the_one_that_the_matcher_maps(rings, side):
     ring: Ring = getattr(rings, side)
     mapped = map_to_unit_circle(ring.side.mesh)
     i = mapped.centre.tolist().index(ring.centre)
@@ -90,7 +88,7 @@ def test_the_ring_is_the_one_that_the_matcher_maps(rings: RingPair, side: str) -
     np.testing.assert_allclose(ring.arcs / ring.sides, 2 * math.pi / ring.sides.sum())
 
 
-def test_the_move_is_the_one_that_the_matcher_proposes(pair, rings) -> None:
+def test_the_move_is_the_one_that_the_matcher_proposes(pair, rings):
     p, q = pair.p.prepared, pair.q.prepared
     i = p.rings.centre.tolist().index(rings.p.centre)
     j = q.rings.centre.tolist().index(rings.q.centre)
@@ -100,7 +98,7 @@ def test_the_move_is_the_one_that_the_matcher_proposes(pair, rings) -> None:
     assert (tx, ty) == pytest.approx((move.tx, move.ty))
 
 
-def test_the_default_ring_is_easy_to_read_and_truly_paired(pair, rings) -> None:
+def test_the_default_ring_is_easy_to_read_and_truly_paired(pair, rings):
     assert 5 <= len(rings.p) == len(rings.q) <= 7
     assert rings.shift == rings.true_shift
     partners = dict(pair.pairs.tolist())
@@ -112,7 +110,7 @@ def test_the_default_ring_is_easy_to_read_and_truly_paired(pair, rings) -> None:
 
 @settings(max_examples=15)
 @given(st.integers(0, 10_000), st.floats(-300, 300).map(lambda x: 2.0 ** (x / 2)))
-def test_the_circles_of_a_rotated_copy_are_the_same_and_rotate_as_it_does(seed, unit) -> None:
+def test_the_circles_of_a_rotated_copy_are_the_same_and_rotate_as_it_does(seed, unit):
     pair = rotated_point_pair(SPIRAL * unit, "spiral", seed)
     rings = choose_ring_pair(pair)
     angle = pair.transform.rotation
@@ -129,7 +127,7 @@ def test_the_circles_of_a_rotated_copy_are_the_same_and_rotate_as_it_does(seed, 
 
 
 @given(st.integers(3, 9), st.integers(0, 2**32 - 1))
-def test_sub_triangles_hold_the_centre_and_their_mean_is_the_weight(d: int, seed: int) -> None:
+def test_sub_triangles_hold_the_centre_and_their_mean_is_the_weight(d, seed):
     rng = np.random.default_rng(seed)
     angle = (np.arange(d) + rng.uniform(-0.2, 0.2, d)) * 2 * math.pi / d
     ring = rng.uniform(0.5, 2.0, (d, 1)) * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -143,7 +141,7 @@ def test_sub_triangles_hold_the_centre_and_their_mean_is_the_weight(d: int, seed
     np.testing.assert_allclose(mean, shape_preserving_weights(ring, (0.0, 0.0)), atol=1e-12)
 
 
-def test_two_given_sets_are_paired_by_the_matcher_or_refused() -> None:
+def test_two_given_sets_are_paired_by_the_matcher_or_refused():
     p = np.random.default_rng(5).uniform(0, 10, (30, 2))
     move = Similarity(1.7, 0.9, 30.0, -8.0)
     pair = matched_point_pair(p, np.vstack([[[20.0, -14.0]], move.apply(p)]), "p.csv", "q.csv")
@@ -157,7 +155,7 @@ def test_two_given_sets_are_paired_by_the_matcher_or_refused() -> None:
         matched_point_pair(SPIRAL[:20], unrelated, "p.csv", "q.csv")
 
 
-def test_the_caption_of_a_regular_ring_has_the_true_partner() -> None:
+def test_the_caption_of_a_regular_ring_has_the_true_partner():
     angle = np.arange(6) * math.pi / 3
     hexagon = np.vstack([np.column_stack([np.cos(angle), np.sin(angle)]), [[0.0, 0.0]]])
     pair = rotated_point_pair(hexagon, "hexagon", 1)
@@ -174,7 +172,7 @@ def test_the_caption_of_a_regular_ring_has_the_true_partner() -> None:
 # Figures
 
 
-def test_there_are_seven_files_of_the_six_figures(figures: dict[str, PointFigure]) -> None:
+def test_there_are_seven_files_of_the_six_figures(figures):
     assert list(figures) == ["2", "3", "4", "5", "6a", "6b", "7"]
     for number_, figure in figures.items():
         root = ElementTree.fromstring(figure.content)
@@ -186,7 +184,7 @@ def test_there_are_seven_files_of_the_six_figures(figures: dict[str, PointFigure
         assert all(word in shown for word in figure.caption.split())
 
 
-def test_the_numbers_are_written_into_the_figures(figures, pair, rings) -> None:
+def test_the_numbers_are_written_into_the_figures(figures, pair, rings):
     texts = {key: texts_of(figure.content) for key, figure in figures.items()}
     ring, circle = rings.p, rings.p.circle
     for weight, arc, sector in zip(circle.weights, ring.arcs, ring.sectors, strict=True):
@@ -203,7 +201,7 @@ def test_the_numbers_are_written_into_the_figures(figures, pair, rings) -> None:
     assert decisions == texts["7"].count("yes") == texts["7"].count("no") == 5
 
 
-def test_the_same_points_make_the_same_file_whatever_the_settings(figures, pair, rings) -> None:
+def test_the_same_points_make_the_same_file_whatever_the_settings(figures, pair, rings):
     mpl = pytest.importorskip("matplotlib")
     with mpl.rc_context({"font.size": 31, "svg.fonttype": "path", "lines.linewidth": 9}):
         again = draw_point_figures(pair, rings)
@@ -214,7 +212,7 @@ def test_the_same_points_make_the_same_file_whatever_the_settings(figures, pair,
         assert b"<dc:date>" not in figure.content
 
 
-def test_png_is_twice_as_large_and_always_the_same(rings: RingPair) -> None:
+def test_png_is_twice_as_large_and_always_the_same(rings):
     pytest.importorskip("matplotlib")
     with plain_style(STYLE):
         sheet = unit_circle(rings.p)
@@ -234,7 +232,7 @@ def test_png_is_twice_as_large_and_always_the_same(rings: RingPair) -> None:
     ],
     ids=["3", "4", "5", "6a", "6b", "7"],
 )  # fmt: skip
-def test_labels_are_large_and_do_not_overlap(pair, rings, draw) -> None:
+def test_labels_are_large_and_do_not_overlap(pair, rings, draw):
     backend = pytest.importorskip("matplotlib.backends.backend_agg")
     annotation = pytest.importorskip("matplotlib.text").Annotation
     with plain_style(STYLE):
@@ -268,13 +266,13 @@ def test_labels_are_large_and_do_not_overlap(pair, rings, draw) -> None:
         (np.arange(2.0 * MOST_POINTS + 2).reshape(-1, 2), "at most 2000"),
     ],
 )
-def test_sets_of_which_there_is_nothing_to_draw(points: object, reason: str) -> None:
+def test_sets_of_which_there_is_nothing_to_draw(points, reason):
     with pytest.raises(PointSetError, match=f"^p.csv: {reason}|^p.csv: .*{reason}") as caught:
-        rotated_point_pair(points, "p.csv", 1)  # type: ignore[arg-type]
+        rotated_point_pair(points, "p.csv", 1)
     assert "\n" not in str(caught.value)
 
 
-def test_rings_that_cannot_be_shown_are_refused_by_name() -> None:
+def test_rings_that_cannot_be_shown_are_refused_by_name():
     pair = rotated_point_pair(SPIRAL, "p.csv", 1)
     outer = int(pair.p.mesh.hull[0])
     for index, reason in ((outer, "is not closed"), (30, "go from 0 to 29"), (-1, "from 0 to 29")):
@@ -284,7 +282,7 @@ def test_rings_that_cannot_be_shown_are_refused_by_name() -> None:
     assert choose_ring_pair(pair, inner).p.centre == inner
 
 
-def test_a_ring_without_its_partner_is_refused() -> None:
+def test_a_ring_without_its_partner_is_refused():
     pair = rotated_point_pair(SPIRAL, "p.csv", 1)
     i = choose_ring_pair(pair).p.centre
     lonely = PointPair(pair.p, pair.q, pair.pairs[:0], pair.transform, "", "")
@@ -300,9 +298,9 @@ def test_a_ring_without_its_partner_is_refused() -> None:
         choose_ring_pair(other, i)
 
 
-def test_unknown_formats_and_a_missing_matplotlib_are_named(monkeypatch, pair, rings) -> None:
+def test_unknown_formats_and_a_missing_matplotlib_are_named(monkeypatch, pair, rings):
     with pytest.raises(OutputError, match="unknown format 'pdf': expected svg or png"):
-        draw_point_figures(pair, rings, "pdf")  # type: ignore[arg-type]
+        draw_point_figures(pair, rings, "pdf")
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(OutputError, match="needs matplotlib: pip install"):
         draw_point_figures(pair, rings)

@@ -1,17 +1,12 @@
 """The plot of two point sets: marks are in their places, and the words are those of the result."""
 
-from __future__ import annotations
-
 import re
 import sys
-from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fpmatch.drawing import palette
 from fpmatch.drawing.palette import PROBE_MARK, hexadecimal
@@ -27,30 +22,30 @@ PAIRED = 8
 
 
 @pytest.fixture
-def sets(rng: np.random.Generator) -> Any:
+def sets(rng):
     """Return 10 points and 12, of which the first eight of both are partners."""
     p = rng.uniform(0, [100, 60], (10, 2))
     return p, np.vstack([MOVE.apply(p[:PAIRED]), rng.uniform(300, 400, (4, 2))])
 
 
 @pytest.fixture
-def match() -> PointMatch:
+def match():
     pairs = np.column_stack([np.arange(PAIRED)] * 2).astype(np.int32)
     return PointMatch(MOVE, pairs, 0.8, 0.0, 1, 1e-9)
 
 
-def drawn(path: Path, *given: Any, **named: Any) -> str:
+def drawn(path, *given, **named):
     """Return the text of the SVG that is drawn."""
     save_point_plot(path, *given, **named)
     return path.read_text(encoding="utf-8")
 
 
-def words_of(svg: str) -> list[str]:
+def words_of(svg):
     root = ElementTree.fromstring(svg)
     return [node.text or "" for node in root.iter("{http://www.w3.org/2000/svg}text")]
 
 
-def marks_of(svg: str, colour: palette.Colour) -> NDArray[np.float64]:
+def marks_of(svg, colour):
     """Return the places of all marks of a colour, in SVG's units, those of the legend left out."""
     legend = svg.index('<g id="legend_')
     found = re.findall(
@@ -60,7 +55,7 @@ def marks_of(svg: str, colour: palette.Colour) -> NDArray[np.float64]:
     return np.array(found, dtype=np.float64).reshape(-1, 2)
 
 
-def test_every_point_has_its_mark(tmp_path: Path, sets: Any, match: PointMatch) -> None:
+def test_every_point_has_its_mark(tmp_path, sets, match):
     p, q = sets
     svg = drawn(tmp_path / "plot.svg", p, q, match)
     rings, dots = marks_of(svg, palette.REFERENCE_MARK), marks_of(svg, PROBE_MARK)
@@ -74,7 +69,7 @@ def test_every_point_has_its_mark(tmp_path: Path, sets: Any, match: PointMatch) 
     assert abs(fit.rotation) < 1e-6
 
 
-def test_the_words_are_those_of_the_result(tmp_path: Path, sets: Any, match: PointMatch) -> None:
+def test_the_words_are_those_of_the_result(tmp_path, sets, match):
     words = words_of(drawn(tmp_path / "plot.svg", *sets, match, names=("a.csv", "b" * 99)))
     assert "MATCH" in words
     assert f"P (a.csv), moved, on Q (…{'b' * 29})" in words
@@ -84,21 +79,21 @@ def test_the_words_are_those_of_the_result(tmp_path: Path, sets: Any, match: Poi
     assert paired | {"Q, unpaired (4)", "P, moved, unpaired (2)"} <= set(words)
 
 
-def test_sets_that_do_not_match_are_drawn_side_by_side(tmp_path: Path, sets: Any) -> None:
+def test_sets_that_do_not_match_are_drawn_side_by_side(tmp_path, sets):
     words = words_of(drawn(tmp_path / "plot.svg", *sets, PointMatch.none(), names=("a", "b")))
     assert "NO MATCH" in words
     assert "P (a): 10 points" in words
     assert "Q (b): 12 points" in words
 
 
-def test_the_picture_does_not_depend_on_settings(tmp_path: Path, sets: Any, match: Any) -> None:
+def test_the_picture_does_not_depend_on_settings(tmp_path, sets, match):
     plain = drawn(tmp_path / "plot.svg", *sets, match)
     with mpl.rc_context({"font.size": 30, "axes.facecolor": "red"}):
         assert drawn(tmp_path / "plot.svg", *sets, match) == plain
 
 
 @pytest.mark.parametrize("name", ["$x_1$ & <b>", "two\nlines\x01", "日本", "\udcff"])
-def test_any_name_can_be_written(tmp_path: Path, sets: Any, match: PointMatch, name: str) -> None:
+def test_any_name_can_be_written(tmp_path, sets, match, name):
     words = words_of(drawn(tmp_path / "plot.svg", *sets, match, names=(name, "Q")))
     shown = re.sub("[\n\x01\udcff]", " ", name)
     assert f"P ({shown}), moved, on Q" in words
@@ -107,7 +102,7 @@ def test_any_name_can_be_written(tmp_path: Path, sets: Any, match: PointMatch, n
 
 @pytest.mark.parametrize("factor", [1e-310, 1e-40, 1e12, 1e40, 1e300])
 @pytest.mark.parametrize("move", [Similarity(), None])
-def test_points_of_any_magnitude_are_drawn(tmp_path: Path, sets: Any, factor, move) -> None:
+def test_points_of_any_magnitude_are_drawn(tmp_path, sets, factor, move):
     pairs = np.array([[0, 0]] if move else np.empty((0, 2)), np.int32)
     match = PointMatch(move, pairs, 0.1, 0.0, 1)
     p, q = (points * factor for points in sets)
@@ -115,7 +110,7 @@ def test_points_of_any_magnitude_are_drawn(tmp_path: Path, sets: Any, factor, mo
     assert any(word.startswith("x (1e") for word in words) == (factor != 1e12)
 
 
-def test_points_without_width_are_drawn(tmp_path: Path) -> None:
+def test_points_without_width_are_drawn(tmp_path):
     pairs = np.array([[0, 0]], np.int32)
     for points in ([[1.0, 2.0]], [[0.0, 0.0], [0.0, 5.0]], [[1e12, 0.0], [1e12 + 1, 0.0]]):
         match = PointMatch(Similarity(), pairs, 1.0, 0.0, 1)
@@ -123,7 +118,7 @@ def test_points_without_width_are_drawn(tmp_path: Path) -> None:
         assert len(marks_of(svg, PROBE_MARK)) == 1
 
 
-def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch) -> None:
+def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch):
     monkeypatch.setattr("fpmatch.drawing.plots.point_plot._MOST_VECTORS", 7)
     svg = drawn(tmp_path / "plot.svg", *sets, match)
     assert "<image" in svg
@@ -131,7 +126,7 @@ def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch) 
     assert len(marks_of(svg, palette.PROBE_INK)) == 2
 
 
-def test_a_png_is_a_picture_of_the_same(tmp_path: Path, sets: Any, match: PointMatch) -> None:
+def test_a_png_is_a_picture_of_the_same(tmp_path, sets, match):
     path = tmp_path / "plot.PNG"
     save_point_plot(path, *sets, match)
     picture = cv2.imread(str(path))
@@ -151,7 +146,7 @@ def test_a_png_is_a_picture_of_the_same(tmp_path: Path, sets: Any, match: PointM
         ("folder.png", "cannot be written: it is a folder"),
     ],
 )
-def test_where_no_plot_can_go(tmp_path: Path, sets: Any, match: PointMatch, name, reason) -> None:
+def test_where_no_plot_can_go(tmp_path, sets, match, name, reason):
     (tmp_path / "folder.png").mkdir()
     for refuse in (check_plot, lambda path: save_point_plot(path, *sets, match)):
         with pytest.raises(OutputError) as caught:
@@ -160,7 +155,7 @@ def test_where_no_plot_can_go(tmp_path: Path, sets: Any, match: PointMatch, name
     assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
 
 
-def test_without_matplotlib_the_error_names_the_extra(tmp_path, sets, match, monkeypatch) -> None:
+def test_without_matplotlib_the_error_names_the_extra(tmp_path, sets, match, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(OutputError, match=r"needs matplotlib: pip install 'fpmatch\[plot\]'"):
         save_point_plot(tmp_path / "plot.png", *sets, match)

@@ -9,7 +9,7 @@ import pytest
 
 from fpmatch.engine.engine import serial
 from fpmatch.engine.local import available_cores
-from fpmatch.engine.workers import attempt_all, attempt_each, run_chunks
+from fpmatch.engine.workers import attempt_all, attempt_each, results_of_each, run_chunks
 from fpmatch.errors import ImageError
 
 
@@ -23,11 +23,8 @@ def test_results_come_in_order_and_are_reported_in_order():
     assert finished == [3, 1, 2]
 
 
-def test_nothing_to_do():
+def test_without_work_nothing_starts_and_there_is_a_core():
     assert run_chunks(add, 10, []) == []
-
-
-def test_there_is_a_core():
     assert 1 <= available_cores() <= (os.cpu_count() or 1)
 
 
@@ -57,8 +54,9 @@ def test_an_item_that_is_refused_stops_nothing(workers):
 
 def test_items_are_drawn_as_they_are_needed_and_other_errors_come_through():
     drawn = count()
-    attempts = attempt_each(serial(), halve, drawn, items_per_chunk=3)
+    attempts = attempt_each(serial(), halve, drawn)
     assert [item for item, _ in islice(attempts, 4)] == [0, 1, 2, 3]
-    assert next(drawn) == 6
+    assert next(drawn) == 4
     with pytest.raises(ValueError, match="10"):
         list(attempts)
+    assert list(results_of_each(serial(), halve, [4, 1, 0])) == [2, None, 0]

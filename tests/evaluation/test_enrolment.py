@@ -8,15 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.evaluation import comparison, run
+from fpmatch.evaluation import comparison, enrolment, run
 from fpmatch.evaluation.dataset import Dataset, Impression
-from fpmatch.evaluation.enrolment import (
-    Enrolment,
-    enrolment_document,
-    enrolment_text,
-    plan_enrolment,
-    with_impostors,
-)
+from fpmatch.evaluation.enrolment import Enrolment, plan_enrolment
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.finger import fused_score
@@ -31,14 +25,10 @@ def impressions_of(fingers, numbers):
 
 def extracted(name, places):
     """Return a database of one print for each (finger, x); None for no template."""
-    seen = dict.fromkeys((finger for finger, _ in places), 0)
-    impressions, extractions = [], []
-    for finger, x in places:
-        seen[finger] += 1
-        impressions.append(Impression(finger, seen[finger], Path(f"{finger}_{seen[finger]}.tif")))
-        one = None if x is None else Template(Minutiae([x], [0.0], [0.0]), 10, 10)
-        extractions.append(Extraction(one, "" if one else "none", 1.0))
-    return ExtractedSet(Dataset(name, None, "", tuple(impressions)), tuple(extractions))
+    prints = [Impression(f, k, Path(f"{f}_{k}.tif")) for k, (f, _) in enumerate(places)]
+    made = [x if x is None else Template(Minutiae([x], [0.0], [0.0]), 10, 10) for _, x in places]
+    extractions = tuple(Extraction(one, "" if one else "none", 1.0) for one in made)
+    return ExtractedSet(Dataset(name, None, "", tuple(prints)), extractions)
 
 
 @pytest.fixture
@@ -80,7 +70,7 @@ def test_where_nothing_is_left_to_compare_nothing_is(count):
 def test_prints_of_other_databases_are_of_other_fingers():
     one = extracted("one", [(1, 0.0), (1, 1.0), (2, 5.0)])
     other = extracted("other", [(1, 0.0), (2, 3.0)])
-    both = with_impostors(one, [other, other])
+    both = enrolment.with_impostors(one, [other, other])
     fingers = [i.finger for i in both.dataset.impressions]
     assert fingers == [1, 1, 2, 4, 5, 7, 8]
     plan = plan_enrolment(both.dataset.impressions, Enrolment(1), own=3)
@@ -99,11 +89,11 @@ def test_a_probe_has_the_score_of_the_finger(fake):
     assert outcomes[2, 0] == pytest.approx(fused_score([100 / 2, 100 / 9]))
     assert outcomes[5, 3] == pytest.approx(50.0)  # the other impression has no template
     assert row.genuine == 2
-    document = enrolment_document(report, Enrolment(2))
+    document = enrolment.enrolment_document(report, Enrolment(2))
     assert document["impressions"] == 2
     at_40 = document["scores"][-1]
     assert (at_40["stated_fmr"], at_40["fmr"], at_40["fnmr"]) == (pytest.approx(1e-4), 0.0, 0.0)
-    words = enrolment_text(document)
+    words = enrolment.enrolment_text(document)
     assert words.startswith("Enrolled: 2 impressions of each finger, the first.")
 
 

@@ -1,7 +1,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,13 +53,6 @@ def test_a_probe_that_matches_nothing_ranks_last():
     similarity = np.where(pairs.genuine, 5.0, 1.0)
     similarity[(pairs.probe == 0) | (pairs.reference == 0)] = 0.0
     assert identify_all(impressions, pairs, similarity).rank.tolist() == [3, 3, 1, 1, 1, 1]
-
-
-@pytest.mark.parametrize("fingers", [[1, 1], [1, 2, 3]])
-def test_nothing_to_identify(fingers):
-    impressions = prints(fingers)
-    pairs = choose_pairs(impressions)
-    assert identify_all(impressions, pairs, np.zeros(len(pairs))) is None
 
 
 def test_first_impressions_alone_are_no_search():

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import Impression
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 
@@ -44,16 +43,3 @@ def test_agrees_with_the_definition(prints, protocol):
     pairs = choose_pairs(prints, protocol)
     columns = (pairs.probe.tolist(), pairs.reference.tolist(), pairs.genuine.tolist())
     assert list(zip(*columns, strict=True)) == list(slow_pairs(prints, protocol))
-
-
-def test_first_impression_is_the_lowest_number_there_is():
-    pairs = choose_pairs(impressions((1, 3), (1, 2), (2, 7)), "fvc")
-    assert list(zip(pairs.probe, pairs.reference, pairs.genuine, strict=True)) == [
-        (0, 1, True),
-        (1, 2, False),
-    ]
-
-
-def test_unknown_protocol():
-    with pytest.raises(DatasetError, match="unknown protocol 'all'; known: extended, fvc"):
-        choose_pairs(FVC_SET_B, "all")

@@ -96,17 +96,6 @@ def test_what_was_written_is_read(report, scores):
         choose_matcher(found, "paper", "s.csv")
 
 
-def test_a_file_without_matchers_is_anybodys(scores, tmp_path):
-    with (tmp_path / "old.csv").open("w", newline="") as stream:
-        names = ["set", "probe", "reference", "genuine", "similarity"]
-        writer = csv.DictWriter(stream, names, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(rows_of(scores))
-    found = read_scores(tmp_path / "old.csv")
-    assert {s.matcher for s in found} == {""}
-    assert choose_matcher(found, "any", "old.csv") == found
-
-
 HEAD = "set,probe,reference,genuine,similarity\n"
 GOOD = "a,1_1.tif,1_2.tif,1,0.5\n"
 
@@ -149,5 +138,6 @@ def test_a_file_of_score_has_each_pair_once(tmp_path):
     assert (found.name, found.matcher, found.prints) == ("db", "", ("1_1", "1_2", "2_1"))
     assert found.trials.similarity.tolist() == [3, 0]
     assert found.compared.tolist() == [True, False]
+    assert choose_matcher([found], "any", path) == [found]
     with pytest.raises(DatasetError, match="cannot be read: is a directory"):
         read_scores(tmp_path)

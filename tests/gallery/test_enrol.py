@@ -16,9 +16,8 @@ from made_prints import extractor
 from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import enrol as enrol_module
-from fpmatch.gallery.entry import Failure
+from fpmatch.gallery.entry import Failure, NamePattern
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.prints import find_prints
 from fpmatch.reading import ASSUMED_DPI
 

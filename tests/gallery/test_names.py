@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.entry import Label
-from fpmatch.gallery.names import FVC_PATTERN, NamePattern, as_text
+from fpmatch.gallery.entry import FVC_PATTERN, Label, NamePattern, as_text
 
 FOLDERS = r"(?P<subject>\w+)/((?P<finger>\w+)-)?(?P<impression>\d+)"
 ALTERNATIVES = "(?i)p(?P<subject>[0-9]+)|q[0-9]+"

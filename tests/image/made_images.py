@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
+from hypothesis import example
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
@@ -99,16 +102,22 @@ def turn_between(a: object, b: object, *, period_deg: float = 360.0) -> NDArray[
 binaries = st.tuples(st.integers(1, 14), st.integers(1, 14)).flatmap(
     lambda shape: arrays(np.bool_, shape)
 )
-"""Any binary image of 1 to 14 pixels a side."""
-
-blobs = st.builds(
+fat = st.builds(
     lambda binary, size: cv2.dilate(
         binary.astype(np.uint8), np.ones((size, size), np.uint8)
     ).astype(bool),
     binaries,
     st.integers(2, 4),
 )
-"""Binary images of fat shapes."""
+shapes = st.one_of(binaries, fat)
+"""Any binary image of 1 to 14 pixels a side, or one of fat shapes."""
+
+
+def extremes_too(test: Callable[..., None]) -> Callable[..., None]:
+    """Add the images that every stage must bear to the examples of a test of binary images."""
+    for image in strips_and_extremes().values():
+        test = example(image)(test)
+    return test
 
 
 def strips_and_extremes() -> dict[str, Binary]:

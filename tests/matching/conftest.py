@@ -29,8 +29,8 @@ def plain(interpreted):
     found.align.PairMesh = found.pair_mesh.PairMesh
     found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
     found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
-    found.evidence.smaller_area = found.compare.smaller_area = found.amount.smaller_area
-    found.evidence.common_cells = found.amount.common_cells
+    found.evidence.amount = found.amount
+    found.compare.smaller_area = found.amount.smaller_area
     found.compare.as_similarity = found.amount.as_similarity
     found.compare.normalize_by_size = found.local.normalize_by_size
     return found

@@ -94,7 +94,7 @@ def doubled_prints(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
     points = spread_points(rng, 10, size=130.0)
     again = moved(points, rng.uniform(-1, 1), 200 + 10j)
     both = np.hstack([jittered(rng, side, 2.0, 0.1) for side in (points, again)])
-    field = (None, striped_field(side=25), striped_field(side=10))[seed % 3]
+    field = (None, striped_field(side=25 if COMPILED else 14), striped_field(side=10))[seed % 3]
     sides = (prepare(template_of(side, field=field)) for side in (points, both))
     a, b = sorted(sides, key=lambda side: side.key)
     return a, b

@@ -30,7 +30,6 @@ from fpmatch.matching.align import (
 
 EXAMPLES = 30 if COMPILED else 8
 APART = 25.0  # px between minutiae, more than any reach: only true partners can be paired
-COARSE = AlignmentParameters(rounds=1)
 
 turns = st.floats(-math.pi, math.pi)
 shifts = st.complex_numbers(max_magnitude=300)
@@ -132,17 +131,6 @@ def test_true_matches_win_over_false_ones():
         assert found.partner.tolist() == list(range(20))
 
 
-def test_one_hypothesis_is_that_of_the_strongest_match():
-    a = spread_points(np.random.default_rng(9), 20, APART)
-    b = moved(a, 1.0)
-    one = AlignmentParameters(hypotheses=1)
-    similarity = matches(20, 20, (4, 4), (5, 5), (2, 9))
-    (found,) = alignments(a, b, similarity, one)
-    assert found.partner.tolist() == list(range(20))
-    first, *_ = alignments(a, b, similarity)
-    assert fields_of(first) == fields_of(found)
-
-
 def test_prints_that_agree_in_two_ways_have_two_hypotheses():
     """Two parts of a print that moved apart, as where a finger rolls between two touches."""
     rng = np.random.default_rng(14)
@@ -203,22 +191,9 @@ def test_either_print_may_come_first(seed):
     order = rng.permutation(35)[:30]
     b = np.ascontiguousarray(b[:, order])
     forth, back = aligned(a, b), aligned(b, a)
-    assert forth is not None
-    assert back is not None
     pairs = {(i, j) for i, j in enumerate(forth.partner.tolist()) if j >= 0}
     swapped = {(i, j) for j, i in enumerate(back.partner.tolist()) if i >= 0}
     assert len(pairs & swapped) >= 0.85 * len(pairs | swapped)
-
-
-def test_coarse_alignment_is_what_refinement_starts_from():
-    rng = np.random.default_rng(22)
-    a = spread_points(rng, 15, APART)
-    b = jittered(rng, moved(a, 0.2), 2.0, 0.05)
-    similarity = similarity_of(a, b)
-    coarse = alignments(a, b, similarity, COARSE, coarse=True)
-    same = alignments(a, b, similarity, COARSE)
-    assert [fields_of(one) for one in coarse] == [fields_of(one) for one in same]
-    assert len(coarse) >= 1
 
 
 @pytest.mark.parametrize(("n", "m"), [(5, 5), (0, 5), (5, 0), (0, 0)])
@@ -239,14 +214,6 @@ def test_coincident_minutiae_pair_by_their_directions():
     assert single.predicted == pytest.approx(b[:, 1:2])
 
 
-def test_lattices_align_although_every_place_looks_the_same():
-    x, y = np.meshgrid(np.arange(5) * 20.0, -np.arange(5) * 20.0)
-    grid = np.ascontiguousarray([x.ravel(), y.ravel(), np.ones(25), np.zeros(25)])
-    found = aligned(grid, grid)
-    assert found is not None
-    assert found.partner.tolist() == list(range(25))
-
-
 def test_a_print_is_its_own_best_alignment():
     a = spread_points(np.random.default_rng(3), 20, APART)
     itself, found = identity_alignment(a), aligned(a, a)
@@ -255,7 +222,6 @@ def test_a_print_is_its_own_best_alignment():
     assert itself.weight.tolist() == [1.0] * 20
     assert itself.transform.tolist() == [1.0, 0.0, 0.0, 0.0]
     assert itself.predicted.tolist() == a.tolist()
-    assert found is not None
     assert found.partner.tolist() == itself.partner.tolist()
     assert found.transform == pytest.approx(itself.transform, abs=1e-9)
     assert found.predicted == pytest.approx(itself.predicted, abs=1e-6)
@@ -284,7 +250,3 @@ def test_an_aligner_for_larger_prints_finds_the_same_and_what_it_found_is_a_copy
         aligner.save_best()
         assert fields_of(found) == results[-1]
     assert results[0] == results[1]
-
-
-def test_the_cosine_is_that_of_the_largest_difference_in_direction():
-    assert AlignmentParameters(max_turn_deg=60.0).min_cosine == pytest.approx(0.5)

@@ -26,7 +26,6 @@ from fpmatch.matching import _align_kernel
 from fpmatch.matching._pair_mesh_kernel import PairMesh
 from fpmatch.matching._relaxation_kernel import Relaxation
 from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
-from fpmatch.pointset.similarity import Similarity
 
 DIRECTION_ARM_PX = 30.0  # directions weigh as positions do at this distance from the middle
 SCALE_LIMITS = (0.94, 1.06)
@@ -222,27 +221,6 @@ def test_fit_agrees_with_its_twin(seed):
     assert found == pytest.approx(fit_twin(a, b, partner, weight, start), abs=1e-8)
 
 
-def test_fit_by_positions_alone_is_the_point_sets_own():
-    """Directions that agree with the rotation pull nowhere, so both fits are the same."""
-    rng = np.random.default_rng(2)
-    a = spread_points(rng, 12)
-    b = moved(a, 0.4, 5 + 9j, 1.02)
-    weight = rng.uniform(0.1, 1, 12)
-    _, found = fitted(a, b, np.arange(12, dtype=np.int32), weight, np.zeros(4))
-    plain = Similarity.fit(a[:2].T, b[:2].T, weight)
-    assert found == pytest.approx([*plain.matrix[:, 0], plain.tx, plain.ty])
-
-
-@pytest.mark.parametrize("pairs", [0, 1])
-def test_fewer_than_two_pairs_leave_the_transform_as_it_is(pairs):
-    a, b = two_impressions(3)
-    partner = np.full(14, -1, np.int32)
-    partner[:pairs] = 4
-    count, found = fitted(a, b, partner, np.ones(14), np.array([0.6, 0.8, -3.0, 5.0]))
-    assert count == pairs
-    assert found.tolist() == [0.6, 0.8, -3.0, 5.0]
-
-
 def test_pairs_on_one_spot_turn_by_their_directions():
     a = np.zeros((4, 3))
     a[2] = 1
@@ -370,19 +348,6 @@ def test_the_saved_alignment_stays_as_it_was():
     assert best_of(aligner) == saved
     aligner.relax(similarity_of(a, b))
     assert aligner.best_pairs == 0
-
-
-@pytest.mark.parametrize("rounds", [1, 2, 5])
-def test_refinement_takes_the_rounds_that_coarse_alignment_left(rounds):
-    a, b = two_impressions(6)
-    results = []
-    for coarse in (1, rounds):
-        aligner = aligner_for(a, b, replace(PARAMETERS, coarse_rounds=coarse, rounds=rounds))
-        aligner.relax(similarity_of(a, b))
-        assert aligner.start_hypothesis(0)
-        assert aligner.refine(0)
-        results.append(shown(aligner)[:5])
-    assert results[0] == results[1]
 
 
 @pytest.mark.parametrize("size", [3.0, 300.0, 1e7])

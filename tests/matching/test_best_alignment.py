@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from matching_prints import doubled_prints, seeds
+from matching_prints import COMPILED, doubled_prints, seeds
 from matching_weights import ALWAYS, NEVER, all_with, some_weights
 
 from fpmatch.matching._ridge_kernel import RidgeCorrelator
@@ -72,6 +72,7 @@ def alignment_twin(a, b, weights):
     st.sampled_from([-math.inf, -5.0, 0.0, 5.0, math.inf]),
     st.sampled_from([-1.0, 0.01, 0.05, 0.2, math.inf]),
 )
+@settings(max_examples=50 if COMPILED else 15)
 def test_align_agrees_with_its_twin(seed, refine, confident, relaxation):
     """Which hypotheses are tried, which are refined, and which of them is the result."""
     a, b = doubled_prints(seed)
@@ -88,7 +89,7 @@ def test_align_agrees_with_its_twin(seed, refine, confident, relaxation):
 def test_the_cases_to_align_are_of_every_kind():
     """Several hypotheses are tried; the first is not always the best; some sums are confident."""
     refined, first_is_best, one_alone = [], [], []
-    for seed in range(30):
+    for seed in range(30 if COMPILED else 9):
         a, b = doubled_prints(seed)
         every, first, confident = (
             alignment_twin(a, b, some_weights(relaxation=relaxation, confident=sure))

@@ -24,13 +24,11 @@ from fpmatch.matching.bit_descriptors import (
     APART,
     MAX_ENCODED,
     TURNS,
-    UNKNOWN_BIN,
     BitDescriptorParameters,
     descriptor_similarity,
     encode,
     prefilter,
 )
-from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import ORIENTATIONS
 
@@ -144,12 +142,33 @@ def impressions(seed):
         spread_points(rng, 9),
         spread_points(rng, 3),
         finger[:, :1],
+        # a cell has one word however many neighbours are in it; those far away have none
+        np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float),
+        np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]]),
     ]
     flows = (striped_field(orientation=0.3), striped_field(orientation=1.9), None)
     return [
         prepare(template_of(np.ascontiguousarray(side), field=flows[k % 3]))
         for k, side in enumerate(sides)
     ]
+
+
+def load(tables, own):
+    bits = own.neighbour_bits, own.orientation_bins
+    tables.load(own.xy, own.direction_bin, *bits, own.has_flow)
+
+
+def score(tables, other, *, swapped=False):
+    arrays = other.xy, other.direction_bin, other.neighbour_bits, other.orientation_bins
+    return tables.score(0, len(other.xy), *arrays, other.has_flow, swapped)
+
+
+def assert_same_both_ways(a, b):
+    tables = prefilter()
+    load(tables, a)
+    one_way = score(tables, b)
+    load(tables, b)
+    assert one_way == score(tables, a, swapped=True) == descriptor_similarity(a, b) >= 0
 
 
 @given(seeds)
@@ -163,25 +182,6 @@ def test_prints_have_in_common_what_the_plain_form_finds(seed):
         for own, other, swapped in ((a, b, False), (b, a, True)):
             load(tables, own.bit_descriptors)
             assert score(tables, other.bit_descriptors, swapped=swapped) == expected
-
-
-def load(tables, own):
-    own_bits = own.neighbour_bits, own.orientation_bins
-    tables.load(own.xy, own.direction_bin, *own_bits, own.has_flow)
-
-
-def score(tables, other, *, swapped=False):
-    other_bits = other.neighbour_bits, other.orientation_bins
-    arrays = other.xy, other.direction_bin, *other_bits
-    return tables.score(0, len(other.xy), *arrays, other.has_flow, swapped)
-
-
-def assert_same_both_ways(a, b):
-    tables = prefilter()
-    load(tables, a)
-    one_way = score(tables, b)
-    load(tables, b)
-    assert one_way == score(tables, a, swapped=True) == descriptor_similarity(a, b) >= 0
 
 
 @given(templates(), templates())
@@ -222,41 +222,3 @@ def test_compiled_and_interpreted_agree(plain, seed, k):
         slow = encode(one.points, one.quality, one.neighbourhoods, one.region)
     for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
         assert getattr(slow, name).tolist() == getattr(one.bit_descriptors, name).tolist()
-
-
-def test_impressions_of_a_finger_have_more_in_common_than_others():
-    rng = np.random.default_rng(7)
-    fingers = [spread_points(rng, 30) for _ in range(6)]
-    field = striped_field(side=25)
-    ours = [prepare(template_of(points, field=field)).bit_descriptors for points in fingers]
-    mates = [jittered(rng, moved(points[:, 4:], 0.1, 9 - 9j), 2.0, 0.08) for points in fingers]
-    theirs = [prepare(template_of(points, field=field)).bit_descriptors for points in mates]
-    table = np.array([[descriptor_similarity(a, b) for b in theirs] for a in ours])
-    assert np.diag(table).min() > 2 * (table - 1000 * np.eye(6)).max()
-
-
-def test_a_cell_counts_once_however_many_neighbours_it_has():
-    near = np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float)
-    one, alone = prepare(template_of(near)), prepare(template_of(near[:, :2].copy()))
-    words = one.bit_descriptors.neighbour_bits[0]
-    assert sorted(len(cells) for cells in cells_of(one, 0)) == [1, 1]
-    assert (words & 0x0800 == 0).sum() == (words & 0x8000 == 0).sum() == 1
-    assert descriptor_similarity(one.bit_descriptors, alone.bit_descriptors) == plain_similarity(
-        one, alone
-    )
-
-
-def test_neighbours_far_away_have_no_word():
-    far = np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]])
-    found = prepare(template_of(far)).bit_descriptors
-    assert (found.neighbour_bits[0] == NOWHERE).all()
-    assert (found.orientation_bins == UNKNOWN_BIN).all()
-
-
-def test_more_neighbours_than_words_are_left_out():
-    points = spread_points(np.random.default_rng(1), 20)
-    many = prepare(template_of(points), None, NeighbourhoodParameters(size=14))
-    few = prepare(template_of(points), None, NeighbourhoodParameters(size=12))
-    assert (
-        many.bit_descriptors.neighbour_bits.tolist() == few.bit_descriptors.neighbour_bits.tolist()
-    )

@@ -79,7 +79,6 @@ def table_of(prints, **limits):
 def some_field(rng, k):
     """Return no field, one that does not show its ridges, or one that does, but for a few bits."""
     field = striped_field(side=FIELD_SIDE)
-    assert field.ridges is not None
     worn = field.ridges ^ (np.uint64(1) << rng.integers(0, 64, field.ridges.shape, np.uint64))
     return [replace(field, ridges=worn), None, replace(field, ridges=None)][k % 3]
 

@@ -217,15 +217,6 @@ def test_unpaired_minutiae_count_by_the_square_of_their_quality(quality, unpaire
     assert (found.pairs, found.common) == (8, 24)
 
 
-@pytest.mark.parametrize("steps", [(8.0, 16.0), (16.0, 8.0)])
-def test_overlap_is_a_share_of_area_whatever_the_cells(steps):
-    points = spread_points(np.random.default_rng(6), 20)
-    fields = (even_field(step, round(400 / step)) for step in steps)
-    a, b = (prepare(template_of(points, field=field)) for field in fields)
-    found = overlay(a, b, np.full(20, -1, np.int32), np.array([1.0, 0.0, 192.0, 0.0]))
-    assert found.overlap == pytest.approx(208 / 400, abs=0.02)
-
-
 @given(templates(), templates())
 def test_evidence_is_within_its_bounds(probe, reference):
     a, b = prepare(probe), prepare(reference)

@@ -70,7 +70,6 @@ def test_transform_is_in_the_pixels_of_both_inputs(probe_dpi, reference_dpi):
     probe, reference = p * probe_dpi / 500, q * reference_dpi / 500
     found = compare(template_of(probe, probe_dpi), template_of(reference, reference_dpi))
     assert found.similarity == 1
-    assert found.transform is not None
     assert found.transform.apply(probe) == pytest.approx(reference, abs=1e-2)
     assert found.transform.scale == pytest.approx(reference_dpi / probe_dpi, rel=1e-4)
 

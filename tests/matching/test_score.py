@@ -250,15 +250,6 @@ def test_the_sum_without_ridges_is_held_against_the_refine_threshold():
     assert found.total < refine
 
 
-def test_each_model_has_its_own_refine_threshold():
-    shown, plain = with_fields(SHOWN, NOT_SHOWN)
-    for first, second in ((ALWAYS, NEVER), (NEVER, ALWAYS)):
-        alone = some_model(second, ridges=False)
-        weights = ScoreWeights((some_model(first), alone, alone, some_model(second)), {})
-        assert (with_itself(shown, weights=weights).cells > 0) is (first == ALWAYS)
-        assert with_itself(plain, weights=weights).cells == 0
-
-
 finite = st.floats(-1e4, 1e4)
 
 
@@ -268,6 +259,8 @@ finite = st.floats(-1e4, 1e4)
     st.integers(3, 200),
 )
 def test_the_prefilter_shortfall_is_that_of_the_model(prefilters, score, smaller):
+    everything_passes = scorer_of(some_weights(prefilter=NO_PREFILTER))
+    assert everything_passes.prefilter_shortfall(0, smaller) <= 0
     models = tuple(some_model(prefilter=one) for one in prefilters)
     weights = ScoreWeights(models, {}, small_area=5000.0)
     scorer = scorer_of(weights)
@@ -280,9 +273,3 @@ def test_the_prefilter_shortfall_is_that_of_the_model(prefilters, score, smaller
         rejected = scorer.prefilter_rejected(abs(shortfall))
         assert rejected == pytest.approx(-5.0 - abs(shortfall) / 4)
         assert scorer.prefilter_rejected(abs(shortfall) + 1.0) < rejected
-
-
-@pytest.mark.parametrize("shown", [True, False])
-def test_all_prints_pass_without_a_prefilter(shown):
-    scorer = scorer_of(some_weights(prefilter=NO_PREFILTER), shown=shown)
-    assert all(scorer.prefilter_shortfall(0, smaller) <= 0 for smaller in (0, 3, 200))

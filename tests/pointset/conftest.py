@@ -1,7 +1,9 @@
-"""Make `pointset_strategies` importable for the tests beside it, and a kernel's plain form."""
+"""Make `pointset_strategies` importable for the tests beside it, and the kernels' plain form."""
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -9,10 +11,41 @@ from types import ModuleType
 
 import pytest
 
+import fpmatch
+
 sys.path.append(str(Path(__file__).parent))
 
 
+class KernelSources:
+    """Finds the sources of kernels, where Python would find the compiled modules first."""
+
+    @staticmethod
+    def find_spec(name: str, path: list[str] | None, _: object = None) -> object:
+        if not (name.startswith("fpmatch.pointset.") and name.endswith("_kernel")):
+            return None
+        source = Path(path[0], name.rpartition(".")[2] + ".py")
+        return importlib.util.spec_from_file_location(name, source)
+
+
 @pytest.fixture(scope="session")
-def interpreted_kernel(interpreted: Callable[[str], ModuleType]) -> ModuleType:
-    """Return the one-ring kernel as ordinary Python."""
-    return interpreted("_one_ring_kernel")
+def plain() -> Callable[[str], ModuleType]:
+    """Return the function that imports a module of the room, all kernels as ordinary Python."""
+    copies: dict[str, ModuleType] = {}
+
+    def take_out() -> dict[str, ModuleType]:
+        names = [name for name in sys.modules if name.startswith("fpmatch.pointset")]
+        return {name: sys.modules.pop(name) for name in names}
+
+    def load(name: str) -> ModuleType:
+        compiled = take_out()
+        sys.modules.update(copies)
+        sys.meta_path.insert(0, KernelSources)
+        try:
+            return importlib.import_module(f"fpmatch.pointset.{name}")
+        finally:
+            sys.meta_path.remove(KernelSources)
+            copies.update(take_out())
+            sys.modules.update(compiled)
+            fpmatch.pointset = compiled["fpmatch.pointset"]
+
+    return load

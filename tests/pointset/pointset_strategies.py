@@ -9,8 +9,11 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fpmatch.pointset._grid_kernel import CellGrid
 from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
+from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.similarity import Similarity
 
 MAX_POINTS = 16
 
@@ -26,6 +29,59 @@ crowded_pixels = st.integers(0, MAX_POINTS).flatmap(
 
 seeds = st.integers(0, 2**32 - 1)
 """Seeds of random points in general position."""
+
+
+def similarities(change: float, shift: float) -> st.SearchStrategy[Similarity]:
+    """Return transforms of any rotation that change scales and shift by so much at most."""
+    return st.builds(
+        Similarity,
+        scale=st.floats(1 / change, change),
+        rotation=st.floats(-math.pi, math.pi),
+        tx=st.floats(-shift, shift),
+        ty=st.floats(-shift, shift),
+    )
+
+
+def as_move(transform: Similarity) -> np.ndarray:
+    """Return the (s·cos θ, s·sin θ, tx, ty) of kernels."""
+    return np.array([*transform.matrix[:, 0], transform.tx, transform.ty])
+
+
+def in_columns(points: np.ndarray) -> np.ndarray:
+    """Return points (N, 2) as kernels take them, shape (2, N)."""
+    return np.array(points.T, order="C")
+
+
+def grid_of(points: np.ndarray, side: float, margin: float = 0.0) -> CellGrid:
+    """Sort points (2, N) into a grid that holds them with a margin."""
+    low, high = (points.min(axis=1), points.max(axis=1)) if points.size else ([0, 0], [1, 1])
+    low, high = np.subtract(low, margin).tolist(), np.add(high, margin).tolist()
+    return sort_into_cells(points, side, low=tuple(low), high=tuple(high))
+
+
+def places(grid: CellGrid) -> np.ndarray:
+    """Return the points (2, N) in the order of the grid."""
+    return np.array([grid.x, grid.y])
+
+
+def squared_distances(grid: CellGrid, x: float, y: float) -> np.ndarray:
+    return (np.asarray(grid.x) - x) ** 2 + (np.asarray(grid.y) - y) ** 2
+
+
+def worn(
+    p: np.ndarray, move: Similarity, seed: int, jitter: float = 0.02, share: float = 0.2
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a moved copy in another order, jittered and a share of it outliers; and that order.
+
+    The jitter is in mean spacings of points over the unit square. Point i of `p` is point
+    ``place[i]`` of the copy.
+    """
+    rng = np.random.default_rng(seed)
+    q = move.apply(p + rng.normal(0, jitter / math.sqrt(len(p)), p.shape))
+    gone = rng.permutation(len(p))[: int(share * len(p))]
+    q[gone] = rng.uniform(q.min(axis=0), q.max(axis=0), (len(gone), 2))
+    order = rng.permutation(len(p))
+    return q[order], order.argsort()
 
 
 def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:

@@ -1,12 +1,10 @@
 """A finger that several tests press."""
 
-from __future__ import annotations
-
 import pytest
 
-from fpmatch.synthesis.master import Master, MasterParameters, make_master
+from fpmatch.synthesis.master import MasterParameters, make_master
 
 
 @pytest.fixture(scope="session")
-def master() -> Master:
+def master():
     return make_master(3, 1, MasterParameters(shape=(288, 240)))

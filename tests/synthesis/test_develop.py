@@ -1,7 +1,5 @@
 """Dark skin on light glass, and what lies around it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,18 +12,18 @@ from fpmatch.synthesis.sensor import SENSORS, Sensor
 SMALL = Sensor("small", 90, 80, specks=0)
 
 
-def contact_of(threshold: np.ndarray) -> Contact:
+def contact_of(threshold):
     return Contact(threshold, np.ones_like(threshold), np.zeros_like(threshold))
 
 
-def bare(sensor: Sensor, seed: int = 1) -> np.ndarray:
+def bare(sensor, seed=1):
     """Return a picture of nothing, far from any finger."""
     nothing = np.full(sensor.shape, 99, np.float32)
     return develop(nothing - 100, contact_of(nothing), sensor, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("sensor", SENSORS.values(), ids=str)
-def test_skin_is_darker_than_glass_on_every_sensor(sensor: Sensor) -> None:
+def test_skin_is_darker_than_glass_on_every_sensor(sensor):
     skin = np.zeros(sensor.shape, np.float32)
     skin[:, : sensor.width // 2] = 1
     flat = np.zeros(sensor.shape, np.float32)
@@ -38,22 +36,22 @@ def test_skin_is_darker_than_glass_on_every_sensor(sensor: Sensor) -> None:
     assert light.mean() - dark.mean() > 40
 
 
-def test_a_white_sensor_saturates() -> None:
+def test_a_white_sensor_saturates():
     assert np.median(bare(SMALL)) == SMALL.ceiling
 
 
-def test_a_vignette_darkens_the_corners() -> None:
+def test_a_vignette_darkens_the_corners():
     picture = bare(replace(SMALL, paper=180, vignette=60))
     assert picture[30:50, 35:55].mean() > picture[:5, :5].mean() + 20
 
 
-def test_stripes_run_along_columns() -> None:
+def test_stripes_run_along_columns():
     picture = bare(replace(SMALL, paper=120, stripes=5, noise=0)).astype(float)
     assert picture.mean(axis=0).std() > 3
     assert picture.mean(axis=1).std() < 0.5
 
 
-def test_residue_lies_around_the_print_and_not_far_from_it() -> None:
+def test_residue_lies_around_the_print_and_not_far_from_it():
     threshold = np.zeros((200, 300), np.float32) + np.linspace(-1, 40, 300, dtype=np.float32)
     sensor = Sensor("damp", 300, 200, residue=1.6, paper=200, noise=0, specks=0)
     picture = develop(
@@ -63,7 +61,7 @@ def test_residue_lies_around_the_print_and_not_far_from_it() -> None:
     assert (near < 180).mean() > (far < 180).mean() + 0.01
 
 
-def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners() -> None:
+def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners():
     assert not framed(SMALL).any()
     covered = framed(replace(SMALL, frame=0.2))
     assert covered[0].sum() == pytest.approx(2 * 0.2 * SMALL.width, abs=1)
@@ -74,7 +72,7 @@ def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners() -> No
     assert image[covered == 0].max() < 200
 
 
-def test_stains_darken_the_glass() -> None:
+def test_stains_darken_the_glass():
     flat = np.zeros(SMALL.shape, np.float32)
     glass = [
         develop(flat - 9, contact_of(flat), SMALL, np.random.default_rng(1), flat + share)

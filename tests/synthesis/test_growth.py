@@ -1,7 +1,5 @@
 """Ridges fill the field, with its orientation and its period."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,17 +10,17 @@ from fpmatch.synthesis.growth import GrowthParameters, grow_ridges, without_dots
 SHAPE = (120, 128)
 
 
-def even_field(angle_deg: float, period_px: float) -> tuple[np.ndarray, np.ndarray]:
+def even_field(angle_deg, period_px):
     orientation = np.full(SHAPE, np.radians(angle_deg), np.float32)
     return orientation, np.full(SHAPE, period_px, np.float32)
 
 
-def grown(angle: float, period: float, seed: int, **changes: float) -> np.ndarray:
+def grown(angle, period, seed, **changes):
     rng = np.random.default_rng(seed)
-    return grow_ridges(*even_field(angle, period), rng, GrowthParameters(**changes))  # type: ignore[arg-type]
+    return grow_ridges(*even_field(angle, period), rng, GrowthParameters(**changes))
 
 
-def mean_wave(relief: np.ndarray) -> tuple[float, float]:
+def mean_wave(relief):
     """Return period in pixels and orientation in degrees of the strongest waves, on average."""
     windowed = relief * np.hanning(SHAPE[0])[:, None] * np.hanning(SHAPE[1])
     power = np.abs(np.fft.fft2(windowed, (512, 512))) ** 2
@@ -35,7 +33,7 @@ def mean_wave(relief: np.ndarray) -> tuple[float, float]:
 
 @pytest.mark.parametrize("angle", [0, 30, 72, 90, 135])
 @pytest.mark.parametrize("period", [7.5, 9, 11])
-def test_ridges_follow_the_field(angle: float, period: float) -> None:
+def test_ridges_follow_the_field(angle, period):
     relief = grown(angle, period, 4)
     found_period, found_angle = mean_wave(relief)
     assert found_period == pytest.approx(period, rel=0.15)  # taps are whole pixels
@@ -44,7 +42,7 @@ def test_ridges_follow_the_field(angle: float, period: float) -> None:
 
 @settings(max_examples=10)
 @given(st.floats(0, 180), st.floats(6, 13), st.integers(0, 2**32))
-def test_the_print_is_filled_half_by_ridges(angle: float, period: float, seed: int) -> None:
+def test_the_print_is_filled_half_by_ridges(angle, period, seed):
     relief = grown(angle, period, seed)
     assert relief.dtype == np.float32
     assert np.abs(relief).max() <= 1
@@ -52,12 +50,12 @@ def test_the_print_is_filled_half_by_ridges(angle: float, period: float, seed: i
     assert np.mean(np.abs(relief) < 0.25) < 0.25
 
 
-def test_one_seed_is_enough() -> None:
+def test_one_seed_is_enough():
     relief = grown(20, 9, 0, seeds_per_square_period=0, steps=40)
     assert np.mean(np.abs(relief) > 0.25) > 0.7
 
 
-def test_dots_vanish_and_holes_close_but_ridges_stay() -> None:
+def test_dots_vanish_and_holes_close_but_ridges_stay():
     relief = np.full((40, 60), -0.5, np.float32)
     relief[10:15] = 0.75  # a ridge
     relief[12, 20:22] = -0.25  # a hole in it

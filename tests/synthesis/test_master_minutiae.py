@@ -1,13 +1,10 @@
 """What is listed of drawn ridges, and what is not."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from fpmatch.minutiae import Minutiae, MinutiaKind
+from fpmatch.minutiae import MinutiaKind
 from fpmatch.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
 
 SIDE = 120
@@ -17,9 +14,7 @@ PERIOD = 9.0
 Line = tuple[complex, complex]  # from and to, x + iy from the middle, y up
 
 
-def minutiae_of(
-    lines: list[Line], angle_deg: float = 0.0, silhouette: NDArray[np.bool_] | None = None
-) -> Minutiae:
+def minutiae_of(lines, angle_deg=0.0, silhouette=None):
     """List the minutiae of ridges drawn as thick lines, all turned by `angle_deg`."""
     pixels = np.zeros((SIDE, SIDE), np.uint8)
     turn = np.exp(1j * np.radians(angle_deg))
@@ -33,7 +28,7 @@ def minutiae_of(
     return list_minutiae(relief, orientation, period, inside, MinutiaeParameters())
 
 
-def the_one(found: Minutiae, kind: MinutiaKind, angle_deg: float, within_px: float = 3) -> None:
+def the_one(found, kind, angle_deg, within_px=3):
     assert found.kind.tolist() == [kind]
     assert np.hypot(found.x[0] - MIDDLE, found.y[0] - MIDDLE) < within_px
     turn = np.exp(1j * (found.angle[0] - np.radians(angle_deg)))
@@ -41,17 +36,17 @@ def the_one(found: Minutiae, kind: MinutiaKind, angle_deg: float, within_px: flo
 
 
 @pytest.mark.parametrize("angle", range(0, 360, 24))
-def test_an_ending_points_back_along_its_ridge(angle: int) -> None:
+def test_an_ending_points_back_along_its_ridge(angle):
     the_one(minutiae_of([(0, 100)], angle), MinutiaKind.ENDING, angle)
 
 
 @pytest.mark.parametrize("angle", range(0, 360, 24))
-def test_a_bifurcation_points_into_the_valley_between_its_close_branches(angle: int) -> None:
+def test_a_bifurcation_points_into_the_valley_between_its_close_branches(angle):
     fork: list[Line] = [(-100, 0), (0, 100 + 45j), (0, 100 - 45j)]
     the_one(minutiae_of(fork, angle), MinutiaKind.BIFURCATION, angle, within_px=7)
 
 
-def test_minutiae_come_from_top_to_bottom() -> None:
+def test_minutiae_come_from_top_to_bottom():
     found = minutiae_of([(30 - 20j, 100 - 20j), (10 + 0j, 100 + 0j), (-20 + 20j, 100 + 20j)])
     assert found.y.tolist() == sorted(found.y.tolist())
     assert len(found) == 3
@@ -72,16 +67,16 @@ def test_minutiae_come_from_top_to_bottom() -> None:
         pytest.param([(y * 1j - 99, y * 1j + 99) for y in range(-70, 71)], id="ridge all over"),
     ],
 )
-def test_flaws_are_no_minutiae(lines: list[Line]) -> None:
+def test_flaws_are_no_minutiae(lines):
     assert len(minutiae_of(lines)) == 0
 
 
-def test_two_endings_side_by_side_but_far_enough_are_both_listed() -> None:
+def test_two_endings_side_by_side_but_far_enough_are_both_listed():
     found = minutiae_of([(0, 100), (0 + 12j, 100 + 12j)])
     assert found.kind.tolist() == [MinutiaKind.ENDING] * 2
 
 
-def test_nothing_is_listed_outside_the_silhouette() -> None:
+def test_nothing_is_listed_outside_the_silhouette():
     left = np.zeros((SIDE, SIDE), bool)
     left[:, : MIDDLE - 10] = True
     assert len(minutiae_of([(0, 100)], silhouette=left)) == 0

@@ -1,11 +1,7 @@
 """What a database was made from, said and compared."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,12 +13,12 @@ from fpmatch.synthesis.sensor import SENSORS
 PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
 
 
-def test_impressions_take_the_sensors_in_turn() -> None:
+def test_impressions_take_the_sensors_in_turn():
     names = [PLAN.sensor_of(m).name for m in range(1, 6)]
     assert names == [*("optical-388x374", "optical-296x560") * 2, "optical-388x374"]
 
 
-def test_the_description_is_toml_and_says_all() -> None:
+def test_the_description_is_toml_and_says_all():
     said = tomllib.loads(PLAN.description())
     assert said["name"] == "synthetic, normal, seed 7"
     assert said["sensor"] == "synthetic optical-388x374, synthetic optical-296x560"
@@ -30,7 +26,7 @@ def test_the_description_is_toml_and_says_all() -> None:
     assert said["synthesis"]["sensors"] == ["optical-388x374", "optical-296x560"]
 
 
-def test_the_resolution_is_said_where_all_sensors_agree() -> None:
+def test_the_resolution_is_said_where_all_sensors_agree():
     assert "dpi" not in tomllib.loads(PLAN.description())
     for dpi, text in ((500.0, "dpi = 500\n"), (508.5, "dpi = 508.5\n")):
         sensors = (plain_sensor(90, 90, dpi), plain_sensor(80, 90, dpi))
@@ -48,7 +44,7 @@ def test_the_resolution_is_said_where_all_sensors_agree() -> None:
         ({"sensors": (replace(PLAN.sensors[0], ink=1.0), PLAN.sensors[1])}, "other ranges"),
     ],
 )
-def test_another_plan_is_told_apart(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+def test_another_plan_is_told_apart(tmp_path, changes, said):
     path = tmp_path / "dataset.toml"
     path.write_text(PLAN.description())
     check_same_plan(path, PLAN)
@@ -66,7 +62,7 @@ def test_another_plan_is_told_apart(tmp_path: Path, changes: dict[str, Any], sai
         (b"\xff", "not a readable TOML file"),
     ],
 )
-def test_descriptions_of_others_are_refused(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_descriptions_of_others_are_refused(tmp_path, content, reason):
     path = tmp_path / "dataset.toml"
     path.write_bytes(content)
     with pytest.raises(DatasetError, match=reason):
@@ -80,13 +76,13 @@ def test_descriptions_of_others_are_refused(tmp_path: Path, content: bytes, reas
     [{"seed": -1}, {"seed": 2**63}, {"impressions": 0}, {"impressions": 1001}, {"sensors": ()}],
     ids=str,
 )
-def test_impossible_plans_are_refused(changes: dict[str, Any]) -> None:
+def test_impossible_plans_are_refused(changes):
     (name,) = changes
     with pytest.raises(DatasetError, match=name.removesuffix("s")):
         replace(PLAN, **changes)
 
 
-def test_unknown_names_are_refused() -> None:
+def test_unknown_names_are_refused():
     with pytest.raises(ImageError, match="no preset 'wet'"):
         replace(PLAN, preset="wet")
     with pytest.raises(DatasetError, match=f"no sensor 'x': there are {next(iter(SENSORS))}, "):

@@ -1,13 +1,11 @@
 """Smooth noise; roughness, pores, creases and scratches that are made of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.synthesis.master import Master, make_master
+from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.noise import smooth_noise
 from fpmatch.synthesis.skin import PORE_DEPTH, draw_lines, draw_pores, skin_of
 
@@ -15,7 +13,7 @@ from .test_master import SMALL
 
 
 @given(st.integers(1, 90), st.integers(1, 90), st.floats(1.5, 200), st.integers(0, 2**32))
-def test_noise_of_any_shape_and_extent_is_finite_and_smooth(rows, columns, extent, seed) -> None:
+def test_noise_of_any_shape_and_extent_is_finite_and_smooth(rows, columns, extent, seed):
     field = smooth_noise((rows, columns), extent, np.random.default_rng(seed))
     assert field.shape == (rows, columns)
     assert np.isfinite(field).all()
@@ -24,7 +22,7 @@ def test_noise_of_any_shape_and_extent_is_finite_and_smooth(rows, columns, exten
 
 
 @pytest.mark.parametrize("extent", [2.0, 5.0, 7.3])
-def test_noise_has_mean_0_deviation_1_and_a_length(extent: float, rng: np.random.Generator) -> None:
+def test_noise_has_mean_0_deviation_1_and_a_length(extent, rng):
     field = smooth_noise((400, 400), extent, rng)
     assert abs(field.mean()) < 0.1
     assert abs(field.std() - 1) < 0.1
@@ -33,13 +31,13 @@ def test_noise_has_mean_0_deviation_1_and_a_length(extent: float, rng: np.random
     assert abs(np.corrcoef(field[:, :-far].ravel(), field[:, far:].ravel())[0, 1]) < 0.1
 
 
-def test_another_finger_of_the_same_ridges_has_another_skin() -> None:
+def test_another_finger_of_the_same_ridges_has_another_skin():
     one, other = (make_master(3, finger, SMALL) for finger in (0, 1))
     roughness, others = (skin_of(m).relief - m.relief for m in (one, other))
     assert abs(np.corrcoef(roughness.ravel(), others.ravel())[0, 1]) < 0.1
 
 
-def test_pores_are_pits_on_crests_that_keep_apart(master: Master, rng: np.random.Generator) -> None:
+def test_pores_are_pits_on_crests_that_keep_apart(master, rng):
     depth = draw_pores(master.relief, rng)
     assert depth.min() >= 0
     pits = np.argwhere(depth > 0.7 * PORE_DEPTH)
@@ -50,7 +48,7 @@ def test_pores_are_pits_on_crests_that_keep_apart(master: Master, rng: np.random
 
 @settings(max_examples=10)
 @given(st.integers(1, 5), st.integers(0, 2**32))
-def test_lines_are_thin_and_lie_between_0_and_1(count: int, seed: int) -> None:
+def test_lines_are_thin_and_lie_between_0_and_1(count, seed):
     lines, again = (draw_lines((150, 130), count, np.random.default_rng(seed)) for _ in range(2))
     assert lines.dtype == np.float32
     assert lines.min() == 0
@@ -59,5 +57,5 @@ def test_lines_are_thin_and_lie_between_0_and_1(count: int, seed: int) -> None:
     np.testing.assert_array_equal(lines, again)
 
 
-def test_no_lines_leave_the_picture_empty(rng: np.random.Generator) -> None:
+def test_no_lines_leave_the_picture_empty(rng):
     assert not draw_lines((30, 20), 0, rng).any()

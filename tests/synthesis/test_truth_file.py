@@ -1,48 +1,41 @@
 """What the file says is what was done; a grid of shifts indicates where the skin lies."""
 
-from __future__ import annotations
-
 import json
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from fpmatch.errors import ImageError
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.displacement import DisplacementField
-from fpmatch.synthesis.impression import Impression, make_impression
-from fpmatch.synthesis.master import Master
+from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS, Sensor
 from fpmatch.synthesis.truth_file import NODE_EVERY_PX, finger_truth, impression_truth
 from fpmatch.synthesis.warp import draw_warp
 
 SENSOR = Sensor("small", 150, 170, 600.0)
-Points = NDArray[np.float64]
 
 
-def grid(shape: tuple[int, int], step: int = 1) -> Points:
+def grid(shape, step=1):
     y, x = np.mgrid[: shape[0] : step, : shape[1] : step]
     return np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
 
 
 @pytest.fixture(scope="module")
-def impression(master: Master) -> Impression:
+def impression(master):
     return make_impression(master, 1, PRESETS["hard"], SENSOR)
 
 
 @pytest.fixture(scope="module")
-def truth(master: Master, impression: Impression) -> dict[str, Any]:
+def truth(master, impression):
     said = {"101_1": impression_truth(impression, SENSOR, "abc")}
-    document: dict[str, Any] = json.loads(finger_truth(master, said))
-    return document
+    return json.loads(finger_truth(master, said))
 
 
-def test_the_finger_is_told_whole(master: Master, truth: dict[str, Any]) -> None:
+def test_the_finger_is_told_whole(master, truth):
     assert (truth["finger"], truth["seed"], truth["pattern"]) == (1, 3, master.pattern)
     assert truth["master_size"] == [240, 288]
     columns = truth["minutiae"]
@@ -54,7 +47,7 @@ def test_the_finger_is_told_whole(master: Master, truth: dict[str, Any]) -> None
         np.testing.assert_allclose(np.reshape(truth[key], (-1, 2)), points, atol=0.01)
 
 
-def test_the_impression_is_told_whole(impression: Impression, truth: dict[str, Any]) -> None:
+def test_the_impression_is_told_whole(impression, truth):
     said = truth["impressions"]["101_1"]
     assert (said["preset"], said["sensor"], said["dpi"]) == ("hard", "small", 600)
     assert (said["size"], said["sha256"]) == ([150, 170], "abc")
@@ -67,9 +60,7 @@ def test_the_impression_is_told_whole(impression: Impression, truth: dict[str, A
     assert said["transform"]["rotation_deg"] == pytest.approx(degrees, abs=1e-4)
 
 
-def test_transform_and_displacement_lead_to_the_master(
-    impression: Impression, truth: dict[str, Any]
-) -> None:
+def test_transform_and_displacement_lead_to_the_master(impression, truth):
     said = truth["impressions"]["101_1"]
     transform = Similarity(*(said["transform"][key] for key in ("scale", "rotation", "tx", "ty")))
     nodes = said["displacement"]
@@ -81,7 +72,7 @@ def test_transform_and_displacement_lead_to_the_master(
     assert np.hypot(*(field.stretched(transform.apply(origin)) - points).T).max() < 0.1
 
 
-def test_no_angle_is_a_whole_turn_and_no_zero_is_negative(master: Master) -> None:
+def test_no_angle_is_a_whole_turn_and_no_zero_is_negative(master):
     content = finger_truth(master, {})
     assert b"-0.0," not in content
     assert all(0 <= angle < 360 for angle in json.loads(content)["minutiae"]["angle_deg"])
@@ -89,15 +80,15 @@ def test_no_angle_is_a_whole_turn_and_no_zero_is_negative(master: Master) -> Non
 
 
 @given(st.integers(1, 40), st.integers(1, 40), st.integers(1, 15))
-def test_nodes_lie_around_every_pixel(rows: int, columns: int, step: int) -> None:
+def test_nodes_lie_around_every_pixel(rows, columns, step):
     field = DisplacementField.sampled(lambda p: p, (rows, columns), step)
     for side, nodes in zip((rows, columns), field.shift.shape, strict=False):
         last_inner = (nodes - 3) * step
         assert side - 1 <= last_inner < side - 1 + 2 * step
 
 
-def test_quadratic_shifts_are_exact_between_the_nodes() -> None:
-    def bent(p: Points) -> Points:
+def test_quadratic_shifts_are_exact_between_the_nodes():
+    def bent(p):
         x, y = p.T
         return p + np.column_stack([0.01 * x * x - 0.3 * y, 0.02 * x * y + 1.0])
 
@@ -106,7 +97,7 @@ def test_quadratic_shifts_are_exact_between_the_nodes() -> None:
     np.testing.assert_allclose(field.relaxed(points), bent(points), atol=1e-9)
 
 
-def test_beyond_the_picture_the_edge_goes_on() -> None:
+def test_beyond_the_picture_the_edge_goes_on():
     field = DisplacementField.sampled(lambda p: 1.1 * p, (33, 41), 8)
     np.testing.assert_allclose(field.at([[-50, 3]]), field.at([[0, 3]]))
     np.testing.assert_allclose(field.at([[999, 999]]), [[4.8, 4.0]])
@@ -116,7 +107,7 @@ def test_beyond_the_picture_the_edge_goes_on() -> None:
 
 @pytest.mark.parametrize("preset", ["normal", "hard"])
 @pytest.mark.parametrize("sensor", ["optical-388x374", "optical-296x560"])
-def test_rounded_shifts_place_the_skin_within_a_tenth_of_a_pixel(preset: str, sensor: str) -> None:
+def test_rounded_shifts_place_the_skin_within_a_tenth_of_a_pixel(preset, sensor):
     taken = SENSORS[sensor]
     points = grid(taken.shape, 5)
     for seed in range(6):
@@ -136,7 +127,7 @@ def test_rounded_shifts_place_the_skin_within_a_tenth_of_a_pixel(preset: str, se
 @pytest.mark.parametrize(
     ("step", "shape"), [(8, (4, 4)), (8, (3, 4, 2)), (8, (4, 3, 2)), (8, (4, 4, 3)), (0, (4, 4, 2))]
 )
-def test_grids_that_are_none_are_refused(step: float, shape: tuple[int, ...]) -> None:
+def test_grids_that_are_none_are_refused(step, shape):
     with pytest.raises(ImageError, match="a displacement field needs"):
         DisplacementField(step, np.zeros(shape))
     with pytest.raises(ImageError, match="finite"):

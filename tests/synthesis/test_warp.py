@@ -1,7 +1,5 @@
 """Both ways agree, the middle sticks, the outside moves as a whole."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -26,7 +24,7 @@ GRID = np.stack(np.meshgrid(np.linspace(-50, 450, 26), np.linspace(-60, 440, 26)
     seed=st.integers(0, 2**32),
     dpi=st.sampled_from([250.0, 500.0, 569.0, 1000.0]),
 )
-def test_both_ways_agree_to_a_thousandth_of_a_pixel(preset: str, seed: int, dpi: float) -> None:
+def test_both_ways_agree_to_a_thousandth_of_a_pixel(preset, seed, dpi):
     rng = np.random.default_rng(seed)
     warp = draw_warp((560, 440), (374, 388), dpi, rng, PRESETS[preset].placement)
     back = warp.from_master(warp.to_master(GRID))
@@ -35,7 +33,7 @@ def test_both_ways_agree_to_a_thousandth_of_a_pixel(preset: str, seed: int, dpi:
     assert np.abs(there - GRID).max() < 1e-3
 
 
-def test_all_that_presets_allow_leaves_the_skin_unfolded() -> None:
+def test_all_that_presets_allow_leaves_the_skin_unfolded():
     for preset in PRESETS.values():
         p = preset.placement
         half_axes = p.half_width[0], p.half_width[0] * p.elongation[1]
@@ -44,7 +42,7 @@ def test_all_that_presets_allow_leaves_the_skin_unfolded() -> None:
         assert warp.steepness < 1
 
 
-def test_the_middle_sticks_and_the_outside_follows_the_finger() -> None:
+def test_the_middle_sticks_and_the_outside_follows_the_finger():
     radius = WARP.radius(GRID)
     dragged = WARP.drag(GRID)
     np.testing.assert_array_equal(dragged[radius <= STICKING_RADIUS], 0)
@@ -55,20 +53,20 @@ def test_the_middle_sticks_and_the_outside_follows_the_finger() -> None:
     assert np.abs(moved - GRID[outside]).max() < 1e-9
 
 
-def test_without_torsion_and_traction_a_warp_is_its_placement() -> None:
+def test_without_torsion_and_traction_a_warp_is_its_placement():
     still = Warp(PLACEMENT, (190.0, 170.0), (110.0, 160.0))
     np.testing.assert_allclose(still.from_master(GRID), PLACEMENT.apply(GRID))
     assert WARP.from_master(GRID[:0]).shape == WARP.to_master(GRID[:0]).shape == (0, 2)
 
 
-def test_the_contact_turns_with_the_finger() -> None:
+def test_the_contact_turns_with_the_finger():
     along = np.array([-math.sin(0.3), math.cos(0.3)])
     across = np.array([math.cos(0.3), math.sin(0.3)])
     ends = np.array([160 * along, 110 * across]) + WARP.centre
     np.testing.assert_allclose(WARP.radius(ends), 1)
 
 
-def test_drag_never_differs_more_than_the_steepness_says(rng: np.random.Generator) -> None:
+def test_drag_never_differs_more_than_the_steepness_says(rng):
     one = rng.uniform(-50, 450, (500, 2))
     other = one + rng.normal(size=(500, 2))
     apart = np.hypot(*(one - other).T)
@@ -84,8 +82,6 @@ def test_drag_never_differs_more_than_the_steepness_says(rng: np.random.Generato
         ((50.0, 50.0), 0.0, (40.0, 0.0)), ((50.0, 50.0), 0.5, (0.0, 0.0)),
     ],
 )  # fmt: skip
-def test_impossible_contacts_and_folded_skin_are_refused(
-    half_axes: tuple[float, float], torsion: float, traction: tuple[float, float]
-) -> None:
+def test_impossible_contacts_and_folded_skin_are_refused(half_axes, torsion, traction):
     with pytest.raises(ImageError, match=r"^[^\n]+$"):
         Warp(Similarity(), (0.0, 0.0), half_axes, torsion, traction)

@@ -28,6 +28,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.app import make_app
 from fpmatch.web.settings import Settings
 
@@ -186,16 +187,97 @@ def test_a_pair_is_lit_on_both_prints_at_once(page):
     compare(page, "101_1.tif", "101_3.tif")
     page.one("#view-beside").click()
     assert len(page.all(".viewer")) == 2
-    mark = page.one(".viewer .mark.probe[data-pair='4'] .reach")
+    mark = page.one(".viewer .mark.probe[data-pair='20'] .reach")
     webdriver.ActionChains(page.browser).move_to_element(mark).perform()
     page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
-    assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"4"}
-    assert page.text(".pair-info").startswith("Pair 4: probe ")
+    assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"20"}
+    assert page.text(".pair-info").startswith("Pair 20: probe ")
     page.keep("pair")
     page.one(".pair-list summary").send_keys(Keys.ENTER)
     page.until(lambda: page.shown(".pairs button"))
     webdriver.ActionChains(page.browser).send_keys(Keys.TAB).perform()
     page.until(lambda: page.text(".pair-info").startswith("Pair 1: "))
+
+
+def test_a_chosen_pair_stays_lit_in_every_view(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one(".pair-list summary").click()
+    page.one(".pairs [data-pair='7']").click()
+    page.one("#view-beside").click()
+    page.browser.execute_script("document.activeElement.blur()")
+    webdriver.ActionChains(page.browser).move_to_element(page.one("h1")).perform()
+    page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
+    page.one("#view-over").click()
+    webdriver.ActionChains(page.browser).move_to_element(page.one("h1")).perform()
+    assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"7"}
+
+
+def test_linked_prints_show_the_same_place(page):
+    """Zoomed, moved and rotated on one side, the middles of both views correspond."""
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    left, right = page.all(".viewer")
+
+    def apart_px(number):
+        """Return how far a pair lies apart on the screen, as seen from the middles of the views."""
+        return page.browser.execute_script(
+            """return Math.hypot(...(([a, b]) => [a[0] - b[0], a[1] - b[1]])(
+                [...document.querySelectorAll(`.viewer .mark[data-pair='${arguments[0]}']`)].map(
+                    (mark) => {
+                        const box = mark.ownerSVGElement.getBoundingClientRect();
+                        const at = mark.getCTM();
+                        return [at.e - box.width / 2, at.f - box.height / 2];
+                    })))""",
+            number,
+        )
+
+    for keys in ("", "+++", Keys.ARROW_RIGHT * 2, "]]"):
+        left.send_keys(keys)
+        assert max(map(apart_px, (1, 10, 20))) < 30
+    assert page.browser.execute_script("return arguments[0].clientHeight", right) > 250
+    page.one("#link").click()
+    assert max(map(apart_px, (1, 10, 20))) > 60
+    page.keep("unlinked")
+
+
+def test_contrast_and_inversion_change_the_pictures(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    page.one("#contrast").send_keys(Keys.ARROW_RIGHT)
+    page.one("#invert").click()
+    drawn = page.browser.execute_script(
+        "return getComputedStyle(document.querySelector('.viewer .picture')).filter"
+    )
+    assert drawn == "contrast(1.05) invert(1)"
+
+
+def test_marks_and_notes_stay_while_views_change(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    page.one("#mark").click()
+    webdriver.ActionChains(page.browser).move_to_element(page.all(".viewer")[0]).click().perform()
+    page.until(lambda: page.shown(".own-marks input"))
+    page.one(".own-marks input").send_keys("a scar")
+    page.one("#view-over").click()
+    assert len(page.all(".own-mark.elsewhere")) == 1
+    page.one("#view-beside").click()
+    assert len(page.all(".own-mark")) == 2
+    assert page.one(".own-marks input").get_property("value") == "a scar"
+    page.keep("marks")
+    page.one(".own-marks button").click()
+    assert not page.all(".own-mark")
+
+
+def test_the_picture_is_above_the_fold(page):
+    size = {"width": 1360, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    compare(page, "101_1.tif", "101_3.tif")
+    for view in ("#view-over", "#view-beside"):
+        page.one(view).click()
+        bottom = page.browser.execute_script(
+            "return document.querySelector('.viewer').getBoundingClientRect().bottom + scrollY"
+        )
+        assert bottom <= 900
 
 
 def test_the_view_zooms_and_moves_by_keys(page):
@@ -380,7 +462,8 @@ def test_the_page_of_the_api(page):
 
 def test_a_token_is_asked_for(browser, screenshots):
     token = "a-long-enough-token"
-    with served(make_app(Settings(workers=1, token=token))) as client:
+    clients = {digest_of(token): Client("ada", Role.VERIFY)}
+    with served(make_app(Settings(workers=1, clients=clients))) as client:
         address = f"{client.base_url}/"
         browser.get(address)
         wait = WebDriverWait(browser, PATIENCE_S, 0.05)

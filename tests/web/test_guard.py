@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
@@ -11,6 +12,7 @@ pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
 pytest.importorskip("httpx", reason="httpx is not installed")
 
 
+from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.guard import FORM_BYTES, Guard
 from fpmatch.web.settings import Limits, Settings
 
@@ -18,6 +20,7 @@ from .conftest import served
 
 TOKEN = "a-long-enough-token"
 LIMITS = Limits(file_megabytes=0.05, upload_seconds=5.0, waiting=1)
+LARGE = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
 MOST = 2 * 50_000 + FORM_BYTES
 
 
@@ -87,7 +90,7 @@ def test_every_answer_has_the_headers_of_safety(client):
 
 
 def test_a_token_is_needed_for_all_but_the_page():
-    with served(guarded(token=TOKEN)) as client:
+    with served(guarded(clients={digest_of(TOKEN): Client("ada", Role.READ)})) as client:
         assert client.get("/").status_code == 200
         assert client.get("/main.js").status_code == 200
         assert client.get("/about").status_code == 401
@@ -152,13 +155,16 @@ class Wire:
 @pytest.mark.parametrize(
     ("limits", "sizes", "statuses"),
     [
-        (LIMITS, (0, 0, 0, 0), [200, 200, 503, 503, 200]),  # one is worked on, and one waits
-        (Limits(file_megabytes=1.0, megabytes_at_once=1.5), (1_600_000, 100_000), [200, 503, 200]),
+        (replace(LIMITS, wait_seconds=0.01), (0, 0, 0, 0), [200, 200, 503, 503, 200]),
+        (replace(LIMITS, queue=1), (0, 0, 0, 0), [200, 200, 200, 503, 200]),
+        (LIMITS, (0, 0, 0, 0), [200, 200, 200, 200, 200]),
+        (replace(LARGE, wait_seconds=0.01), (1_600_000, 100_000), [200, 503, 200]),
+        (LARGE, (1_600_000, 100_000, 100_000), [200, 200, 200, 200]),
         (Limits(upload_seconds=0.01), (0,), [408, 200]),
     ],
-    ids=["number", "size", "time"],
+    ids=["number", "queue", "patience", "size", "patience for size", "time"],
 )
-def test_more_than_may_wait_is_told_to_come_again(limits, sizes, statuses):
+def test_requests_wait_for_their_turn_and_no_longer(limits, sizes, statuses):
     async def test():
         return await Wire(limits).ask_at_once(*sizes)
 

@@ -6,6 +6,7 @@ import socket
 
 import pytest
 
+from fpmatch.web.access import Client, Role, TokenError, digest_of
 from fpmatch.web.server import ServeError, bind_server
 from fpmatch.web.settings import Settings
 
@@ -14,7 +15,7 @@ def test_on_loopback_there_is_no_token():
     bound = bind_server("127.0.0.1", 0, Settings())
     with bound.listener as listener:
         assert bound.address == f"http://127.0.0.1:{listener.getsockname()[1]}/"
-        assert bound.settings.token is None
+        assert not bound.settings.clients
         assert {"127.0.0.1", "localhost", "[::1]"} <= set(bound.settings.hosts)
 
 
@@ -25,16 +26,25 @@ def test_where_other_machines_can_connect_there_is_a_random_token():
     names = {"localhost", "prints.example", socket.gethostname().lower()}
     for bound in (first, second):
         bound.listener.close()
-        assert bound.address.endswith(f"#token={bound.settings.token}")
+        token = bound.address.partition("#token=")[2]
+        assert bound.settings.clients[digest_of(token)].role is Role.ADMIN
         assert names <= set(bound.settings.hosts)
-    assert first.settings.token != second.settings.token is not None
+    assert first.settings.clients.keys() != second.settings.clients.keys()
+
+
+def test_where_there_are_clients_no_token_is_made():
+    clients = {digest_of("sixteen-letters-"): Client("ada", Role.READ)}
+    bound = bind_server("0.0.0.0", 0, Settings(clients=clients))
+    bound.listener.close()
+    assert "token" not in bound.address
+    assert bound.settings.clients == clients
 
 
 def test_a_token_may_be_given():
     bound = bind_server("localhost", 0, Settings(), token="sixteen-letters-")
     bound.listener.close()
-    assert bound.settings.token == "sixteen-letters-"
-    assert "token" not in repr(bound.settings)
+    assert bound.settings.clients[digest_of("sixteen-letters-")].name == "owner"
+    assert "clients" not in repr(bound.settings)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +58,7 @@ def test_a_token_may_be_given():
     ],
 )
 def test_what_cannot_be_served_is_refused(host, port, token, code):
-    with pytest.raises(ServeError) as caught:
+    with pytest.raises((ServeError, TokenError)) as caught:
         bind_server(host, port, Settings(), token=token)
     assert caught.value.code == code
 

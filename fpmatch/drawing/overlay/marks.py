@@ -21,11 +21,7 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Minutiae
 
 _SQUARE_SHARE: Final = math.sqrt(math.pi) / 2  # half the side of a square as large as the circle
-_KIND_NAMES: Final = {
-    MinutiaKind.ENDING: "ending",
-    MinutiaKind.BIFURCATION: "bifurcation",
-    MinutiaKind.OTHER: "minutia",
-}
+_KIND_NAMES: Final = ("minutia", "ending", "bifurcation")  # by the values of MinutiaKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,18 +99,13 @@ def marks(
 ) -> list[Path | Circle]:
     """Draw the minutiae at `index` whose place, under `matrix`, is in `panel`."""
     points = moved(matrix, minutiae.xy)
-    return [
-        part
-        for i in index
-        if panel.contains(points[i])
-        for part in mark(
-            points[i],
-            direction_on_page(matrix, float(minutiae.angle[i])),
-            int(minutiae.kind[i]),
-            style,
-            (titles or {}).get(i, described(minutiae, i)),
-        )
-    ]
+    drawn: list[Path | Circle] = []
+    for i in index:
+        if panel.contains(points[i]):
+            direction = direction_on_page(matrix, float(minutiae.angle[i]))
+            title = (titles or {}).get(i, described(minutiae, i))
+            drawn += mark(points[i], direction, int(minutiae.kind[i]), style, title)
+    return drawn
 
 
 def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:
@@ -124,7 +115,7 @@ def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:
 
 def described(minutiae: Minutiae, i: int) -> str:
     """Return kind, place, direction and quality of a minutia as text."""
-    kind = _KIND_NAMES[MinutiaKind(int(minutiae.kind[i]))]
+    kind = _KIND_NAMES[int(minutiae.kind[i])]
     degrees = math.degrees(float(minutiae.angle[i]))
     return (
         f"{kind} at ({minutiae.x[i]:.0f}, {minutiae.y[i]:.0f}), "

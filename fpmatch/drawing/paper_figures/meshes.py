@@ -61,6 +61,7 @@ def one_rings(rings: RingPair) -> Sheet:
         (x0, x1), (y0, y1) = near.get_xlim(), near.get_ylim()
         corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
         marks.line(far, corners, TEXT, marks.EDGE, "--")
+        far.lines[-1].set_zorder(marks.DOTS + 1)  # above the points of a crowded set
     return sheet
 
 

@@ -111,9 +111,8 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
     figure = _figure(high + len(facts) * _LINE, verdict(True), palette.MATCH)
     axes = figure.subplots()
-    axes.set_title(
-        "\n".join(facts), loc="left", fontsize="medium", color=hexadecimal(palette.TEXT_MUTED)
-    )
+    muted = hexadecimal(palette.TEXT_MUTED)
+    axes.set_title("\n".join(facts), loc="left", fontsize="medium", color=muted)
     rows_p, rows_q = match.pairs.T
     size = _mark_size(high, max(len(moved), len(q)))
     for points, mark, words in (
@@ -186,8 +185,7 @@ def _finish(axes: Axes, unit: float) -> None:
     axes.set_axisbelow(True)
     axes.grid(color="0.92")
     words = "" if unit == 1.0 else f" ({unit:g})"
-    axes.set_xlabel(f"x{words}")
-    axes.set_ylabel(f"y{words}")
+    axes.set(xlabel=f"x{words}", ylabel=f"y{words}")
 
 
 def _title(letter: str, name: str) -> str:

@@ -32,12 +32,9 @@ def svg_text(scene: Scene) -> str:
     Not every viewer can multiply colours, so the area that two overprinted inks share becomes a
     third picture above them.
     """
-    width, height = str(scene.width), str(scene.height)
-    root = ElementTree.Element(
-        "svg", xmlns="http://www.w3.org/2000/svg", width=width, height=height
-    )
-    root.set("viewBox", f"0 0 {width} {height}")
-    root.set("role", "img")
+    size = {"width": str(scene.width), "height": str(scene.height)}
+    view = {"viewBox": f"0 0 {scene.width} {scene.height}", "role": "img"}
+    root = ElementTree.Element("svg", {"xmlns": "http://www.w3.org/2000/svg"} | size | view)
     ElementTree.SubElement(root, "title").text = _legal(scene.description)
     ElementTree.SubElement(root, "style").text = f"text{{font-family:{_FONTS}}}"
     _add(root, "rect", width="100%", height="100%", fill=hexadecimal(scene.paper))
@@ -53,9 +50,8 @@ def shared_ink(print_: Overprint) -> Ink:
     lower, upper = print_.lower, print_.upper
     height, width = upper.coverage.shape
     lower_to_upper = (np.linalg.inv(upper.matrix) @ lower.matrix)[:2]
-    beneath = cv2.warpAffine(
-        lower.coverage, lower_to_upper, (width, height), flags=cv2.INTER_CUBIC, borderValue=0
-    )
+    flags, size = cv2.INTER_CUBIC, (width, height)
+    beneath = cv2.warpAffine(lower.coverage, lower_to_upper, size, flags=flags, borderValue=0)
     both = np.rint(beneath.astype(np.float32) * upper.coverage / 255).astype(np.uint8)
     return Ink(both, mixed((lower.colour, upper.colour)), upper.matrix, "agreement")
 

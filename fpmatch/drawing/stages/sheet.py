@@ -71,8 +71,8 @@ def _pictures(stages: Mapping[str, NDArray[Any]]) -> dict[str, Picture]:
 def _sheet(stages: Mapping[str, NDArray[Any]], pictures: dict[str, Picture]) -> Picture:
     height, width = next(iter(pictures.values())).shape[:2]
     factor = min(_TILE_SIDE / max(height, width), 1.0)
-    tile_width, tile_height = max(round(width * factor), _LEAST_TILE_SIDE), round(height * factor)
-    tile_height = max(tile_height, 1)
+    tile_width = max(round(width * factor), _LEAST_TILE_SIDE)
+    tile_height = max(round(height * factor), 1)
     cell_width, cell_height = tile_width + _GAP, tile_height + _GAP + _TITLE_HEIGHT
     columns = _columns(len(pictures), cell_width, cell_height)
     items: list[Item] = []

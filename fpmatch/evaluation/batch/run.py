@@ -240,4 +240,5 @@ class Comparing:
             with self.store.writing():
                 convert_to_parquet(rows, table)
             rows = table
-        self.store.put_in_place(rows)
+        with self.store.writing():
+            rows.replace(self.store.output)

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
     AnySource = PrintSource | str | os.PathLike[str]
 
-SAVE_EVERY_S: Final = 0.5
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
 _FORMAT: Final = "3"  # of the state of an unfinished run
@@ -91,7 +90,7 @@ def score(
     dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    save_every_s: float = SAVE_EVERY_S,
+    save_every_s: float = 0.5,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 

@@ -174,11 +174,6 @@ class Store:
         with self.writing():
             return dict(self._database.execute(query, [side]).fetchall())
 
-    def put_in_place(self, finished: Path) -> None:
-        """Move a file of the folder to the output's path."""
-        with self.writing():
-            finished.replace(self.output)
-
     def clear(self) -> None:
         """Delete the folder."""
         with self.writing():

@@ -99,16 +99,13 @@ def measure_transforms(
         i, j = int(result.pairs.probe[k]), int(result.pairs.reference[k])
         if len(common_minutiae(truths[i], truths[j])[0]) < MIN_COMMON:
             continue
-        found, reference = _transform_of(result.outcomes[k]), templates[j]
+        outcome, reference = result.outcomes[k], templates[j]
+        scale, degrees, tx, ty = (float(outcome[m]) for m in ("scale", "rotation_deg", "tx", "ty"))
+        found = None if math.isnan(scale) else Similarity(scale, math.radians(degrees), tx, ty)
         dpi = STANDARD_DPI if reference is None else reference.dpi
         match = found is not None and bool(decided[k])
         errors.append(measure_transform(found, truths[i], truths[j], match=match, dpi=dpi))
     return errors
-
-
-def _transform_of(outcome: NDArray[np.void]) -> Similarity | None:
-    scale, degrees, tx, ty = (float(outcome[k]) for k in ("scale", "rotation_deg", "tx", "ty"))
-    return None if math.isnan(scale) else Similarity(scale, math.radians(degrees), tx, ty)
 
 
 def _residual(transform: Similarity, p: NDArray[np.float64], q: NDArray[np.float64]) -> float:

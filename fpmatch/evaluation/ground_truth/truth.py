@@ -56,16 +56,6 @@ class ImpressionTruth:
         return _placed(self.transform, self.displacement, points)
 
 
-def corresponding_points(
-    probe: ImpressionTruth, reference: ImpressionTruth, points: ArrayLike
-) -> NDArray[np.float64]:
-    """Map points (N, 2) of one impression to the same skin in another of the same finger.
-
-    The result is in pixels of the reference, maybe beyond its borders.
-    """
-    return reference.from_master(probe.to_master(points))
-
-
 def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     """Read the files ``truth/FFF.json`` that lie beside a database's prints, one a finger.
 
@@ -76,12 +66,8 @@ def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     them can be seen, ``visible``; and, where skin stretched, ``displacement``: ``step``, and the
     rows ``dx`` and ``dy`` of the nodes of a `fpmatch.synthesis.displacement.DisplacementField`,
     such that the point p of the image comes from ``transform.inverse().apply(p + (dx, dy))``.
-    Other keys are ignored.
-
-    Raises
-    ------
-    DatasetError
-        If a file is missing or malformed, or an impression is not in it.
+    Other keys are ignored. Raises a `DatasetError` if a file is missing or malformed, or an
+    impression is not in it.
     """
     folder = dataset.impressions[0].path.parent / TRUTH_FOLDER
     stems = [impression.path.stem for impression in dataset.impressions]

@@ -53,12 +53,9 @@ class Curve:
 def det_plot(curves: Sequence[Curve], name: str) -> str:
     """Draw FNMR against FMR on axes of normal deviates, on which normal scores give a line.
 
-    The last curve determines the shaded range of unsure rates. `name` is as for `inline_svg`.
-
-    References
-    ----------
-    Martin, Doddington, Kamm, Ordowski, Przybocki, "The DET curve in assessment of detection task
-    performance", Eurospeech 1997.
+    The last curve determines the shaded range of unsure rates. See Martin, Doddington, Kamm,
+    Ordowski, Przybocki, "The DET curve in assessment of detection task performance", Eurospeech
+    1997. `name` is as for `inline_svg`.
     """
     from scipy.special import ndtri  # noqa: PLC0415
 

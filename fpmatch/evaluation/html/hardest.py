@@ -55,22 +55,14 @@ class HardPair:
     picture: bytes
 
 
-def hardest_genuine(report: EvaluationReport, count: int = DEFAULT_COUNT) -> list[HardPair]:
-    """Find the genuine pairs that are least similar, the least first, and draw them.
+def hardest_pairs(
+    report: EvaluationReport, count: int = DEFAULT_COUNT, *, genuine: bool
+) -> list[HardPair]:
+    """Find the genuine pairs least similar, or the impostor pairs most similar, and draw them.
 
-    Each print comes once, so that one bad print does not fill the list; pairs with a print that
-    gave no template are left out. The images must still be there to be drawn.
+    The hardest come first. Each print comes once, so that one bad print does not fill the list;
+    pairs with a print that gave no template are left out. The images must still be there.
     """
-    return _hardest(report, count, genuine=True)
-
-
-def hardest_impostors(report: EvaluationReport, count: int = DEFAULT_COUNT) -> list[HardPair]:
-    """Find the impostor pairs that are most similar; else as `hardest_genuine`."""
-    return _hardest(report, count, genuine=False)
-
-
-def _hardest(report: EvaluationReport, count: int, *, genuine: bool) -> list[HardPair]:
-    """Return the hardest pairs of all databases."""
     rows = report.sets
     places = [
         (n, k)

@@ -12,20 +12,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from fpmatch._version import __version__
 from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.errors import OutputError
+from fpmatch.evaluation import tables
 from fpmatch.evaluation.decision import calibration_of, decide, rho_of
 from fpmatch.evaluation.html.figures import Figures, matcher_figures, pooled_figures
-from fpmatch.evaluation.html.hardest import HardPair, hardest_genuine, hardest_impostors
+from fpmatch.evaluation.html.hardest import HardPair, hardest_pairs
 from fpmatch.evaluation.report import pooled
-from fpmatch.evaluation.tables import (
-    INTERVAL_TITLES,
-    RATE_TITLES,
-    change_limits,
-    decisions_sentence,
-    defined_rates,
-    limits,
-    percent,
-    points,
-)
+from fpmatch.evaluation.tables import INTERVAL_TITLES, RATE_TITLES, defined_rates
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.output import atomic_write_bytes, check_writable, reason
 
@@ -38,6 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.run_comparison import RunComparison
 
 PAGE_NAME: Final = "index.html"
+_FILTERS: Final = ("change_limits", "decisions_sentence", "limits", "percent", "points")
 _IMPOSTOR_PAIRS: Final = {
     "extended": "every two impressions of different fingers",
     "fvc": "the first impressions of every two different fingers",
@@ -85,11 +78,7 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
     )
     environment.filters |= {
         "base64": lambda content: base64.b64encode(content).decode("ascii"),
-        "change_limits": change_limits,
-        "decisions_sentence": decisions_sentence,
-        "limits": limits,
-        "percent": percent,
-        "points": points,
+        **{name: getattr(tables, name) for name in _FILTERS},
         "thousands": lambda number: f"{number:,}",
         "title_of": RATE_TITLES.__getitem__,
     }
@@ -134,8 +123,8 @@ class _MatcherSection:
             names=defined_rates([*(row.rates for row in report.sets), report.pooled]),
             decisions=_default_decisions(report),
             figures=matcher_figures(report, number),
-            hardest_genuine=hardest_genuine(report),
-            hardest_impostors=hardest_impostors(report),
+            hardest_genuine=hardest_pairs(report, genuine=True),
+            hardest_impostors=hardest_pairs(report, genuine=False),
         )
 
 

@@ -14,7 +14,8 @@ import signal
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
@@ -48,7 +49,7 @@ def describe_settings(plan: TrialPlan, workers: int = 1) -> dict[str, Any]:
         "versions": {
             "fpmatch": __version__,
             "python": platform.python_version(),
-            **{name: _version_of(name) for name in _LIBRARIES},
+            **{name: version(name) if find_spec(name) else None for name in _LIBRARIES},
         },
         "machine": {"system": f"{platform.system()} {platform.machine()}", "cpus": os.cpu_count()},
     }
@@ -121,8 +122,12 @@ class _Queue:
         try:
             running = set()
             for condition, matcher in self._open_cells():
+<<<<<<< HEAD
                 with safe_import_path():  # submitting may start a process
                     running.add(pool.submit(_run_named, condition, matcher.name, self.plan))
+=======
+                running.add(pool.submit(_run, condition, matcher.name, self.plan))
+>>>>>>> origin/main
                 if len(running) == workers:
                     done, running = wait(running, return_when=FIRST_COMPLETED)
                     for future in done:
@@ -168,16 +173,13 @@ class _Queue:
         return ""
 
 
-def _run(condition: Condition, matcher: BenchMatcher, plan: TrialPlan) -> Outcome:
+def _run(condition: Condition, matcher: BenchMatcher | str, plan: TrialPlan) -> Outcome:
+    chosen = matcher_named(matcher) if isinstance(matcher, str) else matcher
     try:
-        return run_cell(condition, matcher, plan)
+        return run_cell(condition, chosen, plan)
     except StoppedError:
         reason = f"a match was stopped after {plan.budget_s:g} s"
-        return SkippedCell(condition, matcher.name, reason)
-
-
-def _run_named(condition: Condition, matcher: str, plan: TrialPlan) -> Outcome:
-    return _run(condition, matcher_named(matcher), plan)
+        return SkippedCell(condition, chosen.name, reason)
 
 
 def _start_worker() -> None:
@@ -187,13 +189,6 @@ def _start_worker() -> None:
     # Ctrl-C reaches the whole process group: a worker ends without a message, its parent reports
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threadpool_limits(1)
-
-
-def _version_of(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
 
 
 def _flat(settings: dict[str, Any]) -> dict[str, Any]:

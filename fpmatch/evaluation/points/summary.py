@@ -7,9 +7,8 @@ from itertools import product
 from statistics import linear_regression, median
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.points.conditions import conditions
+from fpmatch.evaluation.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.points.conditions import Condition
+from fpmatch.evaluation.points.conditions import PAPER_ROWS, TARGET_FACTORS, Condition
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.evaluation.points.summary import summarise
 from fpmatch.pointset.random_sets import POINT_MODELS
 from fpmatch.text_table import markdown_table, text_table
@@ -15,7 +14,7 @@ from fpmatch.text_table import markdown_table, text_table
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.evaluation.points.published_results import PaperRow
+    from fpmatch.evaluation.points.conditions import PaperRow
     from fpmatch.evaluation.points.results import BenchResults, PointCell
     from fpmatch.pointset.random_sets import PointModel
 

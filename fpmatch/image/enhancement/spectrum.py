@@ -19,26 +19,17 @@ if TYPE_CHECKING:
 # Lengths in pixels at 500 dpi.
 WINDOW_SIGMA_PX: Final = 8.0
 WINDOW_RADIUS_PX: Final = 16
+# Ridge orientations (radians, counter-clockwise on screen from +x) and periods of the waves.
 ANGLES: Final = np.arange(16) * (np.pi / 16)
-"""Ridge orientations of the waves, radians counter-clockwise on screen from +x."""
 PERIODS_PX: Final = np.array([5.0, 5.9, 6.9, 8.0, 9.3, 10.9, 12.8, 15.0])
-"""Ridge periods of the waves."""
 _BAND_ROWS: Final = 16  # rows of blocks at a time: memory does not grow with the image's height
 
 
 class RidgeSpectrum(NamedTuple):
-    """Hold the energies of the blocks of an image, (rows, columns).
+    """Hold the energies in the windowed neighbourhood of each block, (rows, columns)."""
 
-    Parameters
-    ----------
-    energy : ndarray of float32, shape (rows, columns, A, F)
-        Energy of the wave of each of `ANGLES` and `PERIODS_PX` in the windowed neighbourhood.
-    total : ndarray of float32, shape (rows, columns)
-        Whole energy of the windowed neighbourhood; a pure wave has ``energy = total``.
-    """
-
-    energy: Floats
-    total: Floats
+    energy: Floats  # of the wave of each of `ANGLES` and `PERIODS_PX`, (rows, columns, A, F)
+    total: Floats  # of all, (rows, columns); a pure wave has ``energy = total``
 
 
 def ridge_spectrum(pixels: Floats) -> RidgeSpectrum:

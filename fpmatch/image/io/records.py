@@ -55,8 +55,8 @@ class _RecordImage(NamedTuple):
 def decode_an2(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> GreyImage:
     """Decode the first image of a print in an ANSI/NIST-ITL file.
 
-    Raises ImageReadError if the file is damaged or contains no grey image of a finger or palm,
-    ImageError if the image is too small or too large.
+    Raises ImageReadError if the file is damaged or contains no grey image of 8 bits of a finger or
+    palm, ImageError if the image is too small or too large.
     """
     first, *others = records = read_records(data, _damaged_an2)
     prints = [record for record in others if record.type in _PRINT_TYPES]
@@ -112,11 +112,7 @@ def _number(text: bytes) -> int:
 
 
 def decode_fir(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> GreyImage:
-    """Decode the first image of a finger image record.
-
-    Raises ImageReadError if the record is damaged, or its pixels are packed or not of 8 bits;
-    ImageError if the image is too small or too large.
-    """
+    """Decode the first image of a finger image record; errors are as in `decode_an2`."""
     if data[4:8] == _VERSION_2011:
         return _decode(_image_of_2011(data), "ISO/IEC 19794-4:2011", limits, decode_file)
     failures: list[FpmatchError] = []
@@ -175,11 +171,7 @@ def _finger(
 def _decode(
     image: _RecordImage, record: str, limits: ImageLimits, decode_file: DecodeFile
 ) -> GreyImage:
-    """Decode the image of a record, at the record's resolution if known, else at its own.
-
-    `record` is the record's kind, for messages. Raises ImageReadError if the image is damaged or
-    of an unknown compression, ImageError if it is too small or too large.
-    """
+    """Decode the image of a kind of `record`, at the record's resolution if known, else its own."""
     if image.compression == _UNCOMPRESSED:
         if image.depth != _DEPTH:
             raise ImageReadError(f"{record} with bare pixels of {image.depth} bits")

@@ -70,13 +70,11 @@ _OTHERS: Final = (
     (b"\x1f\x8b", "a gzip archive"),
     (b"8BPS", "a Photoshop document"),
     (b"<?xml", "an XML document"),
-    (b"<!DOCTYPE", "an HTML page"),
-    (b"<html", "an HTML page"),
+    *((start, "an HTML page") for start in (b"<!DOCTYPE", b"<html")),
     (b"<svg", "an SVG drawing"),
     (b"SQLite format 3\x00", "an SQLite database"),
     (b"\x93NUMPY", "a NumPy array"),
-    (b"\xff\x0a", "a JPEG XL image"),
-    (b"\x00\x00\x00\x0cJXL ", "a JPEG XL image"),
+    *((start, "a JPEG XL image") for start in (b"\xff\x0a", b"\x00\x00\x00\x0cJXL ")),
     (b"II\xbc", "a JPEG XR image"),
 )
 _BOXES: Final = {b"ftypheic": "a HEIC image", b"ftypavif": "an AVIF image"}

@@ -39,8 +39,7 @@ WEIGHTS_FILE: Final = Path(__file__).with_name("polarity.json")
 MIN_EVIDENCE: Final = 4.0  # log-odds from which a polarity is certain
 BACKGROUND_ODDS: Final = 3.0  # log-odds that a background like the bright or dark lines adds
 MAX_EVIDENCE: Final = 8.0  # log-odds, of one image
-FARTHEST_CUE: Final = 4.0
-"""Limit of a cue in units of its usual size, beyond which it counts no more."""
+FARTHEST_CUE: Final = 4.0  # in units of its usual size, beyond which a cue counts no more
 MAX_PX: Final = 16_000_000  # at 500 dpi; a larger image is no print and gives no evidence
 CLEAR_LEVEL: Final = 0.2  # background level, -1 to 1, from which a background is clearly bright
 

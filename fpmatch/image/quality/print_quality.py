@@ -26,19 +26,15 @@ if TYPE_CHECKING:
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
 TYPICAL_PERIOD_PX: Final = 9.0  # ridge period of most fingers, in pixels at 500 dpi: 0.46 mm
-WRONG_RESOLUTION: Final = "wrong resolution"
-"""Code of the reason for ridges that are too near or too far apart."""
+WRONG_RESOLUTION: Final = "wrong resolution"  # code of the reason
 FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "period", "blur")
-"""The features of the score; see `quality_features`."""
 
 # Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
 MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
 MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
 PERIODS_PX: Final = (6.75, 12.0)  # range of the ridge periods of people
-FAR_PERIODS_PX: Final = (6.0, 12.3)
-"""Range beyond which the strongest period is not one of human ridges."""
-MIN_PEAK_SHARES: Final = (0.5, 0.6)
-"""Least share of the energy about a strongest period too short, and too long, to be of ridges."""
+FAR_PERIODS_PX: Final = (6.0, 12.3)  # beyond which the strongest period is not one of them
+MIN_PEAK_SHARES: Final = (0.5, 0.6)  # of the energy, about a period too short, and too long
 MIN_CONCENTRATION: Final = 0.6  # share of the energy about one period, for a period of ridges
 MIN_DETAIL: Final = 0.003  # energy finer than ridges
 BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest period

@@ -48,7 +48,7 @@ def list_nodes(
 
 
 def trace_branches(
-    skeleton: cython.uchar[:, ::1],
+    skeleton: cython.int[:, ::1],
     nodes: cython.int[:, ::1],
     step: cython.int[:, ::1],
     paths: cython.int[:, :, :, ::1],
@@ -57,10 +57,9 @@ def trace_branches(
 ) -> None:
     """Trace up to ``paths.shape[1]`` branches of each node.
 
-    `skeleton` (0, 1, and 2 at nodes) has a border of one pixel without ridge; `nodes` holds the
-    nodes' (y, x) in raster order; `step` the eight (dy, dx), the four edge neighbours first, then
-    the corners in the order NE, NW, SW, SE of E, N, W, S. For node i and branch b,
-    ``paths[i, b, :made[i, b]]`` receives the traced (y, x), without the border, and
+    `skeleton` (0, 1, and 2 + i at node i) has a border of one pixel without ridge; `nodes` holds
+    the nodes' (y, x); `step` the eight (dy, dx): E, N, W, S, then the corners from NE on. For node
+    i and branch b, ``paths[i, b, :made[i, b]]`` receives the traced (y, x), without the border, and
     ``target[i, b]`` the node that was met, or -1.
     """
     limit: cython.Py_ssize_t = paths.shape[2]
@@ -84,8 +83,8 @@ def trace_branches(
                 paths[i, branch, walked, 0] = y - 1
                 paths[i, branch, walked, 1] = x - 1
                 walked += 1
-                if skeleton[y, x] == 2 and (y != nodes[i, 0] or x != nodes[i, 1]):
-                    target[i, branch] = _node_at(nodes, y, x)
+                if skeleton[y, x] >= 2 and skeleton[y, x] != 2 + i:
+                    target[i, branch] = skeleton[y, x] - 2
                     break
                 if walked == limit:
                     break
@@ -103,7 +102,7 @@ def trace_branches(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _next_step(
-    skeleton: cython.uchar[:, ::1],
+    skeleton: cython.int[:, ::1],
     step: cython.int[:, ::1],
     y: cython.int,
     x: cython.int,
@@ -118,19 +117,3 @@ def _next_step(
         if dy * dy + dx * dx > 2 and skeleton[y + step[k, 0], x + step[k, 1]] != 0:
             return k
     return -1
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _node_at(nodes: cython.int[:, ::1], y: cython.int, x: cython.int) -> cython.int:
-    """Return the index of the node at (y, x) by binary search."""
-    low: cython.int = 0
-    high: cython.int = cython.cast(cython.int, nodes.shape[0])
-    middle: cython.int
-    while high - low > 1:
-        middle = (low + high) // 2
-        if nodes[middle, 0] < y or (nodes[middle, 0] == y and nodes[middle, 1] <= x):
-            low = middle
-        else:
-            high = middle
-    return low

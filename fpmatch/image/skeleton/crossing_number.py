@@ -43,11 +43,12 @@ def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     number = np.empty(len(pixels), np.uint8)
     count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
     nodes = yx[:count].copy()
-    padded[nodes[:, 0], nodes[:, 1]] = 2
+    y, x = nodes.T
+    labels = padded.astype(np.int32)
+    labels[y, x] = np.arange(2, 2 + count)
     paths = np.zeros((count, _MAX_BRANCHES, branch_px, 2), np.int32)
     steps = np.zeros((count, _MAX_BRANCHES), np.int32)
     target = np.full((count, _MAX_BRANCHES), -1, np.int32)
     if branch_px > 0:
-        kernel.trace_branches(padded, nodes, _STEP, paths, steps, target)
-    y, x = nodes.T - 1
-    return SkeletonNodes(y, x, number[:count].copy(), paths, steps, target)
+        kernel.trace_branches(labels, nodes, _STEP, paths, steps, target)
+    return SkeletonNodes(y - 1, x - 1, number[:count].copy(), paths, steps, target)

@@ -26,8 +26,7 @@ CROWDED_PX: Final = 6.0
 BROKEN_PX: Final = 10.0
 BROKEN_ANGLE_DEG: Final = 50.0
 DIRECTION_PX: Final = 14
-BRANCH_PX: Final = max(DIRECTION_PX, MAX_BRIDGE_PX)
-"""Length of the branches that directions and the search for bridges need."""
+BRANCH_PX: Final = max(DIRECTION_PX, MAX_BRIDGE_PX)  # of the branches that both need
 
 
 def remove_spurs_and_islands(skeleton: Mask) -> Mask:

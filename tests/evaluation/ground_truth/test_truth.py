@@ -8,7 +8,7 @@ from truth_files import truth_document, write_truth
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import Dataset, Impression, load_dataset
-from fpmatch.evaluation.ground_truth.truth import corresponding_points, load_truth
+from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
@@ -175,7 +175,7 @@ def test_files_tell_where_the_same_skin_lies_in_another_impression(tmp_path):
     true = made[1].warp.from_master(made[0].warp.to_master(points))
     inside = ((true >= 0) & (true <= (169, 199))).all(axis=1)
     assert inside.sum() > 500
-    found = corresponding_points(probe, reference, points)
+    found = reference.from_master(probe.to_master(points))
     assert np.hypot(*(found - true)[inside].T).max() < 0.1
     by_similarity = reference.transform.after(probe.transform.inverse()).apply(points)
     assert np.hypot(*(by_similarity - true)[inside].T).max() > 1

@@ -5,8 +5,13 @@ import itertools
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.points.conditions import Condition, conditions, make_pair
-from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
+from fpmatch.evaluation.points.conditions import (
+    PAPER_ROWS,
+    TARGET_FACTORS,
+    Condition,
+    conditions,
+    make_pair,
+)
 from fpmatch.pointset.point_match import share_of
 from fpmatch.pointset.random_sets import POINT_MODELS
 

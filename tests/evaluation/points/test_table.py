@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.points.conditions import Condition, conditions
+from fpmatch.evaluation.points.conditions import PAPER_ROWS, Condition, conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.points.published_results import PAPER_ROWS
 from fpmatch.evaluation.points.results import BenchResults, PointCell, SkippedCell
 from fpmatch.evaluation.points.summary import geometric_mean, speed_ups, summarise
 from fpmatch.evaluation.points.table import format_bench, format_bench_markdown, format_ms

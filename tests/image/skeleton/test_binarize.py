@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import Binary, binaries, blobs, parts, plane_wave, strips_and_extremes
+from made_images import Binary, extremes_too, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _small_parts_kernel as kernel
 from fpmatch.image.skeleton import binarize as module
@@ -25,9 +25,9 @@ def binarized(
         return binarize(np.where(ridges, 1, -1).astype(np.float32), whole)
 
 
-@pytest.mark.parametrize("name", strips_and_extremes())
-def test_it_is_the_sign_without_what_is_smaller_than_the_least_area(name):
-    ridges = strips_and_extremes()[name]
+@extremes_too
+@given(shapes)
+def test_it_is_the_sign_without_what_is_smaller_than_the_least_area(ridges):
     assert np.array_equal(binarized(ridges), ridges)
     assert not binarized(ridges, ridges.size + 1).any()
 
@@ -77,7 +77,7 @@ def test_ridges_lie_in_the_mask_and_only_small_parts_change(positive, mask, ridg
     assert gained.sum() == 0 or hole_area > 1
 
 
-@given(st.one_of(binaries, blobs), st.integers(0, 1), st.integers(0, 40), st.booleans())
+@given(shapes, st.integers(0, 1), st.integers(0, 40), st.booleans())
 def test_the_kernel_its_twin_and_opencv_turn_over_the_same_parts(
     interpreted, binary, colour, min_area, corners
 ):

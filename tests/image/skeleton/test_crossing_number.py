@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import Binary, binaries, blobs, drawn, strips_and_extremes
+from made_images import Binary, drawn, extremes_too, shapes
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.crossing_number import SkeletonNodes, find_nodes
@@ -41,14 +41,6 @@ def at(nodes: SkeletonNodes) -> list[tuple[int, int, int]]:
     return [(int(x), int(y), int(c)) for x, y, c in zip(*columns, strict=True)]
 
 
-@pytest.mark.parametrize("name", ["nothing", "one pixel", "only one pixel"])
-def test_without_a_line_there_are_no_nodes(name):
-    nodes = find_nodes(strips_and_extremes()[name], 10)
-    assert len(nodes.x) == 0
-    assert nodes.paths.shape == (0, 4, 10, 2)
-    assert nodes.steps.shape == nodes.target.shape == (0, 4)
-
-
 def test_a_line_has_two_endings_that_lead_to_each_other():
     nodes = find_nodes(LINE, 20)
     assert at(nodes) == [(3, 3, 1), (9, 3, 1)]
@@ -79,6 +71,12 @@ def test_a_fork_has_one_bifurcation_with_three_branches():
     assert [nodes.target[k, 0] for k in range(4) if k != fork] == [fork] * 3
 
 
+def test_a_ring_has_no_node():
+    nodes = find_nodes(RING, 10)
+    assert nodes.paths.shape == (0, 4, 10, 2)
+    assert nodes.steps.shape == nodes.target.shape == (0, 4)
+
+
 @pytest.mark.parametrize(("picture", "arm"), [(PLUS, 3), (CROSS, 2)])
 def test_a_crossing_has_four_branches(picture, arm):
     nodes = find_nodes(picture, 20)
@@ -86,10 +84,6 @@ def test_a_crossing_has_four_branches(picture, arm):
     assert sorted(nodes.crossing_number.tolist()) == [1, 1, 1, 1, 4]
     assert nodes.steps[crossing].tolist() == [arm] * 4
     assert len(set(nodes.target[crossing].tolist())) == 4
-
-
-def test_a_ring_has_no_node():
-    assert len(find_nodes(RING, 20).x) == 0
 
 
 def test_a_loop_at_the_end_of_a_line_meets_no_other_node():
@@ -107,7 +101,8 @@ def test_a_walk_ends_at_its_limit(limit):
     assert nodes.target[:, 0].tolist() == ([1, 0] if limit >= 6 else [-1, -1])
 
 
-@given(st.one_of(binaries, blobs))
+@extremes_too
+@given(shapes)
 def test_a_node_has_a_branch_for_each_change_around_it(binary):
     nodes = find_nodes(thin(binary), 6)
     branches = np.count_nonzero(nodes.steps, axis=1)
@@ -155,7 +150,7 @@ def branches_of(
     return found
 
 
-@given(st.one_of(binaries, blobs), st.integers(1, 12), st.booleans())
+@given(shapes, st.integers(1, 12), st.booleans())
 def test_agrees_with_the_twin(binary, limit, thinned):
     picture = thin(binary) if thinned else binary
     nodes = find_nodes(picture, limit)
@@ -167,7 +162,7 @@ def test_agrees_with_the_twin(binary, limit, thinned):
             assert nodes.target[node, branch] == target
 
 
-@given(st.one_of(binaries, blobs), st.integers(1, 12))
+@given(shapes, st.integers(1, 12))
 def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
     compiled = find_nodes(binary, limit)
     plain = interpreted("_trace_kernel")

@@ -10,6 +10,8 @@ from pointset_strategies import (
     check_sound,
     crowded_pixels,
     seeds,
+    similarities,
+    worn,
 )
 
 from fpmatch.errors import PointSetError
@@ -18,7 +20,6 @@ from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,
     match_by_unit_circle,
-    match_prepared,
     similar_rings,
 )
 from fpmatch.pointset.unit_circle.prepared_points import prepare_points
@@ -28,31 +29,18 @@ def random_points(seed: int, n: int = 30) -> np.ndarray:
     return np.random.default_rng(seed).uniform(0, 400, (n, 2))
 
 
-def moved_and_worn(p: np.ndarray, move: Similarity, seed: int) -> np.ndarray:
-    """Return `p` jittered, a tenth of it replaced, shuffled and moved."""
-    rng = np.random.default_rng(seed)
-    q = p + rng.normal(0, 2, p.shape)
-    gone = rng.random(len(p)) < 0.1
-    q[gone] = rng.uniform(0, 400, (int(gone.sum()), 2))
-    return rng.permutation(move.apply(q))
+def worn_copy(p: np.ndarray, move: Similarity, seed: int) -> np.ndarray:
+    """Return `p`, of extent 400, jittered, a tenth of it replaced, shuffled and moved."""
+    return move.apply(400 * worn(p / 400, Similarity(), seed, 0.03, 0.1)[0])
 
 
-@given(
-    seeds,
-    st.floats(-np.pi, np.pi),
-    st.floats(0.05, 20),
-    st.floats(-1e4, 1e4),
-    st.floats(-1e4, 1e4),
-)
-def test_finds_any_similarity_transform(
-    seed: int, rotation: float, scale: float, tx: float, ty: float
-) -> None:
+@given(seeds, similarities(20, 1e4))
+def test_finds_any_similarity_transform(seed: int, move: Similarity) -> None:
     p = random_points(seed)
-    move = Similarity(scale, rotation, tx, ty)
-    order = np.random.default_rng(seed).permutation(len(p))
-    match = match_by_unit_circle(p, move.apply(p)[order])
+    q, place = worn(p, move, seed, jitter=0.0, share=0.0)
+    match = match_by_unit_circle(p, q)
     assert match.matched_share == 1
-    assert order[match.pairs[:, 1]].tolist() == match.pairs[:, 0].tolist()
+    assert match.pairs.tolist() == [[i, j] for i, j in enumerate(place.tolist())]
     assert match.transform is not None
     assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=1e-6)
 
@@ -61,7 +49,7 @@ def test_finds_a_worn_copy() -> None:
     move = Similarity(0.7, 2.0, 30, -40)
     for seed in range(10):
         p = random_points(seed, 40)
-        match = match_by_unit_circle(p, moved_and_worn(p, move, seed))
+        match = match_by_unit_circle(p, worn_copy(p, move, seed))
         assert match.transform is not None
         assert match.matched_share > 0.7
         assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=6)
@@ -75,28 +63,26 @@ def test_finds_a_patch_of_a_larger_set() -> None:
     assert match.pairs[:, 1].tolist() == inside.nonzero()[0].tolist()
 
 
-def test_strangers_share_little() -> None:
-    shares = [
-        match_by_unit_circle(random_points(2 * i, 40), random_points(2 * i + 1, 40)).matched_share
-        for i in range(20)
-    ]
-    assert max(shares) < 0.6
+def test_independent_sets_and_mirrored_copies_share_little() -> None:
+    for seed in range(20):
+        p, q = random_points(2 * seed, 40), random_points(2 * seed + 1, 40)
+        assert match_by_unit_circle(p, q).matched_share < 0.6
+        assert match_by_unit_circle(p, p * [1, -1]).matched_share < 0.6
 
 
 @given(seeds, st.sampled_from([0.3, 1.0]))
 def test_exchanging_the_sets_inverts_the_transform(seed: int, factor: float) -> None:
     p = random_points(seed)
-    q = moved_and_worn(p, Similarity(1.3, 1.0, 7, 9), seed)
+    q = worn_copy(p, Similarity(1.3, 1.0, 7, 9), seed)
     parameters = UnitCircleParameters(matching_factor=factor)
     forth, back = match_by_unit_circle(p, q, parameters), match_by_unit_circle(q, p, parameters)
     assert forth.matched_share == back.matched_share
     assert forth.local_matches == back.local_matches
     assert {*map(tuple, forth.pairs.tolist())} == {(i, j) for j, i in back.pairs.tolist()}
-    assert forth.transform is not None
-    assert back.transform is not None
-    assert (
-        forth.transform == back.transform.inverse() or back.transform == forth.transform.inverse()
-    )
+    one, other = forth.transform, back.transform
+    assert one is not None
+    assert other is not None
+    assert one == other.inverse() or other == one.inverse()
 
 
 @given(crowded_pixels, crowded_pixels)
@@ -114,7 +100,6 @@ def test_any_finite_points_match_or_are_refused(p: np.ndarray, q: np.ndarray) ->
             match_by_unit_circle(p, q)
         return
     match = match_by_unit_circle(p, q)
-    assert 0 <= match.matched_share <= 1
     assert (match.transform is None) == (len(match.pairs) == 0)
 
 
@@ -140,14 +125,7 @@ def test_a_power_of_two_in_scale_changes_no_bit(seed: int, exponent: int) -> Non
 
 @pytest.mark.parametrize(
     "points",
-    [
-        [],
-        [[1, 1]],
-        [[1, 1], [2, 2]],
-        [[0, 0], [4, 0], [0, 4]],
-        [[i, 2 * i] for i in range(12)],
-        [[3, 3]] * 12,
-    ],
+    [[], [[1, 1]], [[0, 0], [4, 0], [0, 4]], [[i, 2 * i] for i in range(12)], [[3, 3]] * 9],
 )
 def test_sets_without_closed_rings_match_nothing(points: list[list[int]]) -> None:
     other = random_points(1)
@@ -162,11 +140,6 @@ def test_one_interior_point_is_enough() -> None:
     match = match_by_unit_circle(kite, Similarity(3.0, 1.0, 2.0, 2.0).apply(kite))
     assert match.matched_share == 1
     assert match.local_matches == 1
-
-
-def test_mirrored_points_do_not_match() -> None:
-    p = random_points(11, 40)
-    assert match_by_unit_circle(p, p * [1, -1]).matched_share < 0.6
 
 
 def test_tolerance_is_in_the_units_of_the_points() -> None:
@@ -189,18 +162,10 @@ def test_scale_can_be_bounded() -> None:
         assert match.matched_share < 0.6
 
 
-def test_a_lower_matching_factor_ends_the_search_sooner_but_soundly() -> None:
-    p = random_points(8, 60)
-    q = moved_and_worn(p, Similarity(1.0, 0.4, 3, 3), 8)
-    match = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=0.5))
-    check_sound(match, p, q)
-    assert match.matched_share > 0.5
-
-
 @given(seeds, st.sampled_from([0.0, 0.3, 0.5, 0.6]))
 def test_a_search_that_ends_early_decides_as_one_that_does_not(seed: int, rho: float) -> None:
     p = random_points(seed)
-    q = moved_and_worn(p, Similarity(1.3, 1.0, 7, 9), seed) if seed % 2 else random_points(seed + 1)
+    q = worn_copy(p, Similarity(1.3, 1.0, 7, 9), seed) if seed % 2 else random_points(seed + 1)
     early = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=rho))
     whole = match_by_unit_circle(p, q)
     check_sound(early, p, q)
@@ -213,15 +178,6 @@ def test_the_fewest_above_a_share_are_more_than_it_by_no_rounding(count: int) ->
     for k in range(count + 1):
         assert fewest_above(k / count, count) == k + 1
         assert fewest_above(round(k / count, 2), count) / count > round(k / count, 2)
-
-
-def test_prepared_sets_can_be_used_again() -> None:
-    p, q = random_points(1), random_points(2)
-    a, b = prepare_points(p), prepare_points(q)
-    first, second = match_prepared(a, b), match_prepared(a, b)
-    assert (
-        first.pairs.tolist() == second.pairs.tolist() == match_by_unit_circle(p, q).pairs.tolist()
-    )
 
 
 @given(seeds, st.floats(0, 1))
@@ -237,25 +193,16 @@ def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "bad",
+    ("name", "values"),
     [
-        {"area_tolerance": -0.1},
-        {"area_tolerance": 0.0},
-        {"area_tolerance": np.nan},
-        {"precision": -1.0},
-        {"tolerance": -1.0},
-        {"tolerance": np.inf},
-        {"matching_factor": -0.1},
-        {"matching_factor": np.nan},
-        {"matching_factor": 1.5},
-        {"max_scale": 0.5},
+        ("area_tolerance", [-0.1, 0.0, np.nan]),
+        ("precision", [-1.0]),
+        ("tolerance", [-1.0, np.inf]),
+        ("matching_factor", [-0.1, np.nan, 1.5]),
+        ("max_scale", [0.5]),
     ],
 )
-def test_impossible_parameters_are_refused(bad: dict[str, float]) -> None:
-    with pytest.raises(PointSetError):
-        UnitCircleParameters(**bad)
-
-
-def test_malformed_points_are_refused() -> None:
-    with pytest.raises(PointSetError, match="finite"):
-        match_by_unit_circle([[0, np.nan]], [[0, 0]])
+def test_impossible_parameters_are_refused(name: str, values: list[float]) -> None:
+    for value in values:
+        with pytest.raises(PointSetError):
+            UnitCircleParameters(**{name: value})

@@ -1,0 +1,81 @@
+"""Kernels compiled against the same kernels as ordinary Python: all results to the last bit."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import crowded_pixels, seeds, worn
+
+from fpmatch.pointset.similarity import Similarity
+
+Import = Callable[[str], ModuleType]
+
+
+def compiled(name: str) -> ModuleType:
+    return importlib.import_module(f"fpmatch.pointset.{name}")
+
+
+def worn_copy(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    p = np.random.default_rng(seed).uniform(0, 1, (16, 2))
+    return p, worn(p, Similarity(2.0, 0.5, 1.0, -3.0), seed)[0]
+
+
+def triangles(room: Import, p: np.ndarray, q: np.ndarray) -> object:
+    matcher = room("triangles.matcher")
+    return matcher.match_by_triangles(
+        p, q, parameters=matcher.TriangleParameters(max_proposals=100)
+    )
+
+
+def descriptors(room: Import, p: np.ndarray, _: np.ndarray) -> object:
+    mesh, found = room("delaunay.triangulate").triangulate(p), room("triangles.descriptors")
+    points = np.array(mesh.points.T, order="C")
+    of_rings = found.ring_triangles(mesh, points)
+    large = found.describe_large(points, of_rings, 0.8, 0.05)
+    density = found.density_of(mesh, points) if len(mesh.triangles) else 0.0
+    described = found.describe_all(points, mesh.triangles, 0.3)
+    # past their number, the arrays hold nothing
+    parts = [[part[..., : each[0]] for part in each[2:]] for each in (large, described)]
+    return of_rings, large.corner[: large.number], parts, density
+
+
+ROOMS = {
+    "triangles": triangles,
+    "descriptors": descriptors,
+    "paper": lambda room, p, q: room("unit_circle.matcher").match_by_unit_circle(p, q),
+    "rings": lambda room, p, _: room("unit_circle.prepared_points").prepare_points(p).rings,
+    "van-wamelen": lambda room, p, q: room("van_wamelen.matcher").match_van_wamelen(
+        p, q, rho=0.7, lambda_=0.6, max_steps=20_000
+    ),
+}
+
+
+@pytest.mark.parametrize("results", ROOMS.values(), ids=ROOMS)
+@given(sets=st.tuples(crowded_pixels, crowded_pixels) | seeds.map(worn_copy))
+@settings(max_examples=12)
+def test_compiled_and_interpreted_agree(
+    plain: Import, results: Callable[..., object], sets: tuple[np.ndarray, np.ndarray]
+) -> None:
+    found = []
+    for room in (compiled, plain):
+        try:
+            with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
+                found.append(repr(results(room, *sets)))
+        except compiled("points").PointSetError as error:
+            found.append(repr(error))
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize(
+    "name", ["_grid_kernel", "delaunay._delaunay_kernel", "triangles._overlay_kernel"]
+)
+def test_the_other_kernels_are_ordinary_python(plain: Import, name: str) -> None:
+    assert not plain(name).COMPILED
+    assert plain(name) is not compiled(name)

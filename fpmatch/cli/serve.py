@@ -66,9 +66,15 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     envvar="FPMATCH_TOKEN",
     help="Token of requests.  [default: random on hosts that other machines can reach]",
 )
-@file_option("--clients", "FILE.toml", "Names, roles and tokens of several clients, see below.")
 @file_option(
-    "--audit-log", "FILE", "Append who requested what of whom to this file, a line an event."
+    "--clients",
+    metavar="FILE.toml",
+    help="Names, roles and tokens of several clients, see below.",
+)
+@file_option(
+    "--audit-log",
+    metavar="FILE",
+    help="Append who requested what of whom to this file, a line an event.",
 )
 @click.option(
     "--log",
@@ -117,12 +123,8 @@ def serve(
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
-<<<<<<< HEAD
-    from fpmatch.gallery.names import FVC_PATTERN, NamePattern
-    from fpmatch.web.access import load_clients
-=======
     from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
->>>>>>> origin/main
+    from fpmatch.web.access import load_clients
     from fpmatch.web.server import bind_server
     from fpmatch.web.server import serve as serve_requests
     from fpmatch.web.settings import Limits, Settings

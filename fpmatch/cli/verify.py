@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from fpmatch.pair import ComparedPair
+
 _OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
 
 
@@ -26,6 +28,7 @@ Examples:
   fpmatch verify probe.iso reference.tif
   fpmatch verify probe.tif reference.tif --matcher paper --rho 0.6
   fpmatch verify --gallery prints.db --subject 101 probe.tif
+  fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
 
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 """
@@ -44,12 +47,20 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     metavar="OUT.png|.svg",
     help="Draw the probe, moved by the recovered transform, over the reference.",
 )
+@file_option(
+    "--case-report",
+    metavar="OUT.html",
+    help="Write a page to print: files with hashes, settings, evidence, pictures, pairs, limits.",
+)
+@click.option("--notes", metavar="TEXT", default="", help="Notes of the examiner, for that page.")
 @json_option
 def verify(
     gallery: str | None,
     subject: str | None,
     finger: str | None,
     overlay_file: Path | None,
+    case_report: Path | None,
+    notes: str,
     as_json: bool,
     **values: Any,
 ) -> int:
@@ -69,8 +80,8 @@ def verify(
     more impressions there are, the better the best of them must match.
     """
     if gallery is not None or subject is not None or finger is not None:
-        if overlay_file is not None:
-            raise click.UsageError("--overlay cannot be combined with --gallery")
+        if overlay_file is not None or case_report is not None:
+            raise click.UsageError("--overlay and --case-report cannot be combined with --gallery")
         return _verify_claim(gallery, subject, finger, values, as_json=as_json)
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
@@ -83,11 +94,30 @@ def verify(
         from fpmatch.drawing.overlay.draw import save_overlay
 
         save_overlay(overlay_file, pair.probe.pixels, pair.reference.pixels, pair.verification)
+    if case_report is not None:
+        _write_case_report(case_report, pair, values, notes)
     if as_json:
         click.echo(json_text(pair.as_dict()))
     else:
         click.echo(as_text(pair.verification, pair.scale, pair.quality))
     return 0 if match else 1
+
+
+def _write_case_report(
+    target: Path, pair: ComparedPair, values: Mapping[str, Any], notes: str
+) -> None:
+    """Write the report on a comparison of two files."""
+    from fpmatch.case_report.page import CaseFile, case_report, settings_of
+    from fpmatch.output import atomic_write_bytes
+
+    probe, reference = (
+        CaseFile.of(path.name, path.read_bytes()) for path in (values["probe"], values["reference"])
+    )
+    dpi = tuple(values[f"{side}_dpi"] or values["dpi"] for side in ("probe", "reference"))
+    reading = dpi, values["enhance"], values["polarity"]
+    settings = settings_of(pair_options_of(values), pair.verification, *reading)
+    html = case_report(pair, (probe, reference), settings=settings, notes=notes)
+    atomic_write_bytes(target, html.encode())
 
 
 def _verify_claim(

@@ -11,12 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
-<<<<<<< HEAD
 from fpmatch.gallery.claim import check_claim
-from fpmatch.gallery.entry import EnrolmentRequest, Label, NewEntry
-=======
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
->>>>>>> origin/main
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.search import open_search

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from typing import Literal
+
+from pydantic import BaseModel, Field, FiniteFloat
 
 
 class Error(BaseModel):
@@ -121,6 +123,15 @@ class Shown(BaseModel):
     pairs: list[tuple[int, int]]
     probe: ShownPrint
     reference: ShownPrint
+
+
+class Mark(BaseModel):
+    """A mark of an examiner, in pixels of one of the prints."""
+
+    side: Literal["probe", "reference"]
+    x: FiniteFloat
+    y: FiniteFloat
+    note: str = ""
 
 
 class Stage(BaseModel):

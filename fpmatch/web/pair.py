@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.case_report.page import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.files import png_bytes, webp_bytes
 from fpmatch.drawing.ink import ridge_picture, shrunk
 from fpmatch.drawing.overlay.draw import overlay_file
@@ -72,6 +73,19 @@ def draw_pair(request: PairRequest, file_format: str, side_by_side: bool) -> byt
     pair = request.compare()
     pixels = _pixels(pair.probe), _pixels(pair.reference)
     return overlay_file(f".{file_format}", *pixels, pair.verification, side_by_side=side_by_side)
+
+
+def report_pair(request: PairRequest, notes: str, marks: list[dict[str, Any]]) -> str:
+    """Return the case report of two uploads, with what an examiner noted and marked."""
+    pair = request.compare()
+    uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
+    probe, reference = (CaseFile.of(upload.name, upload.data) for upload in uploads)
+    first, second = request.readings
+    settings = settings_of(
+        request.options, pair.verification, (first.dpi, second.dpi), first.enhance
+    )
+    placed = [CaseMark(**mark) for mark in marks]
+    return case_report(pair, (probe, reference), settings=settings, notes=notes, marks=placed)
 
 
 def show_pair(request: PairRequest) -> dict[str, Any]:

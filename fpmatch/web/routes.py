@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form, Query, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from pydantic import TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError
@@ -50,6 +51,7 @@ def _content_of(*media: str) -> dict[str, Any]:
 
 
 _FILE: Final = _content_of("application/octet-stream")
+_PAGE: Final = _content_of("text/html")
 _PICTURE: Final = _content_of(*_MEDIA.values())
 
 LabelPart = Annotated[str, Form(max_length=200)]
@@ -153,6 +155,25 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
     file_format, side_by_side = drawing
     content = await run(pair.draw_pair, prints, file_format, side_by_side)
     return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
+
+
+@router.post("/case-report", summary="Report on a comparison, to be printed", **_PAGE)
+async def case_report(
+    run: Run,
+    prints: UploadedPair,
+    notes: Annotated[str, Form(max_length=20_000)] = "",
+    marks: Annotated[
+        str, Form(max_length=100_000, description="JSON: list of side, x, y, note")
+    ] = "[]",
+) -> Response:
+    """Return the page that `fpmatch verify --case-report` writes."""
+    try:
+        placed = TypeAdapter(list[models.Mark]).validate_json(marks)
+    except ValidationError:
+        raise RequestError("marks: must be a JSON list of side, x, y and note") from None
+    document = [mark.model_dump() for mark in placed]
+    html = await run(pair.report_pair, prints, notes, document)
+    return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 
 @gallery_router.post(

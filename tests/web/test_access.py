@@ -97,6 +97,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
         ("POST", "/overlay", Role.VERIFY),
         ("POST", "/extract", Role.VERIFY),
         ("POST", "/stages", Role.VERIFY),
+        ("POST", "/case-report", Role.VERIFY),
         ("POST", "/identify", Role.VERIFY),
         ("POST", "/gallery/verify", Role.VERIFY),
         ("POST", "/gallery/1/compare", Role.VERIFY),

@@ -272,7 +272,7 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
 def test_the_api_describes_itself(client):
     paths = client.get("/openapi.json").json()["paths"]
     assert set(paths) == {
-        *("/verify", "/extract", "/overlay", "/compare", "/stages"),
+        *("/verify", "/extract", "/overlay", "/compare", "/stages", "/case-report"),
         *("/about", "/health", "/ready", "/metrics"),
     }
 

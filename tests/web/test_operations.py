@@ -121,6 +121,23 @@ def test_the_client_does_all_that_the_server_does(
     assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
 
 
+def test_a_case_report_contains_notes_and_marks(
+    http: httpx.Client, prints: dict[str, bytes]
+) -> None:
+    files = {side: (f"{side}.png", prints["1_1.png"]) for side in ("probe", "reference")}
+    bearer = {"authorization": f"Bearer {TOKEN}"}
+    marks = json.dumps([{"side": "probe", "x": 10, "y": 20, "note": "a scar"}])
+    data = {"notes": "seen <twice>", "marks": marks}
+    response = http.post("/case-report", files=files, data=data, headers=bearer)
+    assert response.headers["content-type"].startswith("text/html")
+    assert "a scar" in response.text
+    assert "seen &lt;twice&gt;" in response.text
+    for bad in ("{", "{}", '[{"side": "left", "x": 0, "y": 0}]', '[{"side": "probe", "x": NaN}]'):
+        refused = http.post("/case-report", files=files, data={"marks": bad}, headers=bearer)
+        assert refused.status_code == 422
+        assert "marks" in refused.json()["error"]
+
+
 @pytest.mark.parametrize(
     ("request_", "status"),
     [

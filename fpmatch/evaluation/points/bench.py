@@ -122,12 +122,8 @@ class _Queue:
         try:
             running = set()
             for condition, matcher in self._open_cells():
-<<<<<<< HEAD
                 with safe_import_path():  # submitting may start a process
-                    running.add(pool.submit(_run_named, condition, matcher.name, self.plan))
-=======
-                running.add(pool.submit(_run, condition, matcher.name, self.plan))
->>>>>>> origin/main
+                    running.add(pool.submit(_run, condition, matcher.name, self.plan))
                 if len(running) == workers:
                     done, running = wait(running, return_when=FIRST_COMPLETED)
                     for future in done:

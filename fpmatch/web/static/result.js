@@ -105,6 +105,9 @@ class ResultView {
       el("span", {}, "Export"),
       button("Overlay PNG", "export-png", () => this.#overlay("png")),
       button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
+      ...(this.source.report ? [button("Case report", "export-report", async () => {
+        save(await this.source.report(this.threshold, this.examination), "case.html");
+      })] : []),
       button("Result JSON", "export-json", async () => {
         const result = await this.source.verify(this.threshold);
         save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");

@@ -1,0 +1,1 @@
+"""The case report: one comparison, its files, settings, evidence and limits, on a page."""

@@ -41,7 +41,7 @@ def test_help_names_every_format(run):
             assert codec.suffixes[0] in words
 
 
-def test_losses_are_notes(run, tmp_path):
+def test_losses_are_notes(run, prints, tmp_path):
     n = 260
     many = Template(Minutiae(np.arange(n), np.arange(n), np.zeros(n)), 300, 300)
     save_template(tmp_path / "in.json", many)
@@ -50,12 +50,9 @@ def test_losses_are_notes(run, tmp_path):
         f"fpmatch: note: {tmp_path / 'out.iso'}: 5 minutiae of lowest quality dropped: 255 fit in\n"
     )
     assert len(load_template(tmp_path / "out.iso").minutiae) == 255
-
-
-def test_an_images_template_is_extracted(run, prints, tmp_path):
-    out = tmp_path / "out.iso"
-    assert run("convert", prints / "1_1.png", out).exit_code == 0
-    assert len(load_template(out).minutiae) == len(extract(prints / "1_1.png").minutiae)
+    assert run("convert", prints / "1_1.png", tmp_path / "image.iso").exit_code == 0
+    extracted = extract(prints / "1_1.png").minutiae
+    assert len(load_template(tmp_path / "image.iso").minutiae) == len(extracted)
 
 
 def test_prints_stay_together_or_one_is_taken(run, tmp_path, small):

@@ -1,14 +1,13 @@
 from __future__ import annotations
 
-import importlib
 import json
 
 import pytest
-from PIL import Image, ImageOps
+from PIL import Image
 
 from fpmatch import assess
+from fpmatch.cli import notes
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.reading import ASSUMED_DPI
 
 from .conftest import copied
@@ -69,21 +68,6 @@ def test_prints_below_the_quality_asked_for_are_refused(run, tmp_path, prints):
     assert run(*words).exit_code == 0
 
 
-def test_what_was_noticed_on_reading_is_said_once(run, tmp_path, pressed):
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    for number in (1, 2):
-        negative = ImageOps.invert(Image.fromarray(pressed[2 * number - 2]))
-        negative.save(folder / f"{number}_1.png", dpi=(500, 500))
-    result = run("enrol", tmp_path / "prints.db", folder, "--workers", 1, "--json")
-    assert result.exit_code == 0
-    assert result.stderr.splitlines() == [
-        f"fpmatch: note: {folder}/1_1.png and 1 other: {INVERTED}"
-    ]
-    told = [f"{folder}/1_1.png", f"{folder}/2_1.png"]
-    assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": told}]
-
-
 def test_options_reach_the_work(run, tmp_path, folder):
     place = tmp_path / "prints.db"
     pattern = r"(?P<finger>[a-z]+)/(?P<subject>\d+)_\d+"
@@ -96,12 +80,11 @@ def test_options_reach_the_work(run, tmp_path, folder):
     assert (str(entry.label), entry.dpi) == ("1_folder", 450.0)
 
 
-def test_many_failures_are_counted(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("fpmatch.cli.notes"), "MOST_SHOWN", 2)
-    for k in range(5):
-        (tmp_path / f"x{k}.png").touch()
+def test_many_failures_are_counted(run, tmp_path, prints, monkeypatch):
+    monkeypatch.setattr(notes, "MOST_SHOWN", 2)
+    folder = copied(prints, tmp_path / "many", **{f"x{k}": "empty.png" for k in range(5)})
     place = tmp_path / "prints.db"
-    result = run("enrol", place, tmp_path, "--workers", 1)
+    result = run("enrol", place, folder, "--workers", 1)
     assert result.exit_code == 1
     assert len(result.stderr.splitlines()) == 3
     assert f"3 more; `fpmatch gallery list {place} --failures`" in result.stderr

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import click
 import numpy as np
 import pytest
 from PIL import Image
@@ -71,13 +70,6 @@ def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
     assert f"[{'|'.join(choices)}]" in "".join(run(*words.split(), "--help").stdout.split())
 
 
-@pytest.mark.parametrize("name", SUMMARIES)
-def test_the_summaries_are_those_of_the_commands(name):
-    command = getattr(importlib.import_module(f"fpmatch.cli.{name}"), name)
-    assert isinstance(command, click.Command)
-    assert command.callback is not None
-
-
 WRONG_USAGE = {
     "": "verifie | evaluate | synth | points draw | points match | points match p.csv",
     "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
@@ -121,24 +113,16 @@ def failing(monkeypatch, error):
     monkeypatch.setattr(stages, "callback", fail)
 
 
-def test_an_error_of_ours_is_one_line(run, monkeypatch):
+def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
+    words = ("stages", "odd.png", "-o", "out")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
-    result = run("stages", "odd.png", "-o", "out")
-    assert result.exit_code == 2
+    result = run(*words)
+    assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr == "fpmatch: error: odd name.png: no such file\n"
-    assert result.stdout == ""
-
-
-def test_ctrl_c_is_quiet(run, monkeypatch):
     failing(monkeypatch, KeyboardInterrupt())
-    result = run("stages", "a.png", "-o", "out")
-    assert result.exit_code == 130
-    assert result.output == ""
-
-
-def test_a_fault_of_ours_is_not_hidden(run, monkeypatch):
+    assert (run(*words).exit_code, run(*words).output) == (130, "")
     failing(monkeypatch, ZeroDivisionError())
-    assert isinstance(run("stages", "a.png", "-o", "out").exception, ZeroDivisionError)
+    assert isinstance(run(*words).exception, ZeroDivisionError)
 
 
 def start(command, **options):

@@ -117,8 +117,10 @@ def test_a_gallery_is_searched_with_the_polarity_asked_for(run, darks, tmp_path)
 
 def test_a_folder_says_its_polarity(run, darks, tmp_path):
     (darks / "dataset.toml").write_text('polarity = "white"\n')
-    result = run("enrol", tmp_path / "prints.db", darks, "--workers", 1)
-    assert f"{darks}/1_1.png and 1 other: {INVERTED}" in result.stderr
+    result = run("enrol", tmp_path / "prints.db", darks, "--workers", 1, "--json")
+    assert result.stderr == f"fpmatch: note: {darks}/1_1.png and 1 other: {INVERTED}\n"
+    both = [f"{darks}/1_1.png", f"{darks}/2_1.png"]
+    assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": both}]
     (darks / "dataset.toml").write_text('polarity = "pink"\n')
     for words in (("enrol", tmp_path / "prints.db", darks), ("inspect", darks / "1_1.png")):
         reason = f"{darks}/dataset.toml: no polarity 'pink': there are auto, dark, white"

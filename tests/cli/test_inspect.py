@@ -19,27 +19,20 @@ def small():
     return Template(Minutiae([10, 20, 30], [5, 6, 7], [0, 1, 4], [1, 2, 2], [50, 60, 70]), 300, 400)
 
 
-def test_an_image_and_a_template_are_a_line_each(run, prints, tmp_path, small):
-    path = tmp_path / "odd name.tif"
+def test_images_and_templates_are_a_line_each(run, prints, tmp_path, small):
+    path, xyt = tmp_path / "odd name.tif", tmp_path / "print.xyt"
     save_template(path, small, file_format="iso2005")
+    save_template(xyt, small)
     quality = assess(prints / "1_1.png").quality
-    result = run("inspect", prints / "1_1.png", path)
-    assert result.exit_code == 0
+    result = run("inspect", prints / "1_1.png", path, xyt)
+    assert (result.exit_code, result.stderr) == (0, "")
     assert result.stdout.splitlines() == [
         f"{prints / '1_1.png'}: PNG image, 280 x 300 px, 500 dpi, {quality}",
         f"{path}: ISO/IEC 19794-2:2005, 300 x 400 px, 500 dpi, "
         "3 minutiae (1 ending, 2 bifurcations), quality 60",
+        f"{xyt}: NIST XYT, size unknown, resolution unknown, 3 minutiae; "
+        "angles taken for NIST: y up, degrees",
     ]
-    assert result.stderr == ""
-
-
-def test_what_a_file_does_not_tell_is_unknown(run, tmp_path, small):
-    path = tmp_path / "print.xyt"
-    save_template(path, small)
-    assert run("inspect", path).stdout == (
-        f"{path}: NIST XYT, size unknown, resolution unknown, 3 minutiae; "
-        "angles taken for NIST: y up, degrees\n"
-    )
 
 
 def test_prints_of_one_file_stand_between_bars(run, tmp_path, small):

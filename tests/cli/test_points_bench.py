@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -14,7 +14,7 @@ from fpmatch.evaluation.points import bench as point_bench
 from fpmatch.evaluation.points import matchers as point_matchers
 from fpmatch.evaluation.points import trials as point_trials
 from fpmatch.evaluation.points.conditions import conditions
-from fpmatch.evaluation.points.matchers import MATCHER_NAMES, BenchMatcher, PointCase
+from fpmatch.evaluation.points.matchers import MATCHER_NAMES, BenchMatcher
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.random_sets import POINT_MODELS
 
@@ -22,8 +22,6 @@ from .conftest import assert_refused
 
 # The module: the package's attribute of this name is the command that is found in it.
 command = importlib.import_module("fpmatch.cli.points_bench")
-
-Find = Callable[[PointCase], Any]
 
 
 @pytest.fixture
@@ -36,11 +34,13 @@ def calls():
 def fakes(monkeypatch, calls):
     """Put matchers that find nothing, at no cost, into the places of all four."""
 
-    def fake(name):
-        return lambda _: calls.append(name) or PointMatch.none()
+    def fake(name, _):
+        calls.append(name)
+        return PointMatch.none()
 
     matchers = {
-        name: BenchMatcher(name, fake(name), complete=name == "triangles") for name in MATCHER_NAMES
+        name: BenchMatcher(name, partial(fake, name), complete=name == "triangles")
+        for name in MATCHER_NAMES
     }
     monkeypatch.setattr(point_matchers, "_MATCHERS", matchers)
     monkeypatch.setattr(point_matchers, "find_spec", lambda _: True)
@@ -66,8 +66,10 @@ def test_the_table_is_on_stdout_and_stderr_is_silent(bench):
 
 
 def test_all_matchers_and_both_models_by_default(bench, tmp_path):
-    path = tmp_path / "bench.json"
-    assert bench("--json", path).exit_code == 0
+    pytest.importorskip("matplotlib")
+    path, plot = tmp_path / "bench.json", tmp_path / "bench.svg"
+    assert bench("--json", path, "--plot", plot).exit_code == 0
+    assert "patch model" in plot.read_text()
     cells = json.loads(path.read_text())["cells"]
     assert len(cells) == 3 * 3 * 2 * 4
     assert {cell["matcher"] for cell in cells} == set(MATCHER_NAMES)
@@ -129,24 +131,11 @@ def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(bench, tmp_path, calls, 
     assert "triangles, patch model" in added.stdout
     assert "paper, patch model" in added.stdout
     assert len(json.loads(path.read_text())["cells"]) == 18
+    other = bench(*words, "--matcher", "paper", "--resume", "--seed", 4)
+    assert_refused(other, f"{path}: cannot resume with other settings")
+    assert len(json.loads(path.read_text())["cells"]) == 18
     bench(*words, "--matcher", "paper")
     assert {cell["matcher"] for cell in json.loads(path.read_text())["cells"]} == {"paper"}
-
-
-def test_resume_refuses_other_settings_and_keeps_the_file(bench, tmp_path):
-    path = tmp_path / "bench.json"
-    bench("--matcher", "triangles", "--json", path)
-    before = path.read_bytes()
-    result = bench("--matcher", "triangles", "--json", path, "--resume", "--seed", 4)
-    assert_refused(result, f"{path}: cannot resume with other settings")
-    assert path.read_bytes() == before
-
-
-def test_the_plot_is_written(bench, tmp_path):
-    pytest.importorskip("matplotlib")
-    path = tmp_path / "bench.svg"
-    assert bench("--matcher", "triangles", "--plot", path).exit_code == 0
-    assert "patch model" in path.read_text()
 
 
 def test_the_bar_on_a_terminal_names_the_cell(bench, monkeypatch):

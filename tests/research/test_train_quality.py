@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import (
     FEATURES,
-    load_quality_weights,
+    WEIGHTS_FILE,
     quality_features,
     quality_score,
 )
@@ -48,7 +49,7 @@ def test_no_examples_make_less_of_a_print_better(rng):
 
 
 def test_the_weights_of_the_package_praise_no_fault():
-    weight = load_quality_weights().weight
+    weight = LinearWeights.load(WEIGHTS_FILE, FEATURES).weight
     assert all(w >= 0 if better else w <= 0 for w, better in zip(weight, BETTER, strict=True))
 
 

@@ -1,4 +1,8 @@
-"""Gabor filters: every pixel is filtered along its ridge, which suppresses noise."""
+"""Gabor filters: every pixel is filtered along its ridge, which suppresses noise.
+
+Hong, Wan, Jain, "Fingerprint image enhancement: algorithm and performance evaluation", PAMI 20
+(1998).
+"""
 
 from __future__ import annotations
 
@@ -27,11 +31,6 @@ def gabor_filter(pixels: Floats, mask: Mask, orientation: Floats, period: Floats
 
     All arrays are (H, W): normalized image with positive ridges, mask, ridge orientation (radians,
     counter-clockwise from +x) and ridge period (pixels). The result is 0 outside the mask.
-
-    References
-    ----------
-    Hong, Wan, Jain, "Fingerprint image enhancement: algorithm and performance evaluation",
-    PAMI 20 (1998).
     """
     if not pixels.shape == mask.shape == orientation.shape == period.shape:
         raise ValueError("pixels, mask, orientation and period must have one shape")
@@ -69,10 +68,7 @@ def filter_with_numpy(
 
 @cache
 def filter_bank() -> Floats:
-    """Return the Gabor filters, shape (angles·periods, side, kernel.ROW), of zero mean.
-
-    The gain of a filter for its own wave is one.
-    """
+    """Return the filters, (angles·periods, side, kernel.ROW), of zero mean and unit gain."""
     r = np.arange(-RADIUS_PX, RADIUS_PX + 1, dtype=np.float64)
     x, y = np.meshgrid(r, r)
     bank = np.zeros((ANGLES * len(PERIODS_PX), r.size, kernel.ROW), np.float32)

@@ -1,6 +1,7 @@
 """Enhancement by a small network, trained on synthetic prints and their ideal ridges.
 
-``python -m research train enhancer`` trains it; OpenCV runs it.
+Ronneberger, Fischer, Brox, "U-Net: convolutional networks for biomedical image segmentation",
+MICCAI 2015. ``python -m research train enhancer`` trains it; OpenCV runs it.
 """
 
 from __future__ import annotations
@@ -33,11 +34,6 @@ def enhance_by_network(pixels: Floats) -> Floats:
     Returns twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
     there is no print or nothing is certain. Raises FpmatchError if the file of the network is
     missing, damaged or of another version, or OpenCV cannot use it.
-
-    References
-    ----------
-    Ronneberger, Fischer, Brox, "U-Net: convolutional networks for biomedical image segmentation",
-    MICCAI 2015.
     """
     height, width = pixels.shape
     rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))

@@ -30,11 +30,8 @@ def ridge_orientation(spectrum: RidgeSpectrum, mask: Mask) -> OrientationField:
     """Estimate the local ridge orientation from the local spectrum.
 
     Energies are averaged in the double angle, over a narrow neighbourhood where they agree and a
-    wider one where they do not. Blocks outside the mask do not influence those inside.
-
-    References
-    ----------
-    Kass, Witkin, "Analyzing oriented patterns", CVGIP 37 (1987), for the double angle.
+    wider one where they do not (Kass, Witkin, "Analyzing oriented patterns", CVGIP 37, 1987).
+    Blocks outside the mask do not influence those inside.
     """
     weight = (mask / (spectrum.total + 1e-3)).astype(np.float32)
     by_angle = (spectrum.energy * weight[..., None, None]).sum(axis=3)
@@ -44,10 +41,7 @@ def ridge_orientation(spectrum: RidgeSpectrum, mask: Mask) -> OrientationField:
 
 
 def enhanced_orientation(enhanced: Floats, mask: Mask) -> OrientationField:
-    """Measure the local ridge orientation of an enhanced image (H, W) by its gradient.
-
-    Smoothing and mask are as in `ridge_orientation`.
-    """
+    """Measure the local ridge orientation of an enhanced image (H, W) by its gradient."""
     gx, gy = (np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1 - k, k), np.float32) for k in (0, 1))
     xx, yy, xy = (block_mean_product(a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     return _smoothed(np.stack([yy - xx, 2 * xy, xx + yy], axis=2) * mask[..., None])

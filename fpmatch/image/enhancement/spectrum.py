@@ -1,7 +1,8 @@
 """The local ridge spectrum: the energy of each neighbourhood by wave angle and period.
 
-A windowed Fourier transform at the centre of every block, sampled in polar coordinates;
-segmentation, ridge orientation and ridge period are derived from it.
+A windowed Fourier transform at the centre of every block, after Chikkerur, Cartwright, Govindaraju,
+"Fingerprint enhancement using STFT analysis", Pattern Recognition 40 (2007), but sampled in polar
+coordinates. Segmentation, ridge orientation and ridge period are derived from it.
 """
 
 from __future__ import annotations
@@ -33,13 +34,7 @@ class RidgeSpectrum(NamedTuple):
 
 
 def ridge_spectrum(pixels: Floats) -> RidgeSpectrum:
-    """Measure the local ridge spectrum of a normalized image (H, W), 0 where invalid.
-
-    References
-    ----------
-    Chikkerur, Cartwright, Govindaraju, "Fingerprint enhancement using STFT analysis", Pattern
-    Recognition 40 (2007), with the spectrum sampled on a polar grid.
-    """
+    """Measure the local ridge spectrum of a normalized image (H, W), 0 where invalid."""
     waves, window = _waves()
     half = waves.shape[1] // 2
     grid = _neighbourhoods(pixels)

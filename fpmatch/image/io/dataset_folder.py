@@ -64,10 +64,7 @@ def images_in(folder: str | os.PathLike[str]) -> list[Path]:
 
 
 def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
-    """Read the ``dataset.toml`` of a folder, if there is one.
-
-    Raises DatasetError if the file cannot be read or an entry is not valid.
-    """
+    """Read the ``dataset.toml`` of a folder, if any; raise DatasetError if it is not valid."""
     path = Path(folder) / DESCRIPTION_FILE
     if not path.is_file():
         return DatasetInfo()

@@ -1,7 +1,4 @@
-"""The raster formats that Pillow decodes.
-
-The list is closed: other Pillow decoders start external programs.
-"""
+"""The raster formats that Pillow decodes; others are left out: some start external programs."""
 
 from __future__ import annotations
 
@@ -43,7 +40,7 @@ _BITS_PER_SAMPLE, _COMPRESSION, _PHOTOMETRIC, _SAMPLE_FORMAT = 258, 259, 262, 33
 _WHITE_IS_ZERO, _UNSIGNED = 0, 1
 _HEAD_BYTES: Final = 4096
 
-_warnings_lock = threading.Lock()
+_warnings_lock = threading.Lock()  # warning filters are global to the process
 
 
 def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyImage:
@@ -85,10 +82,7 @@ def error_text(error: Exception) -> str:
 
 @contextmanager
 def _decoder_warnings_held() -> Iterator[None]:
-    """Silence Pillow's warnings; its warning of a huge image becomes an error.
-
-    Warning filters are global to the process, so one thread at a time changes them.
-    """
+    """Silence Pillow's warnings; its warning of a huge image becomes an error."""
     with _warnings_lock, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.simplefilter("error", Image.DecompressionBombWarning)

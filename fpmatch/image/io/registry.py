@@ -16,15 +16,11 @@ if TYPE_CHECKING:
 
 
 class ImageReader(NamedTuple):
-    """Read one format of image file.
-
-    `signatures` are the first bytes of its files. `decode` raises nothing but an `FpmatchError`
-    that names the reason and not the file, whatever the bytes are.
-    """
+    """Read one format of image file."""
 
     name: str
-    signatures: tuple[bytes, ...]
-    decode: Callable[[bytes, ImageLimits], GreyImage]
+    signatures: tuple[bytes, ...]  # the first bytes of its files
+    decode: Callable[[bytes, ImageLimits], GreyImage]  # raises FpmatchError with the reason
 
 
 FILE_READERS: Final = (
@@ -82,10 +78,7 @@ _DICOM_AT: Final = 128
 
 
 def find_reader(data: bytes) -> ImageReader:
-    """Return the reader of the format that `data`, a file or its beginning, begins like.
-
-    Raises ImageReadError if the format is unknown; the message names well-known other formats.
-    """
+    """Return the reader of a file; raise ImageReadError, which names well-known other formats."""
     for reader in READERS:
         if data.startswith(reader.signatures):
             return reader

@@ -55,13 +55,10 @@ _ESCAPES: Final = {
 
 
 class _HuffmanTable(NamedTuple):
-    """For each word of 16 bits: the symbol whose code it starts with, and the bits of that code.
-
-    The length is 0 where no code fits.
-    """
+    """Hold, for each word of 16 bits, the symbol whose code it starts with and its length."""
 
     symbols: bytes
-    lengths: bytes
+    lengths: bytes  # in bits; 0 where no code fits
 
 
 @dataclass(slots=True)

@@ -51,10 +51,7 @@ def normalize(grey: Grey) -> NormalizedImage:
 
 
 def _flat_border(grey: Grey) -> Mask:
-    """Return the large areas without grey-level variation that touch the image's border.
-
-    They are found on every fourth pixel of every fourth row.
-    """
+    """Return the large areas without grey-level variation that touch the image's border."""
     box = np.ones((FLAT_WINDOW_PX, FLAT_WINDOW_PX), np.uint8)
     spread = local_range(grey, FLAT_WINDOW_PX)
     flat = cv2.dilate((spread <= MAX_FLAT_RANGE).view(np.uint8), box)

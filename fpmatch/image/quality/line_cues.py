@@ -51,11 +51,7 @@ _SHRUNK: Final = 4  # side of a pixel of the smaller images that wide means are 
 
 
 def line_cues(grey: Grey) -> NDArray[np.float64] | None:
-    """Compare the dark lines of a print with its bright lines, in an image (H, W) at 500 dpi.
-
-    Returns the cues in the order of `LINE_CUES`, shape (7,), or None where the image shows too few
-    lines. The negative image has the opposite cues.
-    """
+    """Return the cues of an image (H, W) at 500 dpi, shape (7,); None if it shows too few lines."""
     image = normalize(_middle(grey, MAX_SIDE))
     ridges = _blurred(image.pixels, _LINE_SIGMA)
     ridges -= _enlarged(_wide_mean(image.pixels, _GROUND_SIGMA), ridges)
@@ -89,10 +85,7 @@ def _middle(grey: Grey, side: int) -> Grey:
 
 
 def _flow(ridges: Floats, image: NormalizedImage) -> tuple[tuple[Floats, Floats], Mask]:
-    """Return the direction across the lines, and where there are lines, without the border.
-
-    The direction is the unit vector of twice its angle.
-    """
+    """Return the direction across the lines, its angle doubled, and where there are lines."""
     half = _shrunk(ridges, 2)
     gx, gy = (cv2.Sobel(half, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
     sigma = _FLOW_SIGMA / _SHRUNK

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +44,7 @@ class LinearWeights:
         return f"{json.dumps(document, indent=1)}\n"
 
     @classmethod
+    @cache
     def load(cls, path: Path, names: tuple[str, ...]) -> LinearWeights:
         """Read a file; raise FpmatchError unless it has weights of `names`."""
         try:

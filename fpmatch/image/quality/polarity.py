@@ -9,7 +9,6 @@ evidence too.
 from __future__ import annotations
 
 import math
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -54,12 +53,6 @@ _LINE_PERCENTILES: Final = (10.0, 90.0)  # of the print's grey values: dark and 
 _MAX_OTHER: Final = 0.2  # share of the background of the other half of the grey levels
 
 
-@cache
-def load_polarity_weights() -> LinearWeights:
-    """Return the weights of `LINE_CUES` in the package; middle and bias are 0."""
-    return LinearWeights.load(WEIGHTS_FILE, LINE_CUES)
-
-
 def evidence_of_cues(cues: NDArray[np.float64], weights: LinearWeights) -> NDArray[np.float64]:
     """Return the log-odds that ridges are dark, of cues of shape (..., 7)."""
     limited = np.clip(weights.standardized(cues), -FARTHEST_CUE, FARTHEST_CUE)
@@ -67,13 +60,12 @@ def evidence_of_cues(cues: NDArray[np.float64], weights: LinearWeights) -> NDArr
 
 
 def polarity_evidence(grey: Grey, dpi: float = STANDARD_DPI) -> float:
-    """Return the log-odds that the ridges of an image (H, W) are dark, by its lines.
-
-    Negative for white ridges, 0 without evidence. The negative image has the opposite value.
-    """
+    """Return the log-odds that the ridges of an image (H, W) are dark, by its lines; else 0."""
     at_500_dpi = _resampled(grey, dpi)
     cues = None if at_500_dpi is None else line_cues(at_500_dpi)
-    return 0.0 if cues is None else float(evidence_of_cues(cues, load_polarity_weights()))
+    if cues is None:
+        return 0.0
+    return float(evidence_of_cues(cues, LinearWeights.load(WEIGHTS_FILE, LINE_CUES)))
 
 
 def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -42,13 +41,9 @@ BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Hold one fault of a print.
+    """Hold one fault of a print."""
 
-    Its code is "no ridges", "too small", "partial", "too dry", "too wet", "blurred" or "wrong
-    resolution".
-    """
-
-    code: str
+    code: str  # no ridges, too small, partial, too dry, too wet, blurred or wrong resolution
     message: str  # what is wrong, and what to do about it
     dpi: float | None = None  # the probable resolution, where the given one is wrong
 
@@ -80,12 +75,6 @@ class PrintQuality:
         return {"score": self.score, "reasons": reasons}
 
 
-@cache
-def load_quality_weights() -> LinearWeights:
-    """Return the weights of `FEATURES` in the package."""
-    return LinearWeights.load(WEIGHTS_FILE, FEATURES)
-
-
 def quality_features(measures: QualityMeasures) -> NDArray[np.float64]:
     """Return the features of the score, shape (6,), in the order of `FEATURES`.
 
@@ -112,7 +101,8 @@ def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
     needed = (measures.ridge_spread, measures.valley_spread, measures.period_px, measures.detail)
     if measures.ridges_mm2 <= 0 or not all(map(math.isfinite, needed)):
         return PrintQuality(0, reasons)
-    score = quality_score(quality_features(measures), load_quality_weights())
+    weights = LinearWeights.load(WEIGHTS_FILE, FEATURES)
+    score = quality_score(quality_features(measures), weights)
     return PrintQuality(round(float(score)), reasons)
 
 

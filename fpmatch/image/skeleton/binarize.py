@@ -17,10 +17,7 @@ MIN_HOLE_AREA_PX: Final = 14
 
 
 def binarize(enhanced: Floats, mask: Mask) -> Mask:
-    """Return the positive pixels of the enhanced image in the mask, (H, W), as ridge.
-
-    Small specks are dropped and small holes filled.
-    """
+    """Return the positive pixels of an enhanced image in its mask, without specks or pores."""
     ridges = np.ascontiguousarray((enhanced > 0) & mask).view(np.uint8)
     flip = flip_with_kernel if kernel.COMPILED else flip_with_opencv
     flip(ridges, 1, MIN_RIDGE_AREA_PX, corners=True)

@@ -33,10 +33,7 @@ class SkeletonNodes(NamedTuple):
 
 
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
-    """Find the endings, bifurcations and crossings of a skeleton and trace their branches.
-
-    Each branch is traced for at most `branch_px` pixels. Nodes are in raster order.
-    """
+    """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
     padded = bordered(skeleton)
     pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
     yx = np.empty((len(pixels), 2), np.int32)

@@ -21,17 +21,8 @@ WORD_BITS: Final = 64
 def thin(binary: Mask) -> Mask:
     """Thin a binary image (H, W) to its skeleton, eight-connected and one pixel wide.
 
-    References
-    ----------
     Guo, Hall, "Parallel thinning with two-subiteration algorithms", CACM 32 (1989), algorithm A1;
     then every pixel that connection does not need is deleted, in raster order, until none is left.
-
-    Examples
-    --------
-    >>> bar = np.zeros((9, 20), bool)
-    >>> bar[3:6, 2:18] = True
-    >>> np.flatnonzero(thin(bar).any(axis=1)).tolist()
-    [4]
     """
     image = bordered(binary)
     thin_in_place = thin_with_kernel if kernel.COMPILED else thin_with_numpy

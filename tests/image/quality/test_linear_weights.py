@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import FpmatchError
+from fpmatch.image.quality import polarity, print_quality
+from fpmatch.image.quality.line_cues import LINE_CUES
 from fpmatch.image.quality.linear_weights import LinearWeights
-from fpmatch.image.quality.polarity import load_polarity_weights
-from fpmatch.image.quality.print_quality import load_quality_weights
 
 WEIGHTS = {
-    "scripts/train_polarity": load_polarity_weights(),
-    "scripts/train_quality": load_quality_weights(),
+    "scripts/train_polarity": LinearWeights.load(polarity.WEIGHTS_FILE, LINE_CUES),
+    "scripts/train_quality": LinearWeights.load(print_quality.WEIGHTS_FILE, print_quality.FEATURES),
 }
 
 

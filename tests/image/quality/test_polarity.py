@@ -12,16 +12,18 @@ from numpy.typing import NDArray
 
 from fpmatch.errors import ImageError
 from fpmatch.image.quality import polarity
+from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.polarity import (
     MAX_EVIDENCE,
     MIN_EVIDENCE,
     POLARITIES,
+    WEIGHTS_FILE,
     background_level,
     check_polarity,
     common_polarity,
     evidence_of_cues,
     is_inverted,
-    load_polarity_weights,
     polarity_evidence,
 )
 from research.training.background import other_background
@@ -87,9 +89,8 @@ def test_the_negatives_of_a_folder_are_decided_the_other_way(evidence):
 
 @given(st.lists(st.floats(-100, 100), min_size=7, max_size=7))
 def test_evidence_is_bounded_and_has_no_constant_term(cues):
-    found, negative = (
-        evidence_of_cues(sign * np.array(cues), load_polarity_weights()) for sign in (1, -1)
-    )
+    weights = LinearWeights.load(WEIGHTS_FILE, LINE_CUES)
+    found, negative = (evidence_of_cues(sign * np.array(cues), weights) for sign in (1, -1))
     assert abs(found) <= MAX_EVIDENCE
     assert negative == pytest.approx(-found)
 

@@ -10,7 +10,7 @@ from pointset_strategies import any_finite_points, beyond_reach, check_sound, cr
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.random_sets import independent_pair, random_pair
+from fpmatch.pointset.random_sets import RandomPair, independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _search_kernel
 from fpmatch.pointset.van_wamelen.matcher import SearchPlan, match_van_wamelen, plan_search
@@ -22,6 +22,13 @@ LITTLE_WORK = 200_000 if COMPILED else 20_000
 SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
 
 
+def laid_off(match: PointMatch, pair: RandomPair) -> float:
+    """Return the largest distance of P's images under the transform found and the true one."""
+    assert match.transform is not None
+    assert pair.transform is not None
+    return float(np.hypot(*(match.transform.apply(pair.p) - pair.transform.apply(pair.p)).T).max())
+
+
 @given(seeds, st.integers(20, 50))
 @settings(max_examples=50 if COMPILED else 10)
 def test_recovers_the_transform_of_patches_without_noise(seed: int, m: int) -> None:
@@ -30,9 +37,7 @@ def test_recovers_the_transform_of_patches_without_noise(seed: int, m: int) -> N
     check_sound(match, pair.p, pair.q)
     assert match.matched_share == 1
     assert match.pairs.tolist() == pair.pairs.tolist()
-    assert match.transform is not None
-    assert pair.transform is not None
-    assert match.transform.apply(pair.p) == pytest.approx(pair.transform.apply(pair.p), abs=1e-6)
+    assert laid_off(match, pair) < 1e-6
 
 
 @pytest.mark.parametrize(("rho", "eta", "lambda_"), SETTINGS)
@@ -42,19 +47,16 @@ def test_recognises_the_papers_patches(rho: float, eta: float, lambda_: float) -
         pair = random_pair(50, 100, rho, eta, lambda_, rng=seed)
         match = match_van_wamelen(pair.p, pair.q, rho=rho, lambda_=lambda_, seed=seed)
         check_sound(match, pair.p, pair.q)
-        if match.transform is None or pair.transform is None:
-            continue
-        shift = match.transform.apply(pair.p) - pair.transform.apply(pair.p)
         true_pairs = {*map(tuple, pair.pairs.tolist())} & {*map(tuple, match.pairs.tolist())}
         recognised += (
-            np.hypot(*shift.T).max() <= pair.tolerance
+            match.matched_share >= rho
             and len(true_pairs) >= 0.8 * len(pair.pairs)
-            and match.matched_share >= rho
+            and laid_off(match, pair) <= pair.tolerance
         )
     assert recognised >= 0.9 * TRIALS
 
 
-def test_strangers_do_not_match() -> None:
+def test_independent_sets_do_not_match() -> None:
     for seed in range(TRIALS):
         pair = independent_pair(30, 60, 0.428, rng=seed)
         match = match_van_wamelen(pair.p, pair.q, rho=0.95, lambda_=0.428)
@@ -75,13 +77,9 @@ def test_the_seed_decides_and_nothing_else() -> None:
     matches = [
         match_van_wamelen(pair.p, pair.q, rho=0.6, lambda_=0.61, seed=seed) for seed in (1, 1, 2, 3)
     ]
-    first, again, *others = matches
-    assert first.transform == again.transform
-    assert (first.pairs.tolist(), first.local_matches) == (
-        again.pairs.tolist(),
-        again.local_matches,
-    )
-    assert any(other.local_matches != first.local_matches for other in others)
+    first, again, *others = ((m.transform, m.pairs.tolist(), m.local_matches) for m in matches)
+    assert first == again
+    assert any(other[2] != first[2] for other in others)
 
 
 @given(seeds, st.integers(-40, 40), st.integers(-40, 40))
@@ -121,13 +119,10 @@ def test_the_plan_follows_the_formulas(
     assert plan_search(*arguments) == plan
 
 
-@given(
-    st.integers(3, 10**6),
-    st.integers(3, 10**6),
-    st.floats(0.01, 1),
-    st.floats(0, 0.999),
-    st.floats(0.01, 1),
-)
+sizes, shares = st.integers(3, 10**6), st.floats(0.01, 1)
+
+
+@given(sizes, sizes, shares, st.floats(0, 0.999), shares)
 def test_every_rank_of_a_plan_is_in_the_lists(
     m: int, n: int, rho: float, share: float, confidence: float
 ) -> None:
@@ -135,8 +130,7 @@ def test_every_rank_of_a_plan_is_in_the_lists(
     half = plan.window // 2
     assert plan.window % 2 == 1
     assert 1 <= plan.neighbours < min(m, n)
-    assert plan.bases >= 1
-    assert plan.neighbours - half - plan.bases - half >= 0
+    assert 1 <= plan.bases <= plan.neighbours - 2 * half
     assert 1 <= plan.pivots <= m
     assert 1 <= plan.enough_near <= plan.neighbours
     assert 1 <= plan.enough <= m
@@ -239,12 +233,3 @@ def test_refuses_parameters_outside_their_range(changed: dict[str, float], messa
     points = Similarity().apply(square_lattice(4))
     with pytest.raises(PointSetError, match=message):
         match_van_wamelen(points, points, **{"rho": 0.9, "lambda_": 0.4, **changed})  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("bad", [[[1, math.nan]], [[1, 2, 3]], "abc", [[math.inf, 0]]])
-def test_refuses_what_is_no_point_set(bad: object) -> None:
-    good = square_lattice(4)
-    with pytest.raises(PointSetError, match=r"^p: "):
-        match_van_wamelen(bad, good, rho=0.9, lambda_=0.4)  # type: ignore[arg-type]
-    with pytest.raises(PointSetError, match=r"^q: "):
-        match_van_wamelen(good, bad, rho=0.9, lambda_=0.4)  # type: ignore[arg-type]

@@ -1,0 +1,222 @@
+"""Finger minutiae records of ISO/IEC 19794-2:2011 and ANSI/INCITS 378-2009.
+
+Both begin alike. Each view has its own size and resolution; 254 and 255 are an unknown quality.
+
+ISO's views have a length, the time of their capture, and any number of qualities and certificates;
+angles have 256 steps of a turn, and minutiae without quality take five bytes. ANSI's angles have
+180 steps of two degrees. Its amendment 1 of 2010 differs in its version and in more finger codes,
+and a draft of 2007, which is read as well, has a header one byte shorter.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.binary_records import ByteReader
+from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats import fmr
+from fpmatch.formats.codec import Codec
+from fpmatch.formats.fmr_header import MAGIC, Frame, product_fields
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+
+if TYPE_CHECKING:
+    from fpmatch.formats.record import View
+
+VERSION: Final = b"030\x00"
+AMENDED: Final = b"035\x00"
+AMENDED_NAME: Final = "ansi2009am1"
+ISO_HEADER_BYTES: Final = 15
+ANSI_HEADER_BYTES: Final = 21
+MOST_ISO_VIEWS: Final = 176  # sixteen of each finger code
+FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
+NO_DATE: Final = b"\xff" * 9
+QUALITY_BLOCK_BYTES: Final = 5
+CERTIFICATE_BYTES: Final = 3
+NO_ALGORITHM: Final = bytes(4)  # of quality
+UNKNOWN_QUALITY: Final = 254
+ISO: Final = fmr.Layout("iso2011", fmr.ISO_STEPS, zero_is_unknown=False)
+ANSI: Final = fmr.Layout("ansi2009", fmr.ANSI_STEPS, zero_is_unknown=False)
+
+
+def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the prints in a record, or raise TemplateError."""
+    reader = fmr.RecordReader(data, options, ISO, VERSION)
+    declared, count, certified = reader.numbers("IHB")
+    return reader.record(
+        ISO.name, declared, count, lambda: _read_iso_view(reader, certified=certified != 0)
+    )
+
+
+def encode_iso(record: TemplateRecord) -> Encoded:
+    """Return a record as bytes, and notes on what they cannot hold."""
+    notes: list[str] = []
+    views = fmr.numbered(record, MOST_ISO_VIEWS)
+    body = b"".join(_write_iso_view(view, notes) for view in views)
+    head = struct.pack(">IHB", ISO_HEADER_BYTES + len(body), len(views), 0)
+    return Encoded(MAGIC + VERSION + head + body, tuple(notes))
+
+
+def _is_iso(data: bytes) -> bool:
+    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
+
+    Each view of the former begins with its length, and header and views add up to the length of
+    the record. Truncated data are judged by the part present.
+    """
+    reader = ByteReader(data, TemplateError, len(MAGIC + VERSION))
+    if reader.left < ISO_HEADER_BYTES + 4 - reader.at:
+        return False
+    declared, count, certified = reader.numbers("IHB")
+    if not 0 < count <= MOST_ISO_VIEWS or certified > 1:
+        return False
+    for _ in range(count):
+        if reader.left < 4:
+            return True
+        length = reader.number(4)
+        if length < FEWEST_VIEW_BYTES or reader.at - 4 + length > declared:
+            return False
+        reader.at += length - 4
+    return bool(reader.at == declared)
+
+
+def _read_iso_view(reader: fmr.RecordReader, *, certified: bool) -> View:
+    start = reader.at
+    length, year, month, day, technology, vendor, device = reader.numbers("IHBB5xBHH")
+    qualities = [reader.take(QUALITY_BLOCK_BYTES)[0] for _ in range(reader.number())]
+    if certified:
+        reader.take(CERTIFICATE_BYTES * reader.number())
+    finger, number, per_cm_x, per_cm_y, impression = reader.numbers("BBHHB")
+    width, height, size = reader.numbers("HHB")
+    dated = 1 <= month <= 12 and 1 <= day <= 31
+    fields = {
+        "captured": f"{year:04d}-{month:02d}-{day:02d}" if dated else "",
+        "sensor technology": str(technology or ""),
+        "capture device": f"0x{vendor:04x} 0x{device:04x}" if vendor or device else "",
+    }
+    view = reader.view(
+        Frame(width, height, per_cm_x, per_cm_y),
+        size=size >> 4,
+        quality=next((quality for quality in qualities if quality <= 100), None),
+        finger=finger,
+        number=number,
+        impression=impression,
+        fields=tuple((name, text) for name, text in fields.items() if text),
+    )
+    if reader.at != start + length:
+        reader.notes.append(f"a view declares {length} bytes and has {reader.at - start}")
+    return view
+
+
+def _write_iso_view(view: View, notes: list[str]) -> bytes:
+    frame = Frame.of(view.template, bits=14)
+    quality = b"\x00"
+    if view.quality is not None:
+        quality = bytes([1, fmr.quality_of(view)]) + NO_ALGORITHM
+    size = 6 if view.quality_known else 5
+    place = struct.pack(
+        ">BBHHBHHB",
+        *(view.finger & 0xFF, view.number, frame.per_cm_x, frame.per_cm_y),
+        *(view.impression & 0xFF, frame.width, frame.height, size << 4),
+    )
+    minutiae = fmr.write_view(view, ISO, notes, size=size)
+    rest = NO_DATE + bytes(5) + quality + place + minutiae
+    return (4 + len(rest)).to_bytes(4, "big") + rest
+
+
+def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the prints in a record, or raise TemplateError."""
+    return fmr.decode_ansi(lambda layout: _decode(data, options, layout), ANSI)
+
+
+def _decode(data: bytes, options: ReadingOptions, layout: fmr.Layout) -> TemplateRecord:
+    """Return a record, read by the draft of 2007 if only that fills the file."""
+    try:
+        record, end = _read(data, options, layout, certification=1)
+    except FpmatchError:
+        draft = _draft(data, options, layout)
+        if draft is None:
+            raise
+        return draft
+    if end != len(data) and record.format == ANSI.name:
+        return _draft(data, options, layout) or record
+    return record
+
+
+def _draft(data: bytes, options: ReadingOptions, layout: fmr.Layout) -> TemplateRecord | None:
+    """Return a record of the draft of 2007, None if `data` are not exactly one."""
+    try:
+        record, end = _read(data, options, layout, certification=0)
+    except FpmatchError:
+        return None
+    note = "the layout is that of the draft of 2007"
+    return replace(record, notes=(note, *record.notes)) if end == len(data) else None
+
+
+def _read(
+    data: bytes, options: ReadingOptions, layout: fmr.Layout, *, certification: int
+) -> tuple[TemplateRecord, int]:
+    """Return a record and its end; `certification` bytes precede the device."""
+    reader = fmr.RecordReader(data, options, layout, VERSION, AMENDED)
+    declared = reader.number(4)
+    fields = product_fields(reader, certification)
+    (count,) = reader.numbers("Bx")
+
+    def view() -> View:
+        finger, number, impression, quality = reader.numbers("4B4x")
+        about = {"finger": finger, "number": number, "impression": impression}
+        return reader.view(Frame(*reader.numbers("4H")), quality=quality, fields=fields, **about)
+
+    name = AMENDED_NAME if data[4:8] == AMENDED else ANSI.name
+    return reader.record(name, declared, count, view), reader.at
+
+
+def encode_ansi(record: TemplateRecord, *, version: bytes) -> Encoded:
+    """Return a record as bytes, and notes on what they cannot hold."""
+    notes: list[str] = []
+    views = fmr.numbered(record)
+    body = b"".join(_write_ansi_view(view, notes) for view in views)
+    head = MAGIC + version + (ANSI_HEADER_BYTES + len(body)).to_bytes(4, "big")
+    head += bytes(7) + bytes([len(views), 0])  # owner, type, certification and device unknown
+    return Encoded(head + body, tuple(notes))
+
+
+def _write_ansi_view(view: View, notes: list[str]) -> bytes:
+    quality = UNKNOWN_QUALITY if view.quality is None else fmr.quality_of(view)
+    head = bytes([view.finger & 0xFF, view.number, view.impression & 0xFF, quality])
+    frame = Frame.of(view.template).to_bytes()
+    return head + NO_ALGORITHM + frame + fmr.write_view(view, ANSI, notes)
+
+
+def _recognises_iso(data: bytes) -> bool:
+    return data.startswith(MAGIC + VERSION) and _is_iso(data)
+
+
+def _recognises_ansi(data: bytes) -> bool:
+    return data.startswith(MAGIC + VERSION) and not _is_iso(data)
+
+
+def _recognises_amended(data: bytes) -> bool:
+    return data.startswith(MAGIC + AMENDED)
+
+
+ISO_CODEC: Final = Codec(
+    ISO.name, "ISO/IEC 19794-2:2011", (".iso2011",), _recognises_iso, decode_iso, encode_iso
+)
+ANSI_CODEC: Final = Codec(
+    ANSI.name,
+    "ANSI/INCITS 378-2009",
+    (".ansi2009",),
+    _recognises_ansi,
+    decode_ansi,
+    partial(encode_ansi, version=VERSION),
+)
+AMENDED_CODEC: Final = Codec(
+    AMENDED_NAME,
+    "ANSI/INCITS 378-2009/AM1",
+    (".ansi2009am1",),
+    _recognises_amended,
+    decode_ansi,
+    partial(encode_ansi, version=AMENDED),
+)

@@ -1,9 +1,18 @@
 from ._version import __version__ as __version__
+from .api import IdentifiedFinger as IdentifiedFinger
+from .api import Overlay as Overlay
+from .api import VerifiedPrints as VerifiedPrints
+from .api import as_template as as_template
+from .api import identify as identify
+from .api import verify as verify
 from .drawing.overlay.draw import draw as draw
 from .drawing.overlay.draw import save_overlay as save_overlay
 from .errors import FpmatchError as FpmatchError
+from .evaluation.run import evaluate as evaluate
 from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template
+from .gallery.gallery import Gallery as Gallery
+from .gallery.gallery import open_gallery as open_gallery
 from .image.assess import AssessedPrint as AssessedPrint
 from .image.assess import assess as assess
 from .image.extract import extract as extract
@@ -15,7 +24,7 @@ from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.matchers import matcher_names as matcher_names
 from .matching.result import Verification as Verification
-from .matching.verify import verify as verify
+from .minutiae import Minutia as Minutia
 from .minutiae import Minutiae as Minutiae
 from .minutiae import MinutiaKind as MinutiaKind
 from .minutiae import RidgeField as RidgeField

@@ -12,15 +12,20 @@ Conventions, the same everywhere:
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
+import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.errors import MinutiaeError, ResolutionError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import ArrayLike, NDArray
 
 STANDARD_DPI: Final = 500.0
@@ -38,6 +43,28 @@ class MinutiaKind(IntEnum):
     BIFURCATION = 2
 
 
+class Minutia(NamedTuple):
+    """Hold one minutia: position in pixels, direction in radians, kind, and quality, 0 to 100."""
+
+    x: float
+    y: float
+    angle: float
+    kind: MinutiaKind
+    quality: int
+
+
+_KINDS: Final = {
+    MinutiaKind.ENDING: "ending",
+    MinutiaKind.BIFURCATION: "bifurcation",
+    MinutiaKind.OTHER: "other",
+}
+_FILLS: Final = {
+    MinutiaKind.ENDING: "#003e96",
+    MinutiaKind.BIFURCATION: "#be3e00",
+    MinutiaKind.OTHER: "none",
+}
+
+
 def check_dpi(dpi: float) -> float:
     """Return a resolution as a float; raise ResolutionError unless it is from 100 to 4000 dpi."""
     value = float(dpi)
@@ -49,7 +76,7 @@ def check_dpi(dpi: float) -> float:
     return value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Minutiae:
     """Hold N minutiae as a struct of arrays.
 
@@ -118,6 +145,41 @@ class Minutiae:
 
     def __len__(self) -> int:
         return int(self.x.size)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return one minutia as a `Minutia`; of a slice, mask or list of indices, `Minutiae`."""
+        if not isinstance(index, int | np.integer):
+            return self.take(np.arange(len(self))[index])
+        kind = MinutiaKind(int(self.kind[index]))
+        x, y, angle = (float(column[index]) for column in (self.x, self.y, self.angle))
+        return Minutia(x, y, angle, kind, int(self.quality[index]))
+
+    def __iter__(self) -> Iterator[Minutia]:
+        return (self[k] for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        kinds = np.bincount(self.kind, minlength=len(MinutiaKind)).tolist()
+        named = [(kinds[kind], name) for kind, name in _KINDS.items() if kinds[kind]]
+        counts = ", ".join(f"{count} {name}{'s' * (count != 1)}" for count, name in named)
+        return f"Minutiae({len(self)}{f': {counts}' if counts else ''})"
+
+    def to_dataframe(self, library: str | None = None) -> Any:
+        """Return a data frame with the columns x, y, angle, kind and quality, a row a minutia.
+
+        Parameters
+        ----------
+        library : str, optional
+            "pandas" or "polars" (default: pandas where it is installed, else polars).
+
+        Raises
+        ------
+        ImportError
+            If the library is not installed.
+        """
+        columns = {name: getattr(self, name) for name in ("x", "y", "angle", "kind", "quality")}
+        if library is None:
+            library = "pandas" if importlib.util.find_spec("pandas") else "polars"
+        return importlib.import_module(library).DataFrame(columns)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Minutiae):
@@ -206,7 +268,7 @@ class RidgeField:
     __hash__ = None  # type: ignore[assignment]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Template:
     """Hold what is kept of one impression: its minutiae and the frame they lie in.
 
@@ -241,6 +303,34 @@ class Template:
         object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __len__(self) -> int:
+        """Return the number of minutiae."""
+        return len(self.minutiae)
+
+    def __iter__(self) -> Iterator[Minutia]:
+        return iter(self.minutiae)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return one minutia, or `Minutiae`, as `Minutiae` does."""
+        return self.minutiae[index]
+
+    def __repr__(self) -> str:
+        ridges = "" if self.field is None else ", ridges" * (self.field.ridges is not None)
+        size = f"{self.width} x {self.height} px, {self.dpi:g} dpi"
+        count = len(self)
+        return f"Template({size}, {count} minutia{'e' * (count != 1)}{ridges})"
+
+    def _repr_html_(self) -> str:
+        """Return a drawing of the minutiae, for notebooks."""
+        marks = "".join(
+            f'<g transform="translate({m.x:.1f} {m.y:.1f}) rotate({-math.degrees(m.angle):.0f})">'
+            f'<path d="M0 0H9"/><circle r="3" fill="{_FILLS[m.kind]}"/></g>'
+            for m in self
+        )
+        frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
+        style = "background:#fff;border:1px solid #ccc"
+        return f'<svg {frame} style="{style}">{marks}</svg><div>{self!r}</div>'
 
 
 def _set_read_only(owner: object, **arrays: NDArray[Any]) -> None:

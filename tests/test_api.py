@@ -21,7 +21,8 @@ PUBLIC = {
     *("PrintQuality", "RidgeField", "Similarity", "StageRecorder", "Template", "Verification"),
     *("__version__", "assess", "draw", "extract", "find_scale", "fmr_to_score", "load_template"),
     *("match_points", "matcher_names", "read_image", "save_overlay", "save_template"),
-    *("score_to_fmr", "verify"),
+    *("score_to_fmr", "verify", "as_template", "identify", "evaluate", "open_gallery", "Gallery"),
+    *("IdentifiedFinger", "Minutia", "Overlay", "VerifiedPrints"),
 }
 
 # What each room may import of the others, besides errors, minutiae, output and what those import.
@@ -45,7 +46,11 @@ MAY_IMPORT = {
     "gallery": {"engine", "formats", "image", "matching", "reading"},
     "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
     "report": {"matching", "drawing", "image", "scale", "pointset"},
-    "web": {"image", "matching", "formats", "drawing", "engine", "gallery", "pair", "reading"},
+    "audit": {"output"},
+    "case_report": {"drawing", "matching", "pair", "reading", "report"},
+    "api": {"drawing", "gallery", "image", "matching", "reading", "report"},
+    "client": {"formats", "output"},
+    "web": {"audit", "case_report", "engine", "gallery", "pair"},
     "cli": {"evaluation", "synthesis", "report", "web"},
     "__main__": {"cli"},
 }

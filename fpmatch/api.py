@@ -1,0 +1,291 @@
+"""Functions for Python programs, which take prints as people have them: files, pictures, arrays."""
+
+from __future__ import annotations
+
+import html
+import os
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.result import Verification
+from fpmatch.matching.verify import verify as verify_templates
+from fpmatch.minutiae import Template
+from fpmatch.output import atomic_write_bytes
+from fpmatch.report import as_rows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.entry import Label
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Matcher
+
+_FIELDS: Final = tuple(one.name for one in fields(Verification))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overlay:
+    """Hold a drawn overlay, which a notebook shows; `pixels` are RGB, shape (H, W, 3), uint8."""
+
+    pixels: NDArray[np.uint8]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the picture as PNG.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        atomic_write_bytes(path, self._repr_png_())
+
+    def __repr__(self) -> str:
+        height, width, _ = self.pixels.shape
+        return f"Overlay({width} x {height} px)"
+
+    def _repr_png_(self) -> bytes:
+        from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
+
+        return png_bytes(self.pixels)
+
+
+@dataclass(frozen=True)
+class VerifiedPrints(Verification):
+    """Hold a verification with the pictures of the prints, of which a notebook shows the result.
+
+    Parameters
+    ----------
+    images : tuple of ndarray or None
+        Pixels of probe and reference; None for a template, of which the ridges are drawn.
+    """
+
+    images: tuple[NDArray[np.uint8] | None, NDArray[np.uint8] | None] = field(
+        default=(None, None), repr=False, compare=False
+    )
+
+    def overlay(self, *, side_by_side: bool = False) -> Overlay:
+        """Draw the probe, moved by the transform, over the reference; see `fpmatch.draw`."""
+        from fpmatch.drawing.ink import ridge_picture  # noqa: PLC0415  (after the decision)
+        from fpmatch.drawing.overlay.draw import draw  # noqa: PLC0415
+
+        probe, reference = (
+            ridge_picture(template) if image is None else image
+            for image, template in zip(self.images, (self.probe, self.reference), strict=True)
+        )
+        return Overlay(draw(probe, reference, self, side_by_side=side_by_side))
+
+    @cached_property
+    def _overlay(self) -> Overlay:
+        return self.overlay()
+
+    def _repr_html_(self) -> str:
+        from fpmatch.drawing.words import verdict  # noqa: PLC0415
+
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(label)}</th>"
+            f"<td style='text-align:left'>{html.escape(words)}</td></tr>"
+            for label, words in as_rows(self)
+        )
+        return f"<b>{verdict(self.match)}</b><table>{rows}</table>"
+
+    def _repr_png_(self) -> bytes:
+        return self._overlay._repr_png_()
+
+
+def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learned") -> Template:
+    """Return the template of a print, whatever represents it.
+
+    Parameters
+    ----------
+    print_ : Template, str, path-like, GreyImage, ndarray or PIL image
+        A template; a file with an image or a template; or a picture, with dark ridges.
+    dpi : float, optional
+        Resolution of an image (default: that in the file, else 500).
+    enhance : str
+        Enhancement of the ridges; see `extract`.
+
+    Returns
+    -------
+    Template
+        The template given, loaded, or extracted.
+
+    Raises
+    ------
+    ImageReadError, ImageError, TemplateError
+        If a file cannot be read, or a picture is none of a fingerprint.
+    ResolutionError
+        If the resolution is outside 100 to 4000 dpi.
+
+    Examples
+    --------
+    >>> as_template(np.full((200, 200), 255, np.uint8))
+    Template(200 x 200 px, 500 dpi, 0 minutiae)
+    """
+    return _given(print_, dpi, enhance)[0]
+
+
+def verify(
+    probe: Any,
+    reference: Any,
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    threshold: float | None = None,
+    calibration: Calibration | None = None,
+    dpi: float | None = None,
+    enhance: str = "learned",
+) -> VerifiedPrints:
+    """Decide whether two prints come from the same finger.
+
+    Parameters
+    ----------
+    probe, reference : Template, str, path-like, GreyImage, ndarray or PIL image
+        The two impressions, as for `as_template`.
+    matcher : str or Matcher
+        Name of the matcher, one of `matcher_names`, or a matcher with parameters of its own, as
+        ``PaperMatcher(rho=0.9)``.
+    threshold : float, optional
+        Score from which on the answer is yes: 40 for a false match rate of 0.01 %,
+        ``-10·log10(FMR)`` in general (see `fmr_to_score`). Default: the matcher's own rule where it
+        has one (the matcher "paper": more than a share ρ of the minutiae paired), else 40.
+    calibration : Calibration, optional
+        Turns similarities into scores (default: as measured by the package).
+    dpi : float, optional
+        Resolution of images (default: that in the file, else 500).
+    enhance : str
+        Enhancement of the ridges; see `extract`.
+
+    Returns
+    -------
+    VerifiedPrints
+        Decision, score, transform and pairs; where the answer is no, the reason.
+
+    Raises
+    ------
+    MatcherError
+        If the matcher is unknown, or not calibrated and without a rule of its own, or the threshold
+        is not in 0..100.
+    ImageReadError, ImageError, TemplateError, ResolutionError
+        If a print cannot be read or used.
+
+    References
+    ----------
+    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization", Fig. 7.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> empty = Template(Minutiae.empty(), width=300, height=300)
+    >>> result = verify(empty, empty)
+    >>> result.match, result.score
+    (False, 0.0)
+    """
+    ours, picture = _given(probe, dpi, enhance)
+    theirs, other = _given(reference, dpi, enhance)
+    found = verify_templates(
+        ours, theirs, matcher=matcher, threshold=threshold, calibration=calibration
+    )
+    values = {name: getattr(found, name) for name in _FIELDS}
+    return VerifiedPrints(**values, images=(picture, other))
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedFinger:
+    """Hold one enrolled finger that may be the probe's.
+
+    `score` is ``-10·log10(fmr)``, 0 to 100, of all impressions of the finger together; `number` is
+    the entry of the most similar one.
+    """
+
+    label: Label
+    number: int
+    score: float
+    fmr: float
+
+
+def identify(
+    gallery: str | os.PathLike[str] | Gallery,
+    probe: Any,
+    *,
+    count: int = 10,
+    threshold: float = 0.0,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    dpi: float | None = None,
+) -> list[IdentifiedFinger]:
+    """Find the enrolled fingers that a print matches best.
+
+    For many probes, `fpmatch.gallery.search.open_search` prepares a gallery once.
+
+    Parameters
+    ----------
+    gallery : str, path-like or Gallery
+        The file or URL of a gallery that `fpmatch enrol` made, or the gallery, open.
+    probe : Template, str, path-like, GreyImage, ndarray or PIL image
+        The print, as for `as_template`.
+    count : int
+        Largest number of fingers.
+    threshold : float
+        Smallest score of a finger.
+    matcher : str or Matcher
+        The matcher, or its name.
+    dpi : float, optional
+        Resolution of an image (default: that in the file, else 500).
+
+    Returns
+    -------
+    list of IdentifiedFinger
+        Best first.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read.
+    MatcherError
+        If the matcher is unknown or not calibrated, or `count` or `threshold` is out of range.
+    """
+    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.identify import identify as identify_template  # noqa: PLC0415
+    from fpmatch.gallery.search import open_search  # noqa: PLC0415
+
+    template = as_template(probe, dpi=dpi)
+    if not isinstance(gallery, Gallery):
+        with open_gallery(gallery) as opened:
+            return identify(opened, template, count=count, threshold=threshold, matcher=matcher)
+    search = open_search(gallery, matcher)
+    found = identify_template(search, template, count=count, threshold=threshold)
+    return [
+        IdentifiedFinger(gallery.entry(one.number).label, one.number, one.score, one.fmr)
+        for one in found.candidates
+    ]
+
+
+def _given(
+    print_: Any, dpi: float | None, enhance: str
+) -> tuple[Template, NDArray[np.uint8] | None]:
+    """Return template and pixels of a print; no pixels of a template."""
+    if isinstance(print_, Template):
+        return print_, None
+    from fpmatch.image.extract import extract  # noqa: PLC0415  (not needed for templates)
+    from fpmatch.image.io.grey import GreyImage, as_grey  # noqa: PLC0415
+    from fpmatch.reading import PrintReader, make_given_print  # noqa: PLC0415
+
+    if isinstance(print_, str | os.PathLike):
+        path = Path(print_)
+        given = make_given_print(PrintReader()(path, dpi=dpi), str(path), dpi=dpi, enhance=enhance)
+        return given.template, None if given.image is None else given.image.pixels
+    if isinstance(print_, GreyImage):
+        image = print_
+    elif isinstance(print_, np.ndarray):
+        image = GreyImage(as_grey(print_))
+    elif hasattr(print_, "convert"):  # of PIL
+        image = GreyImage(as_grey(np.asarray(print_.convert("L"))))
+    else:
+        kinds = "a template, a path, an array or a PIL image"
+        raise ImageError(f"a print is {kinds}, not {type(print_).__name__}")
+    return extract(image, dpi, enhance=enhance), image.pixels

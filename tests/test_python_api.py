@@ -1,0 +1,148 @@
+"""What Python programs type: prints in any form, short texts, data frames, notebooks."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import fpmatch
+from fpmatch import Minutia, MinutiaKind, Template
+from fpmatch.gallery.enrol import PrintFile, enrol
+
+SAMPLES = Path(__file__).parents[1] / "sample_data"
+A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
+
+
+@pytest.fixture(scope="module")
+def template() -> Template:
+    return fpmatch.extract(A)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return fpmatch.verify(A, B)
+
+
+@pytest.mark.parametrize(
+    "form", ["text", "path", "image", "array", "colour", "pil", "template", "file"]
+)
+def test_a_print_may_be_given_in_any_form(form, template, result, tmp_path):
+    image = fpmatch.read_image(A)
+    file = tmp_path / "a.json"
+    fpmatch.save_template(file, template)
+    forms = {
+        "text": str(A),
+        "path": A,
+        "image": image,
+        "array": image.pixels,
+        "colour": np.repeat(image.pixels[..., None], 3, axis=2),
+        "pil": Image.fromarray(image.pixels),
+        "template": template,
+        "file": file,
+    }
+    found = fpmatch.verify(forms[form], str(B))
+    assert found.score == pytest.approx(result.score)
+    assert found.match
+    assert fpmatch.as_template(forms[form]).minutiae == template.minutiae
+
+
+def test_what_is_no_print_is_refused_in_a_line(tmp_path):
+    for wrong in (7, None, [1, 2], np.zeros((3, 3)), tmp_path / "missing.tif"):
+        with pytest.raises(fpmatch.FpmatchError) as caught:
+            fpmatch.verify(A, wrong)
+        assert "\n" not in str(caught.value)
+
+
+def test_it_decides_as_the_functions_on_templates_do(result):
+    from fpmatch.matching.verify import verify
+
+    plain = verify(result.probe, result.reference)
+    assert (plain.score, plain.match, plain.transform) == (
+        result.score,
+        result.match,
+        result.transform,
+    )
+    assert np.array_equal(plain.pairs, result.pairs)
+
+
+def test_minutiae_are_a_sequence(template):
+    minutiae = template.minutiae
+    assert len(template) == len(minutiae) == len(list(template))
+    first = minutiae[0]
+    assert first == next(iter(template)) == template[0] == minutiae[-len(minutiae)]
+    assert isinstance(first, Minutia)
+    assert first.kind in MinutiaKind
+    assert (first.x, first.y) == tuple(minutiae.xy[0].tolist())
+    assert minutiae[:3] == minutiae[[0, 1, 2]] == minutiae.take([0, 1, 2])
+    assert len(minutiae[minutiae.kind == MinutiaKind.ENDING]) == (minutiae.kind == 1).sum()
+    with pytest.raises(IndexError):
+        minutiae[len(minutiae)]
+
+
+def test_texts_are_short(template, result):
+    assert repr(template) == "Template(388 x 374 px, 500 dpi, 28 minutiae, ridges)"
+    assert repr(template.minutiae) == "Minutiae(28: 14 endings, 14 bifurcations)"
+    assert repr(fpmatch.Minutiae.empty()) == "Minutiae(0)"
+    assert len(repr(result)) < 300
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_minutiae_become_data_frames(library, template):
+    pytest.importorskip(library, reason=f"{library} is not installed")
+    frame = template.minutiae.to_dataframe(library)
+    assert type(frame).__module__.split(".")[0] == library
+    assert list(frame.columns) == ["x", "y", "angle", "kind", "quality"]
+    assert frame["x"].to_numpy().tolist() == template.minutiae.x.tolist()
+
+
+def test_without_a_library_for_data_frames_one_is_named(template):
+    with pytest.raises(ImportError, match="no_such_library"):
+        template.minutiae.to_dataframe("no_such_library")
+    if not any(map(importlib.util.find_spec, ("pandas", "polars"))):
+        with pytest.raises(ImportError, match="polars"):
+            template.minutiae.to_dataframe()
+
+
+def test_notebooks_show_templates_and_results(template, result):
+    drawn = template._repr_html_()
+    assert drawn.count("<circle") == len(template)
+    assert len(drawn) < 5000
+    assert result._repr_html_().startswith("<b>MATCH</b>")
+    assert result._repr_png_().startswith(b"\x89PNG")
+    assert result.overlay(side_by_side=True)._repr_png_().startswith(b"\x89PNG")
+    templates = fpmatch.verify(result.probe, result.reference)
+    assert templates._repr_png_().startswith(b"\x89PNG")
+
+
+def test_an_overlay_is_saved(result, tmp_path):
+    overlay = result.overlay()
+    overlay.save(tmp_path / "overlay.png")
+    assert np.array_equal(np.asarray(Image.open(tmp_path / "overlay.png")), overlay.pixels)
+
+
+def test_a_gallery_is_searched_by_its_name(tmp_path):
+    where = tmp_path / "prints.db"
+    with fpmatch.open_gallery(where, create=True) as gallery:
+        files = [PrintFile(SAMPLES / f"{finger}_1.tif") for finger in (101, 102, 103)]
+        enrol(gallery, files)
+        assert [one.label.subject for one in fpmatch.identify(gallery, B, count=1)] == ["101"]
+    (found,) = fpmatch.identify(where, B, threshold=40)
+    assert (found.label.subject, found.score > 40) == ("101", True)
+    with pytest.raises(fpmatch.FpmatchError):
+        fpmatch.identify(tmp_path / "missing.db", B)
+
+
+def test_comparing_templates_imports_neither_decoders_nor_databases():
+    program = (
+        "import sys; from fpmatch import Minutiae, Template, verify;"
+        "t = Template(Minutiae.empty(), 100, 100); verify(t, t);"
+        "print(sorted({'sqlalchemy', 'PIL', 'jinja2'} & set(sys.modules)))"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert run.stdout == "[]\n"

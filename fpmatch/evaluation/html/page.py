@@ -15,7 +15,7 @@ from fpmatch.evaluation import tables
 from fpmatch.evaluation.decision import calibration_of, decide, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
-from fpmatch.evaluation.report import pooled
+from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.tables import INTERVAL_TITLES, RATE_TITLES, defined_rates
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.output import atomic_write_bytes, check_writable, reason
@@ -121,7 +121,7 @@ def _default_decisions(report: EvaluationReport) -> str:
     rho = rho_of(report.matcher)
     if rho is None and calibration_of(report.matcher) is None:
         return ""
-    genuine, impostor = pooled(report.sets)
+    genuine, impostor = split_scores(report.sets)
     missed = int((~decide(report.matcher, genuine)).sum())
     matched = int(decide(report.matcher, impostor).sum())
     rule = (

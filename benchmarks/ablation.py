@@ -100,9 +100,9 @@ NEAREST_RING: Final = """        own: cython.Py_ssize_t = self.vertex_of[i]
         self.ring_size = cython.cast(cython.int, n)
         return self.ring_size
 """
-NEIGHBOURS: Final = (
-    "    mesh = triangulate(points[:2].T)\n    rings = anchored_rings(points, mesh)\n"
-)
+NEIGHBOURS: Final = """    mesh = triangulate_checked(points[:2].T.copy())
+    rings = anchored_rings(points, mesh)
+"""
 NEAREST_NEIGHBOURS: Final = """    from types import SimpleNamespace
     from scipy.spatial import cKDTree
     near = np.empty((0, 1))

@@ -1,4 +1,4 @@
-"""`scripts/bench`: results of the benchmarks become ratios and numbers with a target each."""
+"""The benchmarks: results become ratios and numbers, and an ablation replaces what it names."""
 
 import json
 import re
@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from ablation import VARIANTS
+
+from fpmatch.matching.score_model import FEATURES
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEED = ROOT / "benchmarks" / "speed"
@@ -76,3 +79,14 @@ def test_the_figures_shown_are_those_of_today():
 def test_a_time_has_a_unit_that_suits_it():
     times = [in_words(seconds) for seconds in (42.1e-6, 0.9999e-3, 0.9, 12)]
     assert times == ["42.1 µs", "1 ms", "900 ms", "12 s"]
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)
+def test_what_a_variant_replaces_stands_in_the_source_once(variant):
+    for file, old, new in variant.replaced:
+        assert (ROOT / file).read_text(encoding="utf-8").count(old) == 1
+        assert new != old
+    assert set(variant.without) <= set(FEATURES)
+    names = [one.name for one in VARIANTS]
+    assert names[0] == "base"
+    assert names.count(variant.name) == 1

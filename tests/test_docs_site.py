@@ -14,7 +14,9 @@ import pytest
 
 import fpmatch
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.evaluation.points.results import read_results
 from fpmatch.matching.matchers import matcher_names
+from research.experiments.point_targets import missed_targets
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -229,3 +231,23 @@ def test_what_a_page_loads_from_another_host_is_found(html, loaded):
 def run(*words):
     command = [sys.executable, *words]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+QUOTED = {
+    "much faster",
+    "pre-defined threshold value",
+    "higher than the matching factor ρ",
+    "Point pattern matching algorithm using unit-circle parametrization",
+    "A fast expected time algorithm for the 2-D point pattern matching problem",
+}
+
+
+def test_the_page_quotes_nothing_but_words_of_the_paper():
+    page = (DOCS / "explanation" / "point_sets.md").read_text(encoding="utf-8")
+    prose = " ".join(re.sub(r"```.*?```", "", page, flags=re.DOTALL).split())
+    assert set(re.findall(r'"([^"]+)"', prose)) == QUOTED
+    assert not set("“”„«»") & set(prose)
+
+
+def test_the_kept_results_miss_no_target():
+    assert missed_targets(read_results(DOCS / "data" / "pointsets_bench.json")) == []

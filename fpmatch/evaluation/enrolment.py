@@ -11,7 +11,7 @@ from numpy.random import default_rng
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import ExtractedSet
 from fpmatch.evaluation.protocol import Pairs
-from fpmatch.evaluation.report import pooled
+from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def with_impostors(extracted: ExtractedSet, others: Sequence[ExtractedSet]) -> E
 
 def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[str, Any]:
     """Return what was enrolled, and the stated and measured FMR of some scores, as JSON values."""
-    genuine, impostor = pooled(report.sets)
+    genuine, impostor = split_scores(report.sets)
     return {
         "impressions": enrolment.count,
         "seed": enrolment.seed,

@@ -200,10 +200,10 @@ def summarise(matcher: str, protocol: str, sets: Sequence[SetResult]) -> Evaluat
     """Summarise the rows of all databases."""
     columns = zip(*(astuple(row.rates) for row in sets), strict=True)
     mean = Rates(*(None if None in column else float(np.mean(column)) for column in columns))
-    return EvaluationReport(matcher, protocol, tuple(sets), mean, error_rates(*pooled(sets)))
+    return EvaluationReport(matcher, protocol, tuple(sets), mean, error_rates(*split_scores(sets)))
 
 
-def pooled(sets: Sequence[SetResult]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def split_scores(sets: Sequence[SetResult]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the similarities of genuine and of impostor pairs of all databases.
 
     Rates are computed on them and not on scores: calibration keeps their order, but ties its ends.

@@ -7,7 +7,7 @@ pairs that do not fit their rings. One similarity transform (eq. 1) is fitted to
 
 Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
 vector (c, s) of the direction. A transform is (c, s, x, y): the scale times cosine and sine of the
-rotation, and the shift. Interpreted, the class runs as it stands and gives the same pairs.
+rotation, and the shift.
 """
 
 import cython
@@ -29,12 +29,10 @@ FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
 @cython.final
 @cython.cclass
 class Aligner:
-    """Align print A with print B.
+    """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
 
-    There is room for `size_a` and `size_b` minutiae; the parameters are an
-    `fpmatch.matching.align.AlignmentParameters`, a `RelaxationParameters` and a
-    `PairMeshParameters`. ``predicted[:, i]`` is where minutia i of A lies in B, as the mesh of
-    pairs predicts it; ``partner[i]`` the index in B of what minutia i is paired with, or -1, and
+    The parameters are those of `fpmatch.matching.align`. ``predicted[:, i]`` is where minutia i of
+    A lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
     ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
     """
 
@@ -277,9 +275,9 @@ class Aligner:
     def fit(self):
         """Fit the similarity transform to the pairs by weighted least squares; return their number.
 
-        The directions of the pairs count as well as their positions do at 30 px from the middle,
-        so that few pairs, or pairs close together, leave the rotation no freedom. With fewer than
-        two pairs the transform stays as it is. The scale is held within 6 % of one.
+        Directions count as positions do at 30 px from the middle, so that few pairs, or pairs close
+        together, determine the rotation. The scale is held within 6 % of one. With fewer than two
+        pairs the transform stays as it is.
         """
         n = self.pairs
         total = amx = amy = bmx = bmy = 0.0
@@ -315,10 +313,7 @@ class Aligner:
         scale = sqrt(cosine * cosine + sine * sine) / spread if spread > 0.0 else 1.0
         if n < FEWEST_FOR_SCALE:
             scale = 1.0
-        if scale < LEAST_SCALE:
-            scale = LEAST_SCALE
-        if scale > MOST_SCALE:
-            scale = MOST_SCALE
+        scale = min(max(scale, LEAST_SCALE), MOST_SCALE)
         cosine += DIRECTION_ARM2 * turn_c
         sine += DIRECTION_ARM2 * turn_s
         length = sqrt(cosine * cosine + sine * sine)

@@ -3,7 +3,6 @@ cimport cython
 from fpmatch.matching._template_view_kernel cimport TemplateView
 
 
-@cython.locals(area=cython.double, smaller=cython.double)
 cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil
 @cython.locals(
     row=cython.int, column=cython.int, cells=cython.int, place=cython.Py_ssize_t,

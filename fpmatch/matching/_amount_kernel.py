@@ -1,7 +1,4 @@
-"""Kernel: the amount of evidence in a comparison, and the bound that it sets for the FMR.
-
-Interpreted, the functions run as they stand.
-"""
+"""Kernel: the amount of evidence in a comparison, and the bound that it sets for the FMR."""
 
 import cython
 from cython.cimports.libc.math import exp, log, log1p, sqrt
@@ -26,9 +23,7 @@ LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a
 
 def smaller_area(a, b):
     """Return the area of the smaller of two prints, in square pixels at 500 dpi."""
-    area = b.inside * (b.step * b.step)
-    smaller = a.inside * (a.step * a.step)
-    return area if area < smaller else smaller
+    return min(a.inside * (a.step * a.step), b.inside * (b.step * b.step))
 
 
 def common_cells(a, b, c, s, x, y):
@@ -37,8 +32,7 @@ def common_cells(a, b, c, s, x, y):
     # of cells of B: a step of A to the right, and the middle of the first cell of a row
     right = c * a.step * b.per_px
     down = s * a.step * b.per_px
-    columns = b.columns
-    rows = b.rows
+    columns, rows = b.columns, b.rows
     cells = 0
     for row in range(a.rows):
         first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
@@ -60,13 +54,8 @@ def common_cells(a, b, c, s, x, y):
 def describe_amount(minutiae, area, term):
     """Fill the terms of an amount of evidence; see `fpmatch.matching.score`."""
     x = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
-    y = saturated(area, ENOUGH_AREA)
-    y = log((y if y > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
-    term[0] = 1.0
-    term[1] = x
-    term[2] = x * x
-    term[3] = y
-    term[4] = x * y
+    y = log(max(saturated(area, ENOUGH_AREA), LEAST_AREA) / UNIT_AREA)
+    term[0], term[1], term[2], term[3], term[4] = 1.0, x, x * x, y, x * y
     return 0
 
 
@@ -87,10 +76,7 @@ def most_decades(pairs, chance, ridges, cells):
 
 
 def poisson_decades(count, mean):
-    """Return Chernoff's bound of -log10 of the probability of `count` or more events.
-
-    They are of a Poisson distribution with this mean.
-    """
+    """Return Chernoff's bound of -log10 of the probability of `count` or more Poisson events."""
     if mean <= 0.0:
         return 1e9
     if count <= mean:
@@ -99,11 +85,7 @@ def poisson_decades(count, mean):
 
 
 def quality_correction(squares, minutiae):
-    """Return the factor by which the minutiae of a print count more if all of them are poor.
-
-    `squares` is the sum of the squares of their qualities; its mean is raised to that of usual
-    prints.
-    """
+    """Return the factor that raises poor qualities, given their sum of squares, to usual ones."""
     least = LEAST_MEAN_SQUARE * minutiae
     return least / squares if 0.0 < squares < least else 1.0
 

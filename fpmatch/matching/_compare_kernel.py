@@ -2,7 +2,7 @@
 
 Each comparison takes the same steps: the prefilter; the local similarity of all minutiae; alignment
 by its hypotheses, scored by the evidence. `fit_pairs` fits the transform of the pairs in pixels of
-the two images. Interpreted, the class and the function run as they stand.
+the two images.
 """
 
 import cython
@@ -31,13 +31,10 @@ class Comparer:
     """
 
     def __init__(self, capacity, prefilter, before, after, scorer, parameters) -> None:
-        self.prefilter = prefilter
-        self.before = before
-        self.after = after
-        self.scorer = scorer
+        self.prefilter, self.scorer = prefilter, scorer
+        self.before, self.after = before, after
         self.similarity = np.empty((capacity, capacity), np.float32)
-        self.probe = None
-        self.neighbours = None
+        self.probe = self.neighbours = None
         self.before_loaded = self.after_loaded = False
         self.min_cosine = parameters.min_cosine
         self.fewest_neighbours = parameters.fewest_neighbours
@@ -66,7 +63,7 @@ class Comparer:
                 reference.has_flow,
                 reference_first,
             ),
-            self.probe.size if self.probe.size < reference.size else reference.size,
+            min(self.probe.size, reference.size),
         )
 
     def align(self, reference, reference_first):

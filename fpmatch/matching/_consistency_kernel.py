@@ -1,7 +1,4 @@
-"""Kernel: the pairs of minutiae of two prints that agree in one rotation and one shift.
-
-Interpreted, the class runs as it stands.
-"""
+"""Kernel: the pairs of minutiae of two prints that agree in one rotation and one shift."""
 
 import cython
 import numpy as np

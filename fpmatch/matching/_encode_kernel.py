@@ -2,7 +2,7 @@
 
 Each minutia has a word for each of its neighbours: the cell of position and direction, in the
 minutia's own frame, in which the neighbour lies in each of two grids. Twelve more words are the
-bins of the ridge orientation at places around it. Interpreted, the functions run as they stand.
+bins of the ridge orientation at places around it.
 """
 
 import cython
@@ -51,7 +51,7 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
             word[i, k] = NOWHERE
         if not coded[i]:
             continue
-        for k in range(count[i] if count[i] < NEIGHBOUR_WORDS else NEIGHBOUR_WORDS):
+        for k in range(min(count[i], NEIGHBOUR_WORDS)):
             u = cython.cast(cython.double, frame[i, 0, k]) * per_px + SIDE // 2
             v = cython.cast(cython.double, frame[i, 1, k]) * per_px + SIDE // 2
             if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):

@@ -29,7 +29,7 @@ cdef class EvidenceScorer:
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
 
     cpdef int choose_model(self, bint ridges_a, bint ridges_b, double area) noexcept nogil
-    @cython.locals(enough=cython.double, limit=cython.double)
+    @cython.locals(enough=cython.double)
     cpdef double prefilter_shortfall(self, int weight, Py_ssize_t smaller) noexcept nogil
     cpdef double prefilter_rejected(self, double shortfall) noexcept nogil
     @cython.locals(total=cython.double)

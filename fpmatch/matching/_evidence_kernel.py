@@ -1,7 +1,6 @@
 """Kernel: the evidence in an alignment of two prints, and its weighted sum.
 
 A transform is (c, s, x, y) as `_align_kernel` has it; ``evidence`` has the entries named below.
-Interpreted, the class and the functions run as they stand.
 """
 
 import cython
@@ -43,11 +42,10 @@ UNPAIRED_SUM = cython.declare(cython.double, -1e9)  # of a hypothesis under whic
 @cython.final
 @cython.cclass
 class EvidenceScorer:
-    """Score alignments of two prints.
+    """Score alignments of two prints, of which B has up to `room` minutiae.
 
-    `score` is an `fpmatch.matching.score.ScoreParameters`, `weights` a `ScoreWeights`; there is
-    room for so many minutiae of print B. `evidence` and `feature` are those of the alignment scored
-    last. The model depends on which prints have ridge images.
+    The model depends on which prints have ridge images. `evidence` and `feature` are those of the
+    alignment scored last.
     """
 
     def __init__(self, score, weights, room, search) -> None:
@@ -94,9 +92,8 @@ class EvidenceScorer:
         `smaller` is the number of minutiae of the smaller print. The model is chosen before.
         """
         enough = self.limits[self.model, PREFILTER_BASE]
-        limit = self.limits[self.model, PREFILTER_LIMIT]
         enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
-        return (enough if enough < limit else limit) - weight
+        return min(enough, self.limits[self.model, PREFILTER_LIMIT]) - weight
 
     def prefilter_rejected(self, shortfall):
         """Return what stands for -ln(FMR) of prints that the prefilter rejects."""
@@ -126,7 +123,7 @@ class EvidenceScorer:
 
         If no hypothesis pairs anything, the aligner's `best_pairs` and the result are 0.
         """
-        hypotheses = aligner.hypotheses
+        hypotheses = min(aligner.hypotheses, MOST_HYPOTHESES)
         first = count = 0
         self.most = UNPAIRED_SUM
         self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
@@ -135,8 +132,6 @@ class EvidenceScorer:
         refine = self.limits[self.model, REFINE]
         confident = self.limits[self.model, CONFIDENT]
         weak = aligner.relaxation.strength < self.limits[self.model, RELAXATION]
-        if hypotheses > MOST_HYPOTHESES:
-            hypotheses = MOST_HYPOTHESES
         for k in range(hypotheses):
             self.coarse[k] = UNPAIRED_SUM
             count = k + 1
@@ -239,10 +234,7 @@ class EvidenceScorer:
         for k in range(TERMS):
             low += self.quantiles[self.model, 0, k] * self.term[k]
             high += self.quantiles[self.model, 1, k] * self.term[k]
-        high -= low
-        if high < LEAST_SPREAD:
-            high = LEAST_SPREAD
-        self.decade = high
+        self.decade = high = max(high - low, LEAST_SPREAD)
         ridges = self.evidence[RIDGES] - self.usual_correlation
         cells = self.evidence[CELLS]
         limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
@@ -306,14 +298,12 @@ class EvidenceScorer:
         self.evidence[FULLNESS] = aligner.mesh.full
         self.evidence[TURNED] = aligner.mesh.turned
         self.evidence[STRAIN] = aligner.mesh.mean_strain()
-        self.evidence[FEWEST] = a.size if a.size < b.size else b.size
+        self.evidence[FEWEST] = min(a.size, b.size)
         self.evidence[RIDGES] = self.evidence[CELLS] = self.evidence[OVERLAP] = 0.0
         self.evidence[AREA] = self.evidence[CHANCE] = 0.0
         smaller = amount.smaller_area(a, b)
         if smaller > 0.0:
-            area = amount.common_cells(a, b, c, s, x, y) * (a.step * a.step)
-            if area > smaller:
-                area = smaller
+            area = min(amount.common_cells(a, b, c, s, x, y) * (a.step * a.step), smaller)
             self.evidence[OVERLAP] = area / smaller
             self.evidence[AREA] = area
             if area > 0.0:

@@ -8,7 +8,6 @@ neighbours may be missing or spurious in either print.
 
 The neighbours of one print are sorted once into cells of position and direction; each cell lists
 all neighbours that may be similar to one in it. Those of other prints are looked up there.
-Interpreted, the kernel gives the same results to the last bit.
 """
 
 import cython

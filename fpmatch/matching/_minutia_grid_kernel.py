@@ -1,7 +1,4 @@
-"""Kernel: a grid that finds the minutiae near a place.
-
-Interpreted, the class runs as it stands.
-"""
+"""Kernel: a grid that finds the minutiae near a place."""
 
 import cython
 import numpy as np
@@ -44,11 +41,8 @@ class MinutiaGrid:
             self.y0 = points[1, j] if points[1, j] < self.y0 else self.y0
             x1 = points[0, j] if points[0, j] > x1 else x1
             y1 = points[1, j] if points[1, j] > y1 else y1
-        side = x1 - self.x0 if x1 - self.x0 > y1 - self.y0 else y1 - self.y0
-        side = side / MOST_CELLS
-        side = side if side > CELL_PX else CELL_PX
-        side = side if side > 0.5 * reach else 0.5 * reach
-        self.per_px = 1.0 / side
+        side = max(x1 - self.x0, y1 - self.y0) / MOST_CELLS
+        self.per_px = 1.0 / max(side, CELL_PX, 0.5 * reach)
         self.x0 -= reach
         self.y0 -= reach
         self.columns = self._line(x1 + reach - self.x0) + 1
@@ -74,10 +68,6 @@ class MinutiaGrid:
                     self.start[cell + 2] += self.start[cell + 1]
         return 0
 
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _line(self, place: cython.double) -> cython.int:
+    def _line(self, place):
         """Return the row or column of the grid at a distance from its first."""
         return cython.cast(cython.int, place * self.per_px)

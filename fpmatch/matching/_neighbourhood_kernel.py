@@ -3,9 +3,7 @@
 Two steps of describing a print, each a pass over its minutiae: `map_to_circle` places the closed
 one-rings on the unit circle by the lengths of their sides (eq. 3), turned so that the point where
 the minutia's own direction leaves its ring lies at angle 0; `nearest_in_own_frames` finds each
-minutia's nearest neighbours in its first two rings, and where they stand as the minutia sees them.
-Interpreted, both run as they stand, to the same last bit; their twins in the tests are slow and
-plain.
+minutia's nearest neighbours in its first two rings, and where they lie in its own frame.
 """
 
 import cython

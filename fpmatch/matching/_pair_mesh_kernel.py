@@ -9,7 +9,7 @@ A minutia of A is the sum of the vertices of its ring by its shape-preserving we
 same sum of their partners predicts its place in B. The weights are invariant under affine maps.
 A pair is measured on its ring by the agreement of the chord-length places of the vertices on the
 unit circle (eq. 3) in A and in B, and by the distance of its partner from the prediction. Minutiae
-are columns of an array (4, N) as in `_align_kernel`. Interpreted, the class runs as it stands.
+are columns of an array (4, N) as in `_align_kernel`.
 
 Source: Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization",
 sections 3.1 and 3.2; incremental insertion: A. Bowyer, "Computing Dirichlet tessellations", The
@@ -41,12 +41,11 @@ STRAIN_PX = cython.declare(cython.double, 8.0)  # added to lengths: short edges 
 @cython.final
 @cython.cclass
 class PairMesh:
-    """The mesh of the pairs of two prints; there is room for `size_a` minutiae of print A.
+    """The mesh of the pairs of two prints, of which A has up to `size_a` minutiae.
 
-    `parameters` are an `fpmatch.matching.align.PairMeshParameters`. After `predict`,
-    ``predicted[:, i]`` is the predicted minutia i of A in B, and ``nearest[i]`` its distance from
-    the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]`` and
-    ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the
+    After `predict`, ``predicted[:, i]`` is the predicted minutia i of A in B, and ``nearest[i]``
+    its distance from the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]``
+    and ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the
     prediction, ``fullness[i]`` the share of the weights on pairs rather than frame points;
     `places`, `weights` and `full` are their sums. `turned` counts the inverted triangles at pairs,
     `strain` sums the relative change of length over the `edges` at pairs.
@@ -241,8 +240,8 @@ class PairMesh:
     def predict(self, a, size_a, b, partner, c, s, x, y, measured):
         """Predict the places of all minutiae of A in B; return how many the mesh predicts.
 
-        A paired minutia is predicted by its ring without itself; a minutia without a ring is mapped
-        by the transform (c, s, x, y). If `measured`, the pairs of the mesh are measured.
+        A minutia without a ring is mapped by the transform (c, s, x, y). If `measured`, the pairs
+        of the mesh are measured.
         """
         scale = sqrt(c * c + s * s)
         found = 0

@@ -4,8 +4,7 @@ One print is put into tables: under each cell, a bit for each of its minutiae th
 there. So a minutia of another print is compared with all of them at once: the bits under its words
 are counted for all minutiae in parallel. Minutiae that agree in enough words are pairs; the score
 is the weight of the pairs that agree in rotation and shift (see `_consistency_kernel`). It is the
-same whichever of the two prints is in the tables. Interpreted, the class runs as it stands; its
-oracle in the tests is written in numpy.
+same whichever of the two prints is in the tables.
 """
 
 import cython
@@ -48,11 +47,7 @@ TOO_LITTLE = cython.declare(cython.int, 8)
 @cython.final
 @cython.cclass
 class Prefilter:
-    """Score prints against one print, which is in the tables, by their bit descriptors.
-
-    At most `most_pairs` pairs of minutiae, `near`, `spread` and `most_turn` are those of a
-    `PairSet`.
-    """
+    """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
         self.neighbour_table = np.zeros(CELLS, np.uint64)

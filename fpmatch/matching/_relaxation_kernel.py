@@ -9,7 +9,6 @@ grows with the distance, because skin stretches.
 
 Source: relaxation of local matches as in Cappelli, Ferrara, Maltoni, "Minutia Cylinder-Code", IEEE
 TPAMI 32(12), 2010, section 4.2, with tolerances that grow with the distance.
-Interpreted, the class runs as it stands.
 """
 
 import cython
@@ -26,11 +25,10 @@ NEAR = cython.declare(cython.double, 1e-6)  # px: minutiae nearer than this coin
 class Relaxation:
     """The candidates of two prints and the support that they give one another.
 
-    `parameters` are an `fpmatch.matching.align.RelaxationParameters`; there is room for prints
-    of `size_a` and `size_b` minutiae. After `load`, candidate k of `count` is the pair
-    ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation and ``support[k, m]``
-    the compatibility of candidates k and m, 0 to 1. `strength` is the mean of the four greatest
-    relaxed similarities, missing ones counting as 0.
+    There is room for prints of `size_a` and `size_b` minutiae. After `load`, candidate k of
+    `count` is the pair ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation
+    and ``support[k, m]`` the compatibility of candidates k and m, 0 to 1. `strength` is the mean of
+    the four greatest relaxed similarities, missing ones counting as 0.
     """
 
     def __init__(self, parameters, size_a, size_b) -> None:
@@ -136,7 +134,7 @@ class Relaxation:
         by = self.place[3, m] - self.place[3, k]
         length_a = sqrt(ax * ax + ay * ay)
         length_b = sqrt(bx * bx + by * by)
-        shorter = length_a if length_a < length_b else length_b
+        shorter = min(length_a, length_b)
         if shorter < NEAR:
             return 0.0
         distance = (length_a - length_b) / (self.distance_px + self.distance_per_px * shorter)
@@ -185,8 +183,7 @@ class Relaxation:
         Its seed is the strongest candidate that no earlier hypothesis explains; where that is much
         weaker than the strongest of all, there is no hypothesis left. Where `whole`, all
         candidates that are strong enough are its pairs; else each counts as much as it supports the
-        seed. ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1;
-        ``weight[i]`` is relative to the seed's.
+        seed. The weights are relative to the seed's.
         """
         seed = -1
         pairs = 0

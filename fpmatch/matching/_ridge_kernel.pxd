@@ -54,8 +54,7 @@ cdef class RidgeCorrelator:
     ) noexcept nogil
     cdef int _within(self, double line, int lines) noexcept nogil
     @cython.locals(
-        k=cython.Py_ssize_t, row=cython.int, column=cython.int, last_row=cython.int,
-        last_column=cython.int, px=cython.double, py=cython.double, dx=cython.double,
+        k=cython.Py_ssize_t, row=cython.int, column=cython.int, px=cython.double, py=cython.double, dx=cython.double,
         dy=cython.double, half=cython.double,
     )
     cdef int _count_block(self, TemplateView a, TemplateView b, int top, int left) noexcept nogil
@@ -76,6 +75,6 @@ cdef class RidgeCorrelator:
     ) noexcept nogil
     @cython.locals(
         r=cython.Py_ssize_t, k=cython.Py_ssize_t, around=cython.int, best=cython.int,
-        count=cython.int, most=cython.ulonglong, total=cython.ulonglong, greater=cython.ulonglong,
+        most=cython.ulonglong, total=cython.ulonglong, greater=cython.ulonglong,
     )
     cdef double _best_shift(self, Py_ssize_t own, Py_ssize_t wide) noexcept nogil

@@ -2,7 +2,6 @@
 
 A cell of a print has a binary ridge image of 8 by 8 bits: bit ``8 * row + column`` is set on a
 ridge. Each cell is displaced by the mesh of the paired minutiae around it (`_pair_mesh_kernel`).
-Interpreted, the class runs as it stands.
 """
 
 import cython
@@ -169,16 +168,10 @@ class RidgeCorrelator:
             ux, uy = mesh.ax[q] - px, mesh.ay[q] - py
             vx, vy = mesh.ax[r] - px, mesh.ay[r] - py
             area = ux * vy - uy * vx
-            low = ux if ux < vx else vx
-            high = ux if ux > vx else vx
-            low = px + (low if low < 0.0 else 0.0)
-            high = px + (high if high > 0.0 else 0.0)
+            low, high = px + min(ux, vx, 0.0), px + max(ux, vx, 0.0)
             first_column = self._within(ceil((low - left) / side), columns)
             last_column = self._within(floor((high - left) / side) + 1.0, columns)
-            low = uy if uy < vy else vy
-            high = uy if uy > vy else vy
-            low = py + (low if low < 0.0 else 0.0)
-            high = py + (high if high > 0.0 else 0.0)
+            low, high = py + min(uy, vy, 0.0), py + max(uy, vy, 0.0)
             first_row = self._within(ceil((top - high) / side), rows)
             last_row = self._within(floor((top - low) / side) + 1.0, rows)
             for row in range(first_row, last_row):
@@ -217,11 +210,9 @@ class RidgeCorrelator:
     def _count_block(self, a, b, top, left):
         """Displace two by two cells as the mesh does; count in each."""
         k = cython.cast(cython.Py_ssize_t, top // 2) * self.blocks + left // 2
-        last_row = top + 2 if top + 2 < a.rows else a.rows
-        last_column = left + 2 if left + 2 < a.columns else a.columns
         half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
-        for row in range(top, last_row):
-            for column in range(left, last_column):
+        for row in range(top, min(top + 2, a.rows)):
+            for column in range(left, min(left + 2, a.columns)):
                 if a.cell[a.cell_at + row * a.columns + column]:
                     px = (a.first_column + column) * a.step + half
                     py = -((a.first_row + row) * a.step + half)
@@ -304,7 +295,6 @@ class RidgeCorrelator:
             greater = ((((total | TOPS) - most) & TOPS) >> 7) * 255
             most = (total & greater) | (most & (greater ^ ALL))
         for k in range(SHIFTS):
-            count = cython.cast(cython.int, (most >> (SIDE * k)) & 255)
-            best = count if count > best else best
+            best = max(best, cython.cast(cython.int, (most >> (SIDE * k)) & 255))
         self.cells += 1
         return 2.0 * best / (self.sample_row.shape[0] * around) - 1.0

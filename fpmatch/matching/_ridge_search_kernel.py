@@ -7,7 +7,7 @@ themselves correlate best, each with a transform of its own.
 
 A small print has few minutiae with incomplete neighbourhoods, so that local matches are not
 reliable: all pairs are tried. Of larger prints only the candidates of the relaxed local matches
-are tried. Interpreted, the class runs as it stands.
+are tried.
 """
 
 import cython

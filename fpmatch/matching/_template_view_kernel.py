@@ -1,7 +1,7 @@
 """Kernel: a prepared print as the other kernels see it, and how it is unpacked from few bytes.
 
 Minutiae, neighbourhoods and regions are as `fpmatch.matching.prepare` and
-`fpmatch.matching.neighbourhood` have them. Interpreted, the classes run as they stand.
+`fpmatch.matching.neighbourhood` have them.
 """
 
 import cython
@@ -14,11 +14,10 @@ COMPILED = cython.compiled
 @cython.final
 @cython.cclass
 class TemplateView:
-    """A prepared print: its minutiae, neighbourhoods, codes, and the cells of its region.
+    """A prepared print: its minutiae, neighbourhoods, bit descriptors, and the cells of its area.
 
-    The arrays may be larger than what they hold: `size` is the number of minutiae. The region's
-    codes begin at entry `cell_at` of `cell`, row by row, and the pictures of its ridges at the same
-    entry of `ridges`, where there are any.
+    The arrays may be larger than what they hold: `size` is the number of minutiae. The area's
+    codes, and its ridge images if it has any, begin at entry `cell_at`, row by row.
     """
 
     def __init__(self, points, quality, count, frame) -> None:
@@ -27,10 +26,7 @@ class TemplateView:
         self.first_row = self.first_column = self.inside = 0
         self.step = self.per_px = 1.0
         self.has_flow = self.has_ridges = False
-        self.points = points
-        self.quality = quality
-        self.count = count
-        self.frame = frame
+        self.points, self.quality, self.count, self.frame = points, quality, count, frame
         self.xy = np.empty((0, 2), np.float32)
         self.direction_bin = np.empty(0, np.uint8)
         self.neighbour_bits = np.empty((0, 0), np.uint16)
@@ -39,7 +35,7 @@ class TemplateView:
         self.ridges = np.empty(0, np.uint64)
 
     def set_bit_descriptors(self, xy, direction_bin, neighbour_bits, orientation_bins) -> None:
-        """Take the codes; see `fpmatch.matching.bit_descriptors`."""
+        """Take the bit descriptors."""
         self.xy = xy
         self.direction_bin = direction_bin
         self.neighbour_bits = neighbour_bits

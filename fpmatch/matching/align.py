@@ -83,24 +83,12 @@ class AlignmentParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Hold the alignment of print A with print B; minutiae are columns (x, y up, direction c, s).
+    """Hold the alignment of print A, of N minutiae, with print B."""
 
-    Parameters
-    ----------
-    transform : ndarray of float64, shape (4,)
-        (s·cos θ, s·sin θ, tx, ty) at 500 dpi with y pointing up.
-    partner : ndarray of int32, shape (N,)
-        For each minutia of A its partner in B, or -1; one-to-one.
-    weight : ndarray of float64, shape (N,)
-        How well a pair fits, 0 to 1; 0 where there is none.
-    predicted : ndarray of float64, shape (4, N)
-        The minutiae of A where the mesh of pairs maps them in B.
-    """
-
-    transform: NDArray[np.float64]
-    partner: NDArray[np.int32]
-    weight: NDArray[np.float64]
-    predicted: NDArray[np.float64]
+    transform: NDArray[np.float64]  # (s·cos θ, s·sin θ, tx, ty) at 500 dpi with y pointing up
+    partner: NDArray[np.int32]  # (N,): the partner in B, or -1; one-to-one
+    weight: NDArray[np.float64]  # (N,): how well a pair fits, 0 to 1; 0 where there is none
+    predicted: NDArray[np.float64]  # (4, N): the minutiae where the mesh of pairs maps them in B
 
 
 def identity_alignment(a: NDArray[np.float64]) -> Alignment:

@@ -61,27 +61,13 @@ _PLACES: Final = _USUAL.places
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BitDescriptors:
-    """Hold the bit descriptors of a print of N minutiae.
+    """Hold the bit descriptors of a print of N minutiae; `_encode_kernel` describes the words."""
 
-    Parameters
-    ----------
-    xy : ndarray of float32, shape (N, 2)
-        Positions in pixels at 500 dpi, y pointing up.
-    direction_bin : ndarray of uint8, shape (N,)
-        Directions, in 256ths of a turn.
-    neighbour_bits : ndarray of uint16, shape (N, 12)
-        Words of the neighbours, see `_encode_kernel`; 0x8800 where there is none.
-    orientation_bins : ndarray of uint8, shape (N, 12)
-        Bins of the ridge orientation around; 31 where it is not known.
-    has_flow : bool
-        Whether any orientation is known at all.
-    """
-
-    xy: NDArray[np.float32]
-    direction_bin: NDArray[np.uint8]
-    neighbour_bits: NDArray[np.uint16]
-    orientation_bins: NDArray[np.uint8]
-    has_flow: bool
+    xy: NDArray[np.float32]  # (N, 2): px at 500 dpi, y pointing up
+    direction_bin: NDArray[np.uint8]  # (N,), in 256ths of a turn
+    neighbour_bits: NDArray[np.uint16]  # (N, 12); 0x8800 where there is no neighbour
+    orientation_bins: NDArray[np.uint8]  # (N, 12): of places around; 31 where not known
+    has_flow: bool  # whether any orientation is known at all
 
 
 def encode(

@@ -44,41 +44,27 @@ class NeighbourhoodParameters:
 class Neighbourhoods:
     """Hold the neighbourhoods of N minutiae as flat arrays.
 
-    Parameters
-    ----------
-    count : ndarray of int32, shape (N,)
-        Number of neighbours kept of each minutia.
-    neighbour : ndarray of int32, shape (N, size)
-        Which minutiae they are; beyond the number kept, any.
-    frame : ndarray of float32, shape (N, 6, size)
-        For each neighbour: position u, v and direction c, s in the minutia's own frame (its
-        direction is +u), 1/tolerance², and weight.
+    In the frame of a minutia its direction is +u. A neighbour has its position u, v, its direction
+    c, s, 1/tolerance² and its weight.
     """
 
-    count: NDArray[np.int32]
-    neighbour: NDArray[np.int32]
-    frame: NDArray[np.float32]
+    count: NDArray[np.int32]  # (N,): neighbours kept of each minutia
+    neighbour: NDArray[np.int32]  # (N, size): which minutiae; beyond the number kept, any
+    frame: NDArray[np.float32]  # (N, 6, size): the neighbours in the frame of the minutia
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchoredRings:
-    """Hold the one-rings of N minutiae as flat arrays, each on the unit circle.
+    """Hold the closed one-rings of N minutiae as flat arrays, each on the unit circle.
 
-    Parameters
-    ----------
-    start : ndarray of int32, shape (N + 1,)
-        The one-ring of minutia i has the entries ``start[i]`` to ``start[i + 1]``; none where it is
-        not closed (on the convex hull).
-    ring : ndarray of int32, shape (M,)
-        Minutiae of the one-rings, counter-clockwise.
-    circle : ndarray of float64, shape (3, M)
-        Their places (x, y) on the unit circle, anchored by the direction, and their
-        shape-preserving weights, which sum to 1 over a ring.
+    That of minutia i has the entries ``start[i]`` to ``start[i + 1]``, counter-clockwise: none
+    where it is not closed, on the convex hull. The places on the circle are anchored by the
+    direction; the shape-preserving weights sum to 1 over a ring.
     """
 
-    start: NDArray[np.int32]
-    ring: NDArray[np.int32]
-    circle: NDArray[np.float64]
+    start: NDArray[np.int32]  # (N + 1,)
+    ring: NDArray[np.int32]  # (M,): minutiae
+    circle: NDArray[np.float64]  # (3, M): x, y and weight
 
 
 def neighbourhoods(

@@ -56,38 +56,14 @@ def _of(what: str, dtype: str, *shape: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class PackedTemplates:
-    """Hold T prepared prints of M minutiae in all.
+    """Hold prepared prints in flat arrays, whose entries are of minutiae, of cells, or of prints.
 
-    Parameters
-    ----------
-    minutiae_start, cell_start : ndarray of int64, shape (T + 1,)
-        Where the minutiae and the cells of each print begin.
-    xy, direction : ndarray of float32, shape (M, 2)
-        Positions in pixels at 500 dpi, y pointing up, and unit vectors of the directions.
-    quality : ndarray of uint8, shape (M,)
-        In hundredths.
-    index : ndarray of int32, shape (M,)
-        Places among the template's minutiae.
-    count : ndarray of uint8, shape (M,)
-        Numbers of neighbours.
-    neighbour, root_weight : ndarray of uint8, shape (M, size)
-        The neighbours, numbered from the print's first minutia, and the square roots of their
-        weights in hundredths.
-    direction_bin, neighbour_bits, orientation_bins
-        ndarrays of uint8 (M,), uint16 (M, 12) and uint8 (M, 12); see
-        `fpmatch.matching.bit_descriptors.BitDescriptors`.
-    cell : ndarray of uint8, shape (C,)
-        Quantised ridge orientation of the cells of the print areas, row by row.
-    ridges : ndarray of uint64, shape (C,)
-        Binary ridge images of these cells; 0 where they are not known.
-    shape : ndarray of int32, shape (T, 4)
-        Rows and columns of cells, first row and first column.
-    step, to_500dpi : ndarray of float64, shape (T,)
-        Side of a cell, and 500 / dpi.
-    has_flow, has_ridges : ndarray of uint8, shape (T,)
-        1 where the orientation is known, and where the ridges are.
-    inside : ndarray of int32, shape (T,)
-        Numbers of cells inside the print areas.
+    Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``, and its cells
+    likewise, row by row. Its `shape` has rows and columns, first row and first column of the cells,
+    `inside` the number of those inside the print area. Positions are in px at 500 dpi, y pointing
+    up. Qualities, and the square roots of the weights of neighbours, are in hundredths; neighbours
+    are numbered from the print's first minutia. Where `has_flow` or `has_ridges` is 0, the
+    orientation, or the binary images of the ridges, are not known.
     """
 
     minutiae_start: NDArray[np.int64] = field(metadata=_of(START, "<i8"))

@@ -37,36 +37,19 @@ class PreparationParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedTemplate:
-    """Hold one template ready for comparison, in pixels at 500 dpi with y pointing up.
+    """Hold one template of N minutiae ready for comparison, in px at 500 dpi with y pointing up.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (4, N)
-        x, y and the unit vector of the direction of each minutia that takes part.
-    quality : ndarray of float64, shape (N,)
-        Their quality, 0 to 1; the usual one where the template gives none.
-    index : ndarray of int32, shape (N,)
-        Their places among the template's minutiae.
-    neighbourhoods : Neighbourhoods
-        Their neighbourhoods.
-    region : PrintArea
-        The print area and its ridge orientation.
-    bit_descriptors : BitDescriptors
-        Descriptors that the prefilter compares.
-    to_500dpi : float
-        500 / dpi.
-    key : bytes
-        The content, by which two templates are put in order, so that a comparison does not depend
-        on which of them is the probe.
+    By its content, `key`, two templates are put in order, so that a comparison does not depend on
+    which of them is the probe.
     """
 
-    points: NDArray[np.float64]
-    quality: NDArray[np.float64]
-    index: NDArray[np.int32]
+    points: NDArray[np.float64]  # (4, N): x, y and the unit vector of the direction
+    quality: NDArray[np.float64]  # (N,), 0 to 1; the usual one where the template gives none
+    index: NDArray[np.int32]  # (N,): places among the template's minutiae
     neighbourhoods: Neighbourhoods
     region: PrintArea
     bit_descriptors: BitDescriptors
-    to_500dpi: float
+    to_500dpi: float  # 500 / dpi
     key: bytes
 
     def __len__(self) -> int:

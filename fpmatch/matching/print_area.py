@@ -20,27 +20,16 @@ if TYPE_CHECKING:
 class PrintArea:
     """Hold the area of a print as square cells, and their ridge orientation.
 
-    Parameters
-    ----------
-    step : float
-        Side of a cell.
-    code : ndarray of uint8, shape (rows, columns)
-        0 outside the print; inside, 1 and more for the ridge orientation, see
-        `fpmatch.matching.quantization`, or 1 alone where it is not known.
-    first_row, first_column : int
-        Where the first of these cells lies among all, from the image's top left corner.
-    has_flow : bool
-        Whether the orientation is known at all.
-    ridges : ndarray of uint64, shape (rows, columns), or None
-        Binary ridge images, see `fpmatch.minutiae.RidgeField`; None where they are not known.
+    A code is 0 outside the print; inside, 1 and more for the ridge orientation, see
+    `fpmatch.matching.quantization`, or 1 alone where it is not known.
     """
 
-    step: float
-    code: NDArray[np.uint8]
-    first_row: int
+    step: float  # side of a cell
+    code: NDArray[np.uint8]  # (rows, columns)
+    first_row: int  # of these cells among all, from the image's top left corner
     first_column: int
-    has_flow: bool
-    ridges: NDArray[np.uint64] | None = None
+    has_flow: bool  # whether the orientation is known at all
+    ridges: NDArray[np.uint64] | None = None  # binary images as in `RidgeField`, where known
 
     @property
     def inside(self) -> int:

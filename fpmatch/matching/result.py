@@ -20,27 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Hold how much of two prints was compared, and how well the ridges agree.
+    """Hold how much of two prints was compared, and how well the ridges agree."""
 
-    Parameters
-    ----------
-    minutiae : int
-        Minutiae of both prints in the common region, paired or not.
-    area_mm2 : float
-        Area of the common region.
-    ridge_agreement : float or None
-        Mean correlation of the ridges, -1 to 1; None where they were not compared.
-    ridge_area_mm2 : float
-        Area on which the ridges were compared.
-    ridge_score : float
-        Approximate contribution of the ridges to the score; 0 where they were not compared.
-    """
-
-    minutiae: int
-    area_mm2: float
-    ridge_agreement: float | None
-    ridge_area_mm2: float
-    ridge_score: float
+    minutiae: int  # of both prints in the common region, paired or not
+    area_mm2: float  # of the common region
+    ridge_agreement: float | None  # mean correlation, -1 to 1; None where they were not compared
+    ridge_area_mm2: float  # on which the ridges were compared
+    ridge_score: float  # about what the ridges add to the score; 0 where they were not compared
 
 
 @dataclass(frozen=True, slots=True)

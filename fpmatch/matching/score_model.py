@@ -82,38 +82,19 @@ NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 class ScoreModel:
     """Hold what was learned for one kind of prints.
 
-    Parameters
-    ----------
-    standard : ndarray of float64, shape (4, 13)
-        Of each of `FEATURES`, the middle between genuine and impostor prints, the spread, the
-        weight, and the mean of impostor prints.
-    bias : float
-        What is added to the sum.
-    prefilter : tuple of float
-        The least score of the bit descriptors of two prints from which they are aligned, see
-        `fpmatch.matching.bit_descriptors`: a base, its growth with the minutiae of the smaller
-        print, and its limit.
-    relaxation_threshold : float
-        Strength of the relaxed local matches from which more than one hypothesis is tried.
-    refine_threshold : float
-        Sum in coarse alignment above which prints are refined, and their ridges compared.
-    confident_threshold : float
-        Such a sum above which the hypothesis that has it is refined alone.
-    quantiles : ndarray of float64, shape (2, 5)
-        For each of `RATES`, the coefficients of the terms of `AMOUNTS`, which make the sum that so
-        many impostor comparisons reach.
-    genuine_median : ndarray of float64, shape (5,)
-        The coefficients that make the -ln(FMR) that half of the genuine comparisons reach, where n
-        and a are the minutiae and the area of the smaller print.
+    Prints are aligned if the score of their bit descriptors reaches a base plus a growth with the
+    minutiae of the smaller print, up to a limit. The coefficients of the terms of `AMOUNTS` make
+    the sums that so many impostor comparisons reach, and the -ln(FMR) that half of the genuine
+    comparisons reach, where the amount is that of the smaller print.
     """
 
-    standard: NDArray[np.float64]
-    bias: float
-    prefilter: tuple[float, float, float]
-    relaxation_threshold: float
-    refine_threshold: float
-    confident_threshold: float
-    quantiles: NDArray[np.float64]
+    standard: NDArray[np.float64]  # (4, 13): the rows are those of `STANDARD`
+    bias: float  # added to the sum
+    prefilter: tuple[float, float, float]  # base, growth, limit
+    relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried
+    refine_threshold: float  # of the sum: above, prints are refined, and their ridges compared
+    confident_threshold: float  # of the sum: above, a hypothesis is refined alone
+    quantiles: NDArray[np.float64]  # (2, 5), for each of `RATES`
     genuine_median: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(AMOUNTS)))
 
     @property

@@ -29,13 +29,6 @@ class UnitFrame:
 
     The coordinates of a point x in the frame are ``(x·2**-magnitude - (x0, y0))·2**-span``: exact
     for whole pixels, and within float64 whatever the magnitude of the points.
-
-    Examples
-    --------
-    >>> points = np.array([[10.0, 20.0], [16.0, 20.0]])
-    >>> frame = UnitFrame.of(points)
-    >>> frame.apply(points).tolist()
-    [[0.0, 0.0], [0.75, 0.0]]
     """
 
     magnitude: int = 0

@@ -25,27 +25,12 @@ _ROUNDING: Final = 1e-12
 
 
 def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
-    """Pair the points of `p` and `q` that lie within `tolerance`, nearest pairs first.
+    """Pair the points of `p` (N, 2) and `q` (M, 2) within `tolerance`, nearest pairs first.
 
-    Equal distances are taken in the order of the pairs' midpoints (x, then y), then of their
-    indices, so that exchanging the sets only exchanges the columns.
-
-    Parameters
-    ----------
-    p, q : array_like of float, shape (N, 2) and (M, 2)
-        The points, in one frame.
-    tolerance : float
-        Largest distance of a pair, inclusive, in the units of the points.
-
-    Returns
-    -------
-    ndarray of int32, shape (K, 2)
-        Indices into `p` and `q`, sorted by the first.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed or the tolerance is negative or not a number.
+    The pairs (K, 2) are sorted by their index into `p`. Equal distances are taken in the order of
+    the pairs' midpoints (x, then y), then of their indices, so that exchanging the sets only
+    exchanges the columns. A malformed set or a negative tolerance is refused with a
+    `PointSetError`.
 
     Examples
     --------

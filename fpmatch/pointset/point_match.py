@@ -76,13 +76,7 @@ def check_rho(rho: float) -> None:
 
 
 def fewest_above(rho: float, count: int) -> int:
-    """Return the fewest of `count` points that are more than a share ρ of them.
-
-    Examples
-    --------
-    >>> fewest_above(0.6, 50), fewest_above(0.29, 100), fewest_above(1.0, 50)
-    (31, 30, 51)
-    """
+    """Return the fewest of `count` points that are more than a share ρ of them."""
     fewest = math.floor(rho * count)
     while count and fewest / count <= rho:  # as the reported share is compared with ρ
         fewest += 1
@@ -90,12 +84,6 @@ def fewest_above(rho: float, count: int) -> int:
 
 
 def share_of(rho: float, count: int) -> int:
-    """Return ⌈ρ·count⌉: the fewest of `count` points that are a share ρ in [0, 1] of them.
-
-    Examples
-    --------
-    >>> share_of(0.95, 50), share_of(0.6, 50)
-    (48, 30)
-    """
+    """Return ⌈ρ·count⌉: the fewest of `count` points that are a share ρ in [0, 1] of them."""
     rounding = 1e-9  # 0.55·100 is 55.000000000000007 in floating point
     return math.ceil(rho * count - rounding)

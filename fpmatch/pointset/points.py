@@ -17,29 +17,10 @@ Box = list[float]
 
 
 def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
-    """Return a copy of `points` as float64 of shape (N, 2), or refuse them.
+    """Return a copy of `points` as float64 of shape (N, 2).
 
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        The points; an empty array of any shape stands for no points.
-    name : str
-        Name of the set in errors.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        The points.
-
-    Raises
-    ------
-    PointSetError
-        If the values are not numbers, not finite, or not of that shape.
-
-    Examples
-    --------
-    >>> as_points([[1, 2]]).dtype
-    dtype('float64')
+    An empty array of any shape stands for no points. What is not numbers, not finite, or not of
+    that shape is refused with a `PointSetError` under its `name`.
     """
     return points_in_box(points, name)[0]
 

@@ -39,17 +39,7 @@ _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 
 
 def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    r"""Load the points of a CSV file.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, in the form that this module describes; a pipe will do.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        x and y of each row, in the order and the units of the file.
+    r"""Load the points (N, 2) of a CSV file, or of a pipe, in the form that this module describes.
 
     Raises
     ------
@@ -79,14 +69,9 @@ def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 
 
 def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
-    r"""Return the points (N, 2) of a CSV file's content; no rows for a header alone.
+    """Return the points (N, 2) of a CSV file's content; no rows for a header alone.
 
     What is no such table is refused with a `PointSetError`, which gives `name` and line.
-
-    Examples
-    --------
-    >>> decode_points(b"# two stars\n1.5,2\n-3,4e2\n").tolist()
-    [[1.5, 2.0], [-3.0, 400.0]]
     """
     _check_text(data, name)
     table = _find_table(data, name)

@@ -46,30 +46,14 @@ MAX_SCALE: Final = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RandomPair:
-    """Hold a random pair of point sets and the truth about it.
+    """A random pair of point sets and the truth about it."""
 
-    Parameters
-    ----------
-    p : ndarray of float64, shape (m, 2)
-        The pattern, in a frame of its own.
-    q : ndarray of float64, shape (n, 2)
-        The target, in the square [0, √n]²: one point a unit of area.
-    pairs : ndarray of int32, shape (K, 2)
-        The true pairs (into p, into q), sorted by the first; empty for independent sets.
-    transform : Similarity or None
-        Maps p onto q; None for independent sets.
-    tolerance : float
-        The matching distance t, in the units of q.
-    jitter : float
-        Largest distance of true partners under the transform, in the units of q.
-    """
-
-    p: Floats
-    q: Floats
-    pairs: NDArray[np.int32]
-    transform: Similarity | None
-    tolerance: float
-    jitter: float
+    p: Floats  # (m, 2): the pattern, in a frame of its own
+    q: Floats  # (n, 2): the target, in the square [0, √n]², one point a unit of area
+    pairs: NDArray[np.int32]  # (K, 2): true pairs (into p, into q), sorted by the first
+    transform: Similarity | None  # of p onto q; None for independent sets
+    tolerance: float  # the matching distance t, in the units of q
+    jitter: float  # largest distance of true partners, in the units of q
 
 
 def random_pair(
@@ -82,32 +66,11 @@ def random_pair(
     model: PointModel = "patch",
     rng: np.random.Generator | int,
 ) -> RandomPair:
-    """Make a random pair of sets in which a share ρ of P's points has a partner in Q.
+    """Make a random pair of sets of `m` and `n` points, of which ⌈ρm⌉ are partners.
 
-    Parameters
-    ----------
-    m, n : int
-        Points of P and of Q, 1 ≤ m ≤ n.
-    rho : float
-        ρ in [0, 1]: ⌈ρm⌉ points of P have a partner.
-    eta : float
-        η: radius of the jitter in mean nearest-neighbour distances of Q.
-    lambda_ : float
-        λ: matching distance in mean nearest-neighbour distances of Q.
-    model : {"patch", "clutter"}
-        Where P's partners lie in Q; see the module.
-    rng : numpy.random.Generator or int
-        Source of randomness, or its seed. The same seed gives the same pair.
-
-    Returns
-    -------
-    RandomPair
-        The sets, the true pairs and the true transform.
-
-    Raises
-    ------
-    PointSetError
-        If a parameter is outside its range, or the model is unknown.
+    `eta` and `lambda_` are η and λ of this module, in mean nearest-neighbour distances of Q; `rng`
+    is the source of randomness or its seed: the same seed gives the same pair. A parameter outside
+    its range is refused with a `PointSetError`.
 
     Examples
     --------
@@ -147,15 +110,7 @@ def random_pair(
 def independent_pair(
     m: int, n: int, lambda_: float, *, model: PointModel = "patch", rng: np.random.Generator | int
 ) -> RandomPair:
-    """Make two independent sets of the densities of `random_pair`.
-
-    This is `random_pair` with a share and a jitter of 0.
-
-    Examples
-    --------
-    >>> len(independent_pair(50, 100, 0.84, rng=7).pairs)
-    0
-    """
+    """Make two independent sets of the densities of `random_pair`: no pairs and no transform."""
     return random_pair(m, n, 0.0, 0.0, lambda_, model=model, rng=rng)
 
 

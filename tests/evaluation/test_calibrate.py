@@ -87,17 +87,16 @@ def test_exponential_tail_is_recovered_where_it_may_be(monkeypatch):
 def test_weighted_comparisons_count_by_their_weight():
     rng = np.random.default_rng(5)
     low, high = rng.exponential(0.1, 20_000), 1.0 + rng.exponential(0.1, 20_000)
-    both = np.concatenate([low, high])
-    weights = np.repeat([0.99, 0.01], 20_000)
-    assert fit_calibration(both, weights).score(1.0) == pytest.approx(20.0, abs=0.1)
+    both, x = np.concatenate([low, high]), np.linspace(0, 1.5, 50)
+
+    def fitted(*weights):
+        return fit_calibration(both, np.repeat(weights, 20_000))
+
+    assert fitted(0.99, 0.01).score(1.0) == pytest.approx(20.0, abs=0.1)
     assert fit_calibration(both).score(1.0) == pytest.approx(3.01, abs=0.51)
     twice = fit_calibration(np.concatenate([low, low, high]))
-    by_weight = fit_calibration(both, np.repeat([2.0, 1.0], 20_000))
-    x = np.linspace(0, 1.5, 50)
-    assert by_weight.scores(x) == pytest.approx(twice.scores(x), abs=0.3)
-    assert fit_calibration(both, np.full(40_000, 7.0)).scores(x) == pytest.approx(
-        fit_calibration(both).scores(x), abs=1e-6
-    )
+    assert fitted(2.0, 1.0).scores(x) == pytest.approx(twice.scores(x), abs=0.3)
+    assert fitted(7.0, 7.0).scores(x) == pytest.approx(fit_calibration(both).scores(x), abs=1e-6)
 
 
 def test_shape_of_the_tail():
@@ -122,21 +121,17 @@ def test_similarities_closer_than_the_digits_kept():
 
 @given(st.lists(st.floats(0, 1e6), min_size=30, max_size=80), st.randoms())
 def test_any_similarities_give_a_calibration_or_a_clear_refusal(similarities, random):
+    similarities = [s if s >= 1e-290 else 0.0 for s in similarities]  # below, digits are lost
     with pytest.MonkeyPatch.context() as patch:
         for name, number in (("MIN_IMPOSTORS", 30), ("MIN_ABOVE", 3), ("MIN_TAIL", 10)):
             patch.setattr(calibrate, name, number)
-        _check_fit(similarities, random)
-
-
-def _check_fit(similarities, random):
-    similarities = [s if s >= 1e-290 else 0.0 for s in similarities]  # below, digits are lost
-    if sum(s > sorted(similarities)[-11] for s in similarities) == 0:
-        with pytest.raises(MatcherError, match="all the same"):
-            fit_calibration(similarities)
-        return
-    calibration = fit_calibration(similarities)
-    random.shuffle(similarities)
-    assert fit_calibration(similarities) == calibration
+        if max(similarities) == sorted(similarities)[-11]:
+            with pytest.raises(MatcherError, match="all the same"):
+                fit_calibration(similarities)
+            return
+        calibration = fit_calibration(similarities)
+        random.shuffle(similarities)
+        assert fit_calibration(similarities) == calibration
     ordered = calibration.scores(np.sort([*similarities, 1e9]))
     assert (np.diff(ordered) >= 0).all()
     assert ((ordered >= 0) & (ordered <= 100)).all()

@@ -22,10 +22,11 @@ PX = 500 / 2540  # pixels in 0.01 mm at 500 dpi
         ("efs", [1100, 2100, 100], [700, 1200, 200], None),
     ],
 )
+@pytest.mark.parametrize("image", ["13", "4"])  # the type of the record that gives the size
 def test_each_block_by_its_own_convention(
-    block: str, x: list[float], y: list[float], quality: list[int] | None
+    block: str, image: str, x: list[float], y: list[float], quality: list[int] | None
 ) -> None:
-    record = read(an2_file(block))
+    record = read(an2_file(block, image))
     assert record.format == "an2"
     (view,) = record.views
     minutiae = view.template.minutiae
@@ -36,12 +37,6 @@ def test_each_block_by_its_own_convention(
     assert minutiae.quality.tolist() == (quality or [100, 100, 100])
     assert (view.finger, view.impression) == (7, 1)
     assert (view.template.width, view.template.height, view.template.dpi) == (300, 400, 500)
-
-
-@pytest.mark.parametrize("image", ["13", "4"])
-def test_the_image_record_gives_the_size(image: str) -> None:
-    view = only_view(an2_file("iafis", image))
-    assert (view.template.width, view.template.height) == (300, 400)
     assert view.size_known
     assert view.dpi_known
 

@@ -217,7 +217,9 @@ def test_candidates_are_compared_with_what_their_impressions_show_together(touch
         assert best.expected_false == 3 * best.fmr == 3 * score_to_fmr(best.score)
 
 
-def test_a_threshold_holds_for_the_score_with_the_consolidated_template(touches):
+def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
+    touches, gallery, monkeypatch
+):
     search, together = touches
     probe = touches_of(1)[0]
     best, *_ = identify(search, probe, consolidated=together).candidates
@@ -226,12 +228,9 @@ def test_a_threshold_holds_for_the_score_with_the_consolidated_template(touches)
         assert len(found.candidates) == left
     with pytest.raises(MatcherError, match="single impressions"):
         identify(search, probe, impressions=True, consolidated=together)
-
-
-def test_only_so_many_fingers_are_kept(touches, gallery, monkeypatch):
+    # however many fingers are kept
     monkeypatch.setattr(search_module, "FINGERS_KEPT", 1)
-    together = ConsolidatedFingers(gallery, touches[0])
-    probe = touches_of(2)[0]
-    first, second = (identify(touches[0], probe, consolidated=together) for _ in range(2))
-    assert [c.score for c in first.candidates] == [c.score for c in second.candidates]
-    assert together._finger.cache_info().currsize == 1
+    few = ConsolidatedFingers(gallery, search)
+    found = [identify(search, probe, consolidated=one).candidates for one in (few, together)]
+    assert found[0] == found[1]
+    assert few._finger.cache_info().currsize == 1

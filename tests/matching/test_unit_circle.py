@@ -206,7 +206,7 @@ def test_pairs_do_not_change_where_a_template_is_turned_and_shifted(seed, turn, 
     assert again.rms_px == pytest.approx(found.rms_px, abs=1e-3)
     expected = found.transform.apply(a.minutiae.xy)
     expected = expected if probe_moves else move.apply(expected)
-    assert again.transform.apply(moved_sides[0].minutiae.xy) == pytest.approx(expected, abs=0.01)
+    assert again.transform.apply(moved_sides[0].minutiae.xy) == pytest.approx(expected, abs=0.05)
 
 
 @given(seeds, st.floats(-math.pi, math.pi))

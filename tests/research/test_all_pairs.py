@@ -12,6 +12,8 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among
 
+FAILED = Extraction(None, "no ridges", 0.0)
+
 
 def made(seed, n):
     rng = np.random.default_rng(seed)
@@ -40,9 +42,6 @@ def a_set(name, seed, folder):
             extractions.append(Extraction(template, "", 0.0))
     extractions[-1] = FAILED
     return ExtractedSet(Dataset(name, 500.0, "", tuple(taken)), tuple(extractions))
-
-
-FAILED = Extraction(None, "no ridges", 0.0)
 
 
 @pytest.mark.parametrize("workers", [1, 2])

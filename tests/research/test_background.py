@@ -1,23 +1,20 @@
 """Only what is meant to change does."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fpmatch.errors import ImageError
 from research.training.background import BACKGROUNDS, MIN_CROP_PX, other_background
 
 
 @pytest.fixture
-def inside(whorl: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def inside(whorl):
     y, x = np.mgrid[: whorl.shape[0], : whorl.shape[1]]
     return np.asarray(np.hypot(x - 110, (y - 120) * 0.9) < 100)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_backgrounds(whorl: NDArray[np.uint8], inside: NDArray[np.bool_], seed: int) -> None:
+def test_backgrounds(whorl, inside, seed):
     made = {
         kind: other_background(whorl, inside, kind, np.random.default_rng(seed))
         for kind in BACKGROUNDS
@@ -32,7 +29,7 @@ def test_backgrounds(whorl: NDArray[np.uint8], inside: NDArray[np.bool_], seed: 
     assert all(image.dtype == np.uint8 for image in made.values())
 
 
-def test_no_print_and_no_such_kind(whorl: NDArray[np.uint8], rng: np.random.Generator) -> None:
+def test_no_print_and_no_such_kind(whorl, rng):
     nowhere = np.zeros(whorl.shape, bool)
     assert np.array_equal(other_background(whorl, nowhere, "none", rng), whorl)
     with pytest.raises(ImageError, match="no background 'blue': there are own, none"):

@@ -1,8 +1,15 @@
 """Where in a print points lie, and what is counted there."""
 
+import json
+import shutil
+from pathlib import Path
+
+import minutiae_places
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from fpmatch.cli.group import fpmatch
 from fpmatch.minutiae import Minutiae
 from research.experiments.minutiae_places import (
     CORE_PX,
@@ -12,6 +19,8 @@ from research.experiments.minutiae_places import (
     format_places,
     places_of,
 )
+
+ROOT = Path(__file__).parents[2]
 
 
 def stripes(height=300, width=300):
@@ -85,3 +94,28 @@ def test_a_place_of_one_source_alone_is_empty_for_the_other():
     table = format_places({"truth": {"core": one, "all": one}, "other": {"all": one}})
     assert [line.split("|")[1].strip() for line in table.splitlines()[2:]] == ["core", "all"]
     assert table.splitlines()[2].count("75.0 %") == 1
+
+
+def run(*words):
+    return CliRunner().invoke(minutiae_places.main, [*map(str, words), "--workers", "1"])
+
+
+def test_own_minutiae_are_all_found_and_a_missing_file_is_an_error(tmp_path):
+    images, minutiae = tmp_path / "images", tmp_path / "minutiae"
+    images.mkdir()
+    for name in ("101_1", "101_2"):
+        shutil.copy(ROOT / "sample_data" / f"{name}.tif", images)
+    extract = ("extract", *images.iterdir(), "-o", minutiae, "--format", "minutiae-csv")
+    assert CliRunner().invoke(fpmatch, [*map(str, extract)]).exit_code == 0
+    figures = tmp_path / "places.json"
+    completed = run("--against", images, minutiae, "itself", "--json", figures)
+    assert completed.exit_code == 0, completed.stderr
+    (row,) = json.loads(figures.read_text())["rows"].values()
+    assert list(row) == list(PLACES)
+    for counts in row.values():
+        assert counts["known"] == counts["found"] == counts["extracted"] == counts["right"]
+    (minutiae / "101_2.csv").unlink()
+    refused = run("--against", images, minutiae, "itself")
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert "101_2.csv" in refused.stderr
+    assert refused.stderr.count("\n") == 1

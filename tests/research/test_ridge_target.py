@@ -1,15 +1,13 @@
 """The ridges of the finger, where the picture shows them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
-from fpmatch.synthesis.impression import Impression, make_impression
-from fpmatch.synthesis.master import Master, MasterParameters, make_master
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import Sensor
 from research.training.ridge_target import ridge_target
@@ -18,18 +16,16 @@ SENSOR = Sensor("small", 100, 130)
 
 
 @pytest.fixture(scope="module")
-def master() -> Master:
+def master():
     return make_master(7, 1, MasterParameters(shape=(170, 130)))
 
 
-def impression_of(master: Master, preset: str, number: int = 1) -> Impression:
+def impression_of(master, preset, number=1):
     return make_impression(master, number, PRESETS[preset], SENSOR)
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
-def test_the_target_covers_the_picture_and_is_nothing_off_the_print(
-    master: Master, preset: str
-) -> None:
+def test_the_target_covers_the_picture_and_is_nothing_off_the_print(master, preset):
     made = impression_of(master, preset)
     relief, inside = ridge_target(made, master)
     assert relief.shape == inside.shape == made.image.shape
@@ -40,16 +36,14 @@ def test_the_target_covers_the_picture_and_is_nothing_off_the_print(
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
-def test_a_clean_picture_is_dark_on_ridges_and_light_in_valleys(
-    master: Master, number: int
-) -> None:
+def test_a_clean_picture_is_dark_on_ridges_and_light_in_valleys(master, number):
     made = impression_of(master, "clean", number)
     relief, inside = ridge_target(made, master)
     assert made.image[relief > 0.5].mean() + 60 < made.image[inside & (relief < -0.5)].mean()
     assert ((made.image < 128) == (relief > 0))[inside].mean() > 0.8
 
 
-def test_what_hides_ridges_in_the_picture_is_not_in_the_target(master: Master) -> None:
+def test_what_hides_ridges_in_the_picture_is_not_in_the_target(master):
     made = impression_of(master, "hard")
     blank = replace(made, image=np.full_like(made.image, 255))
     for one, other in zip(ridge_target(made, master), ridge_target(blank, master), strict=True):
@@ -58,7 +52,7 @@ def test_what_hides_ridges_in_the_picture_is_not_in_the_target(master: Master) -
     assert np.array_equal(ridge_target(same, master)[0], ridge_target(made, master)[0])
 
 
-def test_the_target_is_the_relief_at_the_places_that_the_warp_tells(master: Master) -> None:
+def test_the_target_is_the_relief_at_the_places_that_the_warp_tells(master):
     made = impression_of(master, "normal", 2)
     relief, inside = ridge_target(made, master)
     spots = np.argwhere(inside)[::97]

@@ -1,12 +1,14 @@
-"""`research.training.quality`: weights follow the examples and raise no quality for a fault."""
+"""`research.training`: weights of quality follow the examples, those of polarity the cues."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fpmatch.image.quality.line_cues import LINE_CUES
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.measures import QualityMeasures
+from fpmatch.image.quality.polarity import evidence_of_cues
 from fpmatch.image.quality.print_quality import (
     FEATURES,
     WEIGHTS_FILE,
@@ -15,6 +17,7 @@ from fpmatch.image.quality.print_quality import (
 )
 from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.sensor import Sensor
+from research.training.polarity import cues_of_finger, fit_polarity
 from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
 
 SENSOR = Sensor("small", 160, 180)
@@ -61,3 +64,22 @@ def test_every_fault_can_be_made_and_made_again(master, fault):
     assert np.array_equal(one[0], other[0])
     assert one[0].dtype == np.uint8
     assert one[1] == other[1] == SENSOR.dpi
+
+
+def test_the_cue_that_tells_has_the_weight(rng):
+    cues = rng.normal(0, 1, (400, len(LINE_CUES)))
+    cues[:, 2] = rng.normal(0.02, 0.01, 400)
+    weights = fit_polarity(list(cues), {"seed": 1})
+    assert np.argmax(weights.weight) == 2
+    assert weights.weight[2] > 5 * np.abs(np.delete(weights.weight, 2)).max()
+    assert (evidence_of_cues(cues, weights) > 0).mean() > 0.9
+    assert weights.provenance["prints"] == 400
+    flipped = fit_polarity(list(-cues))
+    assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)
+
+
+def test_one_finger():
+    once, again = cues_of_finger(5, 1, impressions=2), cues_of_finger(5, 1, impressions=2)
+    assert 1 <= len(once) <= 2
+    assert np.array_equal(once, again)
+    assert np.isfinite(once).all()

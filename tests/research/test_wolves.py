@@ -84,6 +84,9 @@ def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges():
     assert moved.field.mask.sum() == mask.sum()
 
 
+PRINTS = prints(2)
+
+
 @given(SEEDS, st.booleans(), st.sampled_from(candidates.TEMPLATE_SIZES))
 def test_changes_keep_a_template_within_its_limits(seed, ridges, size):
     rng = np.random.default_rng(seed)
@@ -96,9 +99,6 @@ def test_changes_keep_a_template_within_its_limits(seed, ridges, size):
         assert MIN_MINUTIAE <= len(template.minutiae) <= size
         assert 0 <= template.minutiae.xy.min() <= template.minutiae.xy.max() < 400
         assert (template.field is not None) == ridges
-
-
-PRINTS = prints(2)
 
 
 class Nearness:

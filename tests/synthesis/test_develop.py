@@ -36,16 +36,10 @@ def test_skin_is_darker_than_glass_on_every_sensor(sensor):
     assert light.mean() - dark.mean() > 40
 
 
-def test_a_white_sensor_saturates():
+def test_white_glass_saturates_a_vignette_darkens_the_corners_and_stripes_run_along_columns():
     assert np.median(bare(SMALL)) == SMALL.ceiling
-
-
-def test_a_vignette_darkens_the_corners():
     picture = bare(replace(SMALL, paper=180, vignette=60))
     assert picture[30:50, 35:55].mean() > picture[:5, :5].mean() + 20
-
-
-def test_stripes_run_along_columns():
     picture = bare(replace(SMALL, paper=120, stripes=5, noise=0)).astype(float)
     assert picture.mean(axis=0).std() > 3
     assert picture.mean(axis=1).std() < 0.5
@@ -54,9 +48,8 @@ def test_stripes_run_along_columns():
 def test_residue_lies_around_the_print_and_not_far_from_it():
     threshold = np.zeros((200, 300), np.float32) + np.linspace(-1, 40, 300, dtype=np.float32)
     sensor = Sensor("damp", 300, 200, residue=1.6, paper=200, noise=0, specks=0)
-    picture = develop(
-        np.full_like(threshold, -99), contact_of(threshold), sensor, np.random.default_rng(1)
-    )
+    relief, rng = np.full_like(threshold, -99), np.random.default_rng(1)
+    picture = develop(relief, contact_of(threshold), sensor, rng)
     near, far = picture[:, 20:60], picture[:, 250:]
     assert (near < 180).mean() > (far < 180).mean() + 0.01
 

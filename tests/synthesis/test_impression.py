@@ -27,6 +27,8 @@ def test_impressions_differ_and_none_depends_on_another(master, normal):
     assert not np.array_equal(one.image, two.image)
     again = make_impression(master, 2, PRESETS["normal"], SENSOR)
     np.testing.assert_array_equal(again.image, two.image)
+    with pytest.raises(ImageError, match=r"^impressions are numbered from 1, not 0$"):
+        make_impression(master, 0, PRESETS["clean"], SENSOR)
 
 
 def test_minutiae_lie_where_the_warp_takes_the_masters_and_turn_with_the_finger(master, normal):
@@ -102,11 +104,6 @@ def test_a_sensor_smaller_than_the_finger_and_one_larger_both_work(master):
         made = make_impression(master, 1, PRESETS["hard"], Sensor("odd", width, height))
         assert made.image.shape == (height, width)
         assert np.isfinite(made.residual_rms_px)
-
-
-def test_impressions_count_from_one(master):
-    with pytest.raises(ImageError, match=r"^impressions are numbered from 1, not 0$"):
-        make_impression(master, 0, PRESETS["clean"], SENSOR)
 
 
 def test_an_impression_far_off_the_sensor_is_empty_and_still_true(master):

@@ -91,15 +91,12 @@ def test_minutiae_lie_on_the_print_along_its_ridges(masters):
         assert set(found.kind.tolist()) <= {1, 2}
 
 
-def test_minutiae_are_as_dense_as_on_real_prints(masters):
+def test_minutiae_are_as_dense_as_on_real_prints_and_keep_apart(masters):
     area_mm2 = sum(float(master.silhouette.sum()) for master in masters) * (25.4 / 500) ** 2
     density = sum(len(master.minutiae) for master in masters) / area_mm2
     assert 0.15 < density < 0.4  # a small print has its singular points closer together
     kinds = np.concatenate([master.minutiae.kind for master in masters])
     assert 0.3 < np.mean(kinds == 1) < 0.7
-
-
-def test_no_two_minutiae_are_near_each_other(masters):
     for master in masters:
         between = master.minutiae.xy[:, None] - master.minutiae.xy[None]
         distance = np.hypot(*between.transpose(2, 0, 1)) + np.diag(np.full(len(between), np.inf))

@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.drawing.words import point_name
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.frames import between_sets
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
 
@@ -122,8 +123,8 @@ class RingPair:
     @property
     def transform(self) -> Similarity:
         """The same in the units of the points as given."""
-        enter, leave = self.p.side.prepared.enter_frame, self.q.side.prepared.leave_frame
-        return leave.after(self.move).after(enter)
+        frames = (ring.side.prepared.frame for ring in (self.p, self.q))
+        return between_sets(self.move, *frames)
 
     @property
     def circle_rotation(self) -> float:

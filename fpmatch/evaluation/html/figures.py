@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.html import svg
 from fpmatch.evaluation.rates import error_curves
-from fpmatch.evaluation.report import pooled
+from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -176,12 +176,12 @@ class Figures(NamedTuple):
 
 def matcher_figures(report: EvaluationReport, number: int) -> Figures:
     """Return the plots of one matcher, a line a database; `number` makes identifiers unique."""
-    curves = [Curve(row.name, *pooled([row])) for row in report.sets]
+    curves = [Curve(row.name, *split_scores([row])) for row in report.sets]
     usable = [c for c in curves if c.genuine.size and c.impostor.size]
     if not usable:
         return Figures([], [])
     several = len(usable) > 1
-    lines = [*usable, Curve(_POOLED, *pooled(report.sets), bold=True)] if several else usable
+    lines = [*usable, Curve(_POOLED, *split_scores(report.sets), bold=True)] if several else usable
     drawings = [
         (
             det_plot(lines, f"det-{number}"),
@@ -208,7 +208,7 @@ def matcher_figures(report: EvaluationReport, number: int) -> Figures:
 
 def pooled_figures(reports: Sequence[EvaluationReport]) -> Figures:
     """Return DET and ROC of several matchers; no drawings where a kind of pair is missing."""
-    curves = [Curve(report.matcher, *pooled(report.sets)) for report in reports]
+    curves = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
     if any(not (curve.genuine.size and curve.impostor.size) for curve in curves):
         return Figures([], [])
     return Figures(
@@ -222,7 +222,7 @@ def pooled_figures(reports: Sequence[EvaluationReport]) -> Figures:
 
 def _scores(report: EvaluationReport, number: int) -> str:
     name = f"scores-{number}"
-    genuine, impostor = pooled(report.sets)
+    genuine, impostor = split_scores(report.sets)
     calibration = calibration_of(report.matcher)
     if calibration is None:
         return score_plot(Curve("", genuine, impostor), name, "similarity")

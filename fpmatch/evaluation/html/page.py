@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import base64
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -14,9 +13,9 @@ from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.errors import OutputError
 from fpmatch.evaluation import tables
 from fpmatch.evaluation.decision import calibration_of, decide, rho_of
-from fpmatch.evaluation.html.figures import Figures, matcher_figures, pooled_figures
-from fpmatch.evaluation.html.hardest import HardPair, hardest_pairs
-from fpmatch.evaluation.report import pooled
+from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
+from fpmatch.evaluation.html.hardest import hardest_pairs
+from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.tables import INTERVAL_TITLES, RATE_TITLES, defined_rates
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.output import atomic_write_bytes, check_writable, reason
@@ -96,7 +95,7 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
         version=__version__,
         rates_of_all=defined_rates(report.pooled for report in reports),
         figures_of_all=pooled_figures(reports) if len(reports) > 1 else None,
-        matchers=[_MatcherSection.of(one, number) for number, one in enumerate(analyses)],
+        matchers=[_section(one, number) for number, one in enumerate(analyses)],
         failures_shown=50,
         tones={"better": "good", "worse": "bad"},
         interval_titles=INTERVAL_TITLES,
@@ -104,28 +103,17 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
     return html.lstrip() + "\n"
 
 
-@dataclass(frozen=True, slots=True)
-class _MatcherSection:
-    """Hold the section on one matcher."""
-
-    analysis: Analysis
-    names: list[str]
-    decisions: str
-    figures: Figures
-    hardest_genuine: list[HardPair]
-    hardest_impostors: list[HardPair]
-
-    @classmethod
-    def of(cls, analysis: Analysis, number: int) -> _MatcherSection:
-        report = analysis.report
-        return cls(
-            analysis=analysis,
-            names=defined_rates([*(row.rates for row in report.sets), report.pooled]),
-            decisions=_default_decisions(report),
-            figures=matcher_figures(report, number),
-            hardest_genuine=hardest_pairs(report, genuine=True),
-            hardest_impostors=hardest_pairs(report, genuine=False),
-        )
+def _section(analysis: Analysis, number: int) -> dict[str, Any]:
+    """Return what the section on one matcher shows."""
+    report = analysis.report
+    return {
+        "analysis": analysis,
+        "names": defined_rates([*(row.rates for row in report.sets), report.pooled]),
+        "decisions": _default_decisions(report),
+        "figures": matcher_figures(report, number),
+        "hardest_genuine": hardest_pairs(report, genuine=True),
+        "hardest_impostors": hardest_pairs(report, genuine=False),
+    }
 
 
 def _default_decisions(report: EvaluationReport) -> str:
@@ -133,7 +121,7 @@ def _default_decisions(report: EvaluationReport) -> str:
     rho = rho_of(report.matcher)
     if rho is None and calibration_of(report.matcher) is None:
         return ""
-    genuine, impostor = pooled(report.sets)
+    genuine, impostor = split_scores(report.sets)
     missed = int((~decide(report.matcher, genuine)).sum())
     matched = int(decide(report.matcher, impostor).sum())
     rule = (

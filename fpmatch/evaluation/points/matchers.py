@@ -100,8 +100,14 @@ def _paper(case: PointCase) -> PointMatch:
 def _van_wamelen(case: PointCase) -> PointMatch:
     from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen  # noqa: PLC0415
 
-    known: Any = {"rho": case.rho, "lambda_": case.lambda_, "tolerance": case.tolerance}
-    return match_van_wamelen(case.p, case.q, **known, max_steps=case.max_steps)
+    return match_van_wamelen(
+        case.p,
+        case.q,
+        rho=case.rho,
+        lambda_=case.lambda_,
+        tolerance=case.tolerance,
+        max_steps=case.max_steps,
+    )
 
 
 def _astroalign(case: PointCase) -> PointMatch:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import gc
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 from statistics import fmean, median
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -146,8 +145,7 @@ class _Stopwatch:
         setting, model = self.condition.parameters.setting, self.condition.model
         case = self._case(random_pair(10, 20, *setting, model=model, rng=self.plan.seed))
         _triangulate_both(case)
-        with suppress(StoppedError):
-            self.matcher.find(case)
+        self._timed(self.matcher.find, case)
 
     def run(self, *, genuine: bool) -> _Runs:
         """Run the trials of one kind until all are done or the budget is spent."""
@@ -174,17 +172,11 @@ class _Stopwatch:
         return seconds >= (budget if enough else _FEWEST_MAY_TAKE * budget)
 
     def _try(self, pair: RandomPair, runs: _Runs) -> None:
-        match, seconds = self._timed(self._find, self._case(pair))
+        match, seconds = self._timed(self.matcher.find, self._case(pair))
         runs.match_s.append(seconds)
         runs.stopped += match is None
         found = match is not None and match.transform is not None
         runs.answers.append(found if pair.transform is None else is_recognised(match, pair))
-
-    def _find(self, case: PointCase) -> PointMatch | None:
-        try:
-            return self.matcher.find(case)
-        except StoppedError:
-            return None
 
     def _case(self, pair: RandomPair) -> PointCase:
         plan, row = self.plan, self.condition.parameters
@@ -192,12 +184,18 @@ class _Stopwatch:
         given = pair.p, pair.q, pair.tolerance, row.rho, row.lambda_
         return PointCase(*given, max_steps=steps, limit_s=plan.budget_s)
 
-    def _timed(self, call: Callable[[PointCase], Result], case: PointCase) -> tuple[Result, float]:
+    def _timed(
+        self, call: Callable[[PointCase], Result], case: PointCase
+    ) -> tuple[Result | None, float]:
+        """Return the result, None if the call was stopped, and the seconds that it took."""
         was_on = gc.isenabled()
         gc.disable()
+        start = self.clock()
         try:
-            start = self.clock()
             result = call(case)
+        except StoppedError:
+            return None, self.clock() - start
+        else:
             return result, self.clock() - start
         finally:
             if was_on:

@@ -7,13 +7,8 @@ yardstick for its tolerant descendant, not for its error rates.
 
 It decides as the paper does: two prints match where more than a share ρ of the minutiae of the
 smaller template is paired. The calibrated score stands beside that decision and does not make it,
-unless a threshold is given.
-
-What the paper leaves open: the area tolerance of similar one-rings; of which set ρ is a share; the
-rotation between the circles; the unit of λ; and which transform is kept. The docstring of
-`fpmatch.pointset.unit_circle.matcher` states the choices made, and where the method departs from
-Fig. 7 (points are paired one to one, degree and area are looked up before the loop, the winner is
-refitted once, all transforms are tried).
+unless a threshold is given. The docstring of `fpmatch.pointset.unit_circle.matcher` states what the
+paper leaves open, the choices made, and where the method departs from Fig. 7.
 """
 
 from __future__ import annotations

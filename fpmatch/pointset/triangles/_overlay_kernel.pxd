@@ -18,5 +18,3 @@ cpdef double log_chance(
 cpdef double list_pairs(
     double[:, ::1] p, CellGrid grid, int[::1] partner, double[::1] move, int[:, ::1] pairs,
 )
-@cython.locals(i=cython.Py_ssize_t, count=cython.int)
-cpdef int count_pairs(int[::1] partner)

@@ -109,11 +109,3 @@ def list_pairs(p, grid, partner, move, pairs):
             pairs[count, 0], pairs[count, 1] = cython.cast(cython.int, i), grid.order[at]
             count += 1
     return sqrt(total / count) if count > 0 else 0.0
-
-
-def count_pairs(partner):
-    """Return how many points have a partner."""
-    count = 0
-    for i in range(partner.shape[0]):
-        count += partner[i] >= 0
-    return count

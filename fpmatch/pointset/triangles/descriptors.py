@@ -28,27 +28,14 @@ _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every on
 
 
 class TriangleDescriptors(NamedTuple):
-    """Hold triangles described by their longest sides; the first `number` entries count.
-
-    Parameters
-    ----------
-    number : int
-        Number of descriptors.
-    corner : ndarray of int32, shape (C, 3)
-        Ends of the longest side and the apex, counter-clockwise.
-    shape : ndarray of float64, shape (2, C)
-        Real and imaginary part of the apex where that side is mapped to 0..1.
-    side : ndarray of float64, shape (C,)
-        Length of that side.
-    negative_information : ndarray of float64, shape (C,) or (0,)
-        Minus the value of a match times the probability that the triangle exists in the other set;
-        empty where it was not computed.
-    """
+    """Triangles described by their longest sides; the first `number` entries count."""
 
     number: int
-    corner: Ints
-    shape: Floats
-    side: Floats
+    corner: Ints  # (C, 3): ends of the longest side and the apex, counter-clockwise
+    shape: Floats  # (2, C): the apex in the complex plane, that side mapped to 0..1
+    side: Floats  # (C,): length of that side
+    # (C,): minus the value of a match times the probability that the triangle exists in the other
+    # set; (0,) where it was not computed
     negative_information: Floats
 
 

@@ -63,55 +63,36 @@ _MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough f
 
 @dataclass(frozen=True, slots=True)
 class TriangleParameters:
-    """Set the triangle matcher.
-
-    Parameters
-    ----------
-    share : float
-        Share of neighbours that a true transform is supposed to map to points of Q.
-    reach : float
-        Area in which the test seeks a neighbour's partner, in squared tolerances: few partners lie
-        as far off as they may.
-    reject, accept : float
-        Log-likelihood ratios under and over which the test of a proposal ends.
-    accept_small : float
-        The ratio that suffices where P has no more neighbours to test.
-    test_length : int
-        Neighbours that are tested, at most.
-    max_chance : float
-        Expected number of matches as good by chance, under which a match is accepted.
-    sufficient_share : float
-        Share of the smaller set with which the first accepted match ends the search; after a match
-        of fewer points, the search continues for a better one.
-    extra_proposals : int
-        Pairs of triangles that are tested then.
-    shape_tolerance : float
-        Largest distance of the third corners, in tolerances, when the longest sides coincide.
-    shortest_side : float
-        Triangles of Q whose longest side is shorter, in mean spacings (1/√density), are left out:
-        jitter destroys their shape.
-    near_tie : float
-        Q's triangles are also described by sides of at least this ratio to the longest.
-    max_proposals : int
-        Pairs of triangles that are tested, at most.
-    max_overlaid : int
-        Points that are overlaid to refine proposals that passed, at most.
-    """
+    """Set the triangle matcher."""
 
     share: float = 0.6
+    """Share of neighbours that a true transform is supposed to map to points of Q."""
     reach: float = 0.6
+    """Area in which the test seeks a partner, in squared tolerances: few lie as far as they may."""
     reject: float = -2.5
+    """Log-likelihood ratio under which the test of a proposal ends."""
     accept: float = 14.0
+    """Log-likelihood ratio over which the test of a proposal ends."""
     accept_small: float = 4.0
+    """The ratio that suffices where P has no more neighbours to test."""
     test_length: int = 60
+    """Neighbours that are tested, at most."""
     max_chance: float = 1e-3
+    """Expected number of matches as good by chance, under which a match is accepted."""
     sufficient_share: float = 0.5
+    """Share of the smaller set with which the first match ends the search, else it goes on."""
     extra_proposals: int = 2_000
+    """Pairs of triangles that are tested after a match of fewer points."""
     shape_tolerance: float = 0.75
+    """Largest distance of the third corners, in tolerances, when the longest sides coincide."""
     shortest_side: float = 1.2
+    """Least longest side of Q's triangles, in mean spacings: jitter destroys smaller shapes."""
     near_tie: float = 0.8
+    """Q's triangles are also described by sides of at least this ratio to the longest."""
     max_proposals: int = 200_000
+    """Pairs of triangles that are tested, at most."""
     max_overlaid: int = 20_000_000
+    """Points that are overlaid to refine proposals that passed, at most."""
 
 
 _DEFAULT: Final = TriangleParameters()
@@ -148,14 +129,6 @@ def match_by_triangles(
     PointSetError
         If a set is malformed, has fewer than three points or all of them on one line, its
         coordinates or extent are beyond 2**±300, or the tolerance is not positive.
-
-    Examples
-    --------
-    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
-    >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
-    >>> match = match_by_triangles(points[5:], moved)
-    >>> match.matched_share, round(match.transform.scale, 6), match.chance < 1e-6
-    (1.0, 2.0, True)
     """
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
@@ -253,7 +226,7 @@ class _Search:
         """Refit the move to its optimal pairs; return these (K, 2) and their rms distance."""
         partner = optimal_pairs(self.p, self.grid, self.move, self.pairing_tolerance)
         fit_partners(self.p, self.grid, partner, self.move)
-        pairs = np.empty((overlay.count_pairs(partner), 2), np.int32)
+        pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
         return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
 
     def _search(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
@@ -287,7 +260,7 @@ class _Search:
                 self.log_chance, self.move = chance, move.copy()
                 if chance >= log_max:
                     continue
-                if overlay.count_pairs(partner) >= sufficient:
+                if np.count_nonzero(partner >= 0) >= sufficient:
                     return True
                 max_proposals = min(max_proposals, int(state[2]) + given.extra_proposals)
         self.tried = int(state[2])

@@ -127,14 +127,6 @@ def match_by_unit_circle(
     ------
     PointSetError
         If a set is malformed, or its coordinates or extent are beyond 2**±300.
-
-    Examples
-    --------
-    >>> points = np.random.default_rng(7).uniform(0, 100, (30, 2))
-    >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
-    >>> match = match_by_unit_circle(points, moved)
-    >>> match.matched_share, round(match.transform.scale, 6), round(match.transform.rotation, 6)
-    (1.0, 2.0, 0.5)
     """
     return match_prepared(prepare_points(p), prepare_points(q), parameters)
 

@@ -18,33 +18,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OneRings:
-    """Hold R closed one-rings on the unit circle, ordered by degree and then by area.
+    """Closed one-rings on the unit circle, ordered by degree and then by area."""
 
-    Parameters
-    ----------
-    centre : ndarray of int32, shape (R,)
-        The point that each ring encloses.
-    start : ndarray of int32, shape (R + 1,)
-        Ring i is ``vertex[start[i]:start[i + 1]]``.
-    vertex : ndarray of int32, shape (M,)
-        Points of the rings, counter-clockwise.
-    circle : ndarray of float64, shape (2, M)
-        The points of the rings on the unit circle (eq. 3), x and y.
-    weight : ndarray of float64, shape (M,)
-        Their shape-preserving weights (eq. 4), which sum to 1 over a ring.
-    image : ndarray of float64, shape (2, R)
-        The centres' images by shape-preserving weights (eq. 4), x and y.
-    area : ndarray of float64, shape (R,)
-        Areas of the inscribed polygons.
-    """
-
-    centre: NDArray[np.int32]
-    start: NDArray[np.int32]
-    vertex: NDArray[np.int32]
-    circle: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    image: NDArray[np.float64]
-    area: NDArray[np.float64]
+    centre: NDArray[np.int32]  # (R,): the point that each ring encloses
+    start: NDArray[np.int32]  # (R + 1,): ring i is ``vertex[start[i]:start[i + 1]]``
+    vertex: NDArray[np.int32]  # (M,): points of the rings, counter-clockwise
+    circle: NDArray[np.float64]  # (2, M): these on the unit circle (eq. 3), x and y
+    weight: NDArray[np.float64]  # (M,): their weights (eq. 4), of sum 1 over a ring
+    image: NDArray[np.float64]  # (2, R): the centres' images (eq. 4), x and y
+    area: NDArray[np.float64]  # (R,): areas of the inscribed polygons
 
     def __len__(self) -> int:
         return len(self.centre)

@@ -31,24 +31,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnitCircle:
-    """Hold a one-ring of d points on the unit circle.
+    """A one-ring of d points on the unit circle."""
 
-    Parameters
-    ----------
-    angles : ndarray of float64, shape (d,)
-        Angles of the ring's points on the circle, in radians; the first is 0.
-    weights : ndarray of float64, shape (d,)
-        Shape-preserving weights of the centre in its ring.
-    image : ndarray of float64, shape (2,)
-        The centre's image.
-    area : float
-        Area of the inscribed polygon.
-    """
-
-    angles: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    image: NDArray[np.float64]
-    area: float
+    angles: NDArray[np.float64]  # (d,): of the ring's points on the circle, in radians, from 0
+    weights: NDArray[np.float64]  # (d,): shape-preserving weights of the centre in its ring
+    image: NDArray[np.float64]  # (2,): the image of the centre
+    area: float  # of the inscribed polygon
 
     @property
     def boundary(self) -> NDArray[np.float64]:
@@ -57,26 +45,11 @@ class UnitCircle:
 
 
 def parametrize(ring: ArrayLike, centre: ArrayLike) -> UnitCircle:
-    """Map a ring and its centre to the unit circle.
+    """Map a ring (d, 2) and its centre (2,) to the unit circle.
 
-    Parameters
-    ----------
-    ring : array_like of float, shape (d, 2)
-        The ring's points in order, either way round; seen from the centre, each lies less than
-        half a turn from the next, as in a triangulation. The first has angle 0, the others follow
-        counter-clockwise.
-    centre : array_like of float, shape (2,)
-        The centre.
-
-    Returns
-    -------
-    UnitCircle
-        Boundary, weights, image of the centre, and area of the inscribed polygon.
-
-    Raises
-    ------
-    PointSetError
-        If the ring does not go once round the centre.
+    The ring is in order, either way round; seen from the centre, each point lies less than half a
+    turn from the next, as in a triangulation. The first has angle 0, the others follow counter-
+    clockwise. A ring that does not go once round its centre is refused with a `PointSetError`.
 
     Examples
     --------

@@ -19,50 +19,23 @@ if TYPE_CHECKING:
 
     from fpmatch.pointset._grid_kernel import CellGrid
     from fpmatch.pointset.frames import UnitFrame
-    from fpmatch.pointset.similarity import Similarity
 
     Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedPoints:
-    """Hold what matching needs of a point set, whatever the other set.
+    """What matching needs of a point set, whatever the other set."""
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (N, 2)
-        The points as given.
-    frame : UnitFrame
-        Their unit frame.
-    unit : ndarray of float64, shape (2, N)
-        The points in the frame.
-    rings : OneRings
-        Their closed one-rings on the unit circle.
-    spacing : float
-        r/(2√n) of eq. (2) by density: mean nearest-neighbour distance, in the frame.
-    grid : CellGrid
-        The points in the frame, sorted into cells.
-    """
-
-    points: Floats
-    frame: UnitFrame
-    unit: Floats
-    rings: OneRings
-    spacing: float
-    grid: CellGrid
+    points: Floats  # (N, 2), as given
+    frame: UnitFrame  # of the points
+    unit: Floats  # (2, N): the points in the frame
+    rings: OneRings  # the closed one-rings on the unit circle
+    spacing: float  # r/(2√n) of eq. (2) by density: mean nearest-neighbour distance
+    grid: CellGrid  # the points in the frame, sorted into cells
 
     def __len__(self) -> int:
         return len(self.points)
-
-    @property
-    def enter_frame(self) -> Similarity:
-        """Transform from the points as given into their unit frame."""
-        return self.frame.as_similarity()
-
-    @property
-    def leave_frame(self) -> Similarity:
-        """Transform from the unit frame back to the points as given."""
-        return self.enter_frame.inverse()
 
 
 def prepare_points(points: ArrayLike) -> PreparedPoints:
@@ -70,11 +43,6 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
 
     A malformed set, or one with coordinates or extent beyond 2**±300, is refused with a
     `PointSetError`.
-
-    Examples
-    --------
-    >>> len(prepare_points([[0, 0], [4, 0], [4, 4], [0, 4], [2, 1]]).rings)
-    1
     """
     given = as_points(points)
     n = len(given)

@@ -68,18 +68,12 @@ BASE_DOUBT: Final = 0.05
 class SearchPlan:
     """Hold the numbers that follow from the sizes of the sets, ρ and λ."""
 
-    neighbours: int
-    """k: neighbours of a pivot in the local test."""
-    window: int
-    """k3, odd: ranks of Q's list tried for each base neighbour."""
-    bases: int
-    """k2: base neighbours tried."""
-    pivots: int
-    """Pivots tried."""
-    enough_near: int
-    """Neighbours that make a local match."""
-    enough: int
-    """Pairs that make a global match."""
+    neighbours: int  # k: of a pivot in the local test
+    window: int  # k3, odd: ranks of Q's list tried for each base neighbour
+    bases: int  # k2: base neighbours tried
+    pivots: int  # tried
+    enough_near: int  # neighbours that make a local match
+    enough: int  # pairs that make a global match
 
 
 class _SortedSet(NamedTuple):
@@ -133,14 +127,6 @@ def match_van_wamelen(
     PointSetError
         If a set is malformed, its coordinates or extent are beyond 2**±300, or a parameter is
         outside its range.
-
-    Examples
-    --------
-    >>> q = np.random.default_rng(7).uniform(0, 100, (80, 2))
-    >>> move = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0)
-    >>> match = match_van_wamelen(move.inverse().apply(q[20:60]), q, rho=0.9, lambda_=0.4)
-    >>> match.matched_share, round(match.transform.scale, 6), round(match.transform.rotation, 6)
-    (1.0, 2.0, 0.5)
     """
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     _check(rho, lambda_, tolerance, confidence)
@@ -171,12 +157,6 @@ def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 
     """Return the sizes of lists and windows, by the formulas at the top of this module.
 
     They are limited by the numbers of points, `m` and `n`, each 3 or more.
-
-    Examples
-    --------
-    >>> plan = plan_search(400, 800, rho=0.6, lambda_=0.61)
-    >>> plan.neighbours, plan.window, plan.bases, plan.enough_near
-    (12, 3, 4, 8)
     """
     margin = rho - lambda_**2 / 4
     wanted = math.log(m) / (2 * margin**2)

@@ -49,11 +49,7 @@ def test_a_cluster_of_which_a_worker_is_killed(tmp_path, expected):
     import distributed
 
     with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address=":0",
-        silence_logs=60,
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
     ) as cluster:
         address = cluster.scheduler_address
         assert run(tmp_path / "calm.csv", dask(address)) == expected

@@ -3,18 +3,14 @@ import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.analysis import analyse, compare_matchers
-from fpmatch.evaluation.html.hardest import hardest_pairs
 from fpmatch.evaluation.html.page import page as page_of
 from fpmatch.evaluation.html.page import prepare_page, write_page
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.evaluation.scores import scores_of
-from fpmatch.minutiae import Minutiae, Template
 
 pytest.importorskip("matplotlib")
 VOID = {"meta", "img", "input"}
@@ -103,47 +99,6 @@ def test_a_database_of_genuine_pairs_alone(options, make_database):
     assert "No curves" in page_of([found])
     assert compare_matchers([found, found]) == []
     assert "side by side" in page_of([found, found])
-
-
-def test_the_worst_come_first_and_each_print_once(report):
-    row = report.sets[0]
-    report = replace(report, sets=(row,))
-    for genuine in (True, False):
-        worst = hardest_pairs(report, 4, genuine=genuine)
-        values = [pair.similarity for pair in worst]
-        assert values == sorted(values, reverse=not genuine)
-        named = [name for pair in worst for name in (pair.probe, pair.reference)]
-        assert len(named) == len(set(named))
-        assert "1_2.tif" not in named
-        compared = row.outcomes["reason"] != "no template"
-        every = row.outcomes["similarity"][(row.pairs.genuine == genuine) & compared]
-        assert values[0] == (every.min() if genuine else every.max())
-        assert all(("unknown matcher 'fake'" in pair.causes[0]) for pair in worst)
-
-
-def printed(path, dpi):
-    """Extract minutiae that lie where a picture's name says, with nothing to look at."""
-    finger, number = map(int, path.stem.split("_"))
-    rng = np.random.default_rng(finger)
-    moved = np.random.default_rng([finger, number]).normal(0, 1, (24, 2))
-    xy = rng.uniform(20, 130, (24, 2)) + moved
-    return Template(Minutiae(*xy.T, rng.uniform(0, 6, 24)), 150, 150)
-
-
-def test_the_worst_are_drawn_and_explained(tmp_path):
-    for finger in (1, 2, 3):
-        for number in (1, 2):
-            noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
-            Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
-    report = evaluate([tmp_path], extractor=printed, workers=1)
-    (worst, *_) = hardest_pairs(report, 1, genuine=False)
-    assert worst.picture[8:12] == b"WEBP"
-    assert worst.score is not None
-    assert worst.causes
-    (tmp_path / worst.probe).unlink()
-    (again, *_) = hardest_pairs(report, 1, genuine=False)
-    assert again.picture == b""
-    assert again.causes[-1].startswith("not drawn: ")
 
 
 def test_a_page_that_cannot_be_is_refused(tmp_path, monkeypatch):

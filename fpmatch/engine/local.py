@@ -8,11 +8,16 @@ import signal
 import sys
 import threading
 from collections import deque
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.engine.task import init_worker, run_chunk, shared_task
-from fpmatch.engine.threads import loaded_single_threaded, safe_import_path, single_threaded
+from fpmatch.engine.task import init_worker, pack_task, run_chunk, task_file
+from fpmatch.engine.threads import (
+    loaded_single_threaded,
+    main_hidden,
+    safe_import_path,
+    single_threaded,
+)
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
@@ -34,8 +39,8 @@ _EVERY_WORKER_NEEDS: Final = (
     "multiprocessing.synchronize",
 )
 _BROKEN: Final = (
-    "a worker process ended before its work was done: out of memory, or started by a script "
-    'without `if __name__ == "__main__":`; one worker needs neither'
+    "a worker process ended before its work was done: out of memory, or its work is a function of "
+    'a script without `if __name__ == "__main__":`; one worker needs neither'
 )
 
 
@@ -91,6 +96,7 @@ class Processes:
     def __init__(self, workers: int) -> None:
         self._workers = workers
         self._held = False
+        self._has_main = False  # whether workers have imported the script that was started
         self._executor: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> Self:
@@ -109,15 +115,16 @@ class Processes:
         """Submit a few chunks at a time, and yield their results in order."""
         from concurrent.futures.process import BrokenProcessPool  # noqa: PLC0415  (as in `_start`)
 
-        executor = self._executor or _start(self._workers)
-        if self._held:
-            self._executor = executor
+        packed = pack_task(work, shared)
+        needs_main = b"__main__" in packed  # a function or type of the script that was started
+        start = nullcontext if needs_main else main_hidden
+        executor = self._open(needs_main=needs_main)
         waiting: deque[Future[Any]] = deque()
         try:
-            with shared_task(work, shared) as task:
+            with task_file(packed) as task:
                 for chunk in chunks:
                     # submitting may start a worker
-                    with _interrupt_deferred(), safe_import_path():
+                    with _interrupt_deferred(), safe_import_path(), start():
                         waiting.append(executor.submit(run_chunk, task, chunk))
                     if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
                         yield waiting.popleft().result()
@@ -130,6 +137,16 @@ class Processes:
         finally:
             if self._executor is not executor:
                 executor.shutdown(cancel_futures=True)
+
+    def _open(self, *, needs_main: bool) -> ProcessPoolExecutor:
+        """Return the pool that is held, or a new one, whose workers import the script if needed."""
+        if self._executor is not None and needs_main and not self._has_main:
+            self._executor.shutdown()
+            self._executor = None
+        executor = self._executor or _start(self._workers)
+        if self._held and self._executor is None:
+            self._executor, self._has_main = executor, needs_main
+        return executor
 
 
 @contextmanager
@@ -151,9 +168,12 @@ def _interrupt_deferred() -> Iterator[None]:
 def _start(workers: int) -> ProcessPoolExecutor:
     from concurrent.futures import ProcessPoolExecutor  # noqa: PLC0415  (while the server starts)
 
+    context = multiprocessing.get_context(_START_METHOD)
+    if _START_METHOD == "forkserver":  # else it would import the script, once it is started
+        context.set_forkserver_preload(list(_EVERY_WORKER_NEEDS))
     with safe_import_path():  # its locks start a process of Python's that tracks them
         return ProcessPoolExecutor(
             max_workers=workers,
-            mp_context=multiprocessing.get_context(_START_METHOD),
+            mp_context=context,
             initializer=init_worker,
         )

@@ -20,12 +20,17 @@ if TYPE_CHECKING:
 _tasks: dict[Path, tuple[Callable[[Any, Any], Any], Any]] = {}
 
 
+def pack_task(work: Callable[[Any, Any], Any], shared: object) -> bytes:
+    """Return what workers read of a task: a function, and what its chunks share."""
+    return pickle.dumps((work, shared), pickle.HIGHEST_PROTOCOL)
+
+
 @contextmanager
-def shared_task(work: Callable[[Any, Any], Any], shared: object) -> Iterator[Path]:
-    """Keep a file from which workers read a task: a function, and what its chunks share."""
+def task_file(packed: bytes) -> Iterator[Path]:
+    """Keep a file from which workers read a packed task."""
     with TemporaryDirectory(prefix="fpmatch-", ignore_cleanup_errors=True) as folder:
         task = Path(folder, "task")
-        task.write_bytes(pickle.dumps((work, shared), pickle.HIGHEST_PROTOCOL))
+        task.write_bytes(packed)
         yield task
 
 

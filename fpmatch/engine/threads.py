@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
@@ -34,6 +35,26 @@ def safe_import_path() -> Iterator[None]:
     """
     with _starting, _environment(SAFE_PATH, "1"):
         yield
+
+
+@contextmanager
+def main_hidden() -> Iterator[None]:
+    """Let processes that start in the block not import the script that the user has started.
+
+    They would run it a second time, up to where it calls the library, unless it has a guard.
+    """
+    main = sys.modules["__main__"]
+    with _starting:
+        kept = {name: getattr(main, name, None) for name in ("__file__", "__spec__")}
+        try:
+            for name in kept:
+                setattr(main, name, None)
+            yield
+        finally:
+            for name, value in kept.items():
+                setattr(main, name, value)
+            if kept["__file__"] is None:
+                del main.__file__
 
 
 @contextmanager

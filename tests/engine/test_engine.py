@@ -37,7 +37,7 @@ needs_dask = pytest.mark.skipif(
 @pytest.fixture(scope="module")
 def workers_find_the_work():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", str(FOLDER))
+        patch.setenv("PYTHONPATH", ENVIRONMENT["PYTHONPATH"])
         yield
 
 

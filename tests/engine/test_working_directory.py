@@ -67,3 +67,44 @@ def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile: 
     prints = [str(path) for path in sorted(SAMPLES.glob("101_[12].tif"))]
     gallery = str(hostile.parent / "prints.db")
     run(hostile, str(script), "enrol", gallery, *prints, "--workers", "2")
+
+
+GUARDLESS = """
+import sys
+from fpmatch.engine import local
+from fpmatch.engine.engine import processes
+from fpmatch.evaluation.run import evaluate
+
+print("started")
+local._START_METHOD = sys.argv[1]
+with processes(2) as engine:
+    print(sum(engine.map(max, 0, range(5))))
+"""
+OWN_WORK = """
+import sys
+from fpmatch.engine import local
+from fpmatch.engine.engine import processes
+
+def add(shared, chunk):
+    return shared + chunk
+
+if __name__ == "__main__":
+    local._START_METHOD = sys.argv[1]
+    with processes(2) as engine:
+        print(sum(engine.map(max, 0, range(5))), sum(engine.map(add, 1, range(5))))
+"""
+
+
+@pytest.mark.parametrize("method", ["forkserver", "spawn"])
+@pytest.mark.parametrize(
+    ("program", "printed"), [(GUARDLESS, "started\n10\n"), (OWN_WORK, "10 15\n")]
+)
+def test_workers_import_the_script_only_where_they_need_it(
+    tmp_path: Path, method: str, program: str, printed: str
+) -> None:
+    """A script without a main guard works, and so do functions of a script with one."""
+    if sys.platform == "win32" and method == "forkserver":
+        pytest.skip("no fork server on this system")
+    script = tmp_path / "program.py"
+    script.write_text(program)
+    assert run(tmp_path, str(script), method).stdout == printed

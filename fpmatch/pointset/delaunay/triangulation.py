@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangulation:
-    """Hold a Delaunay triangulation of N points and its one-rings.
+    """A Delaunay triangulation of N points and its one-rings.
 
     Counter-clockwise means the mathematical sense in the coordinates as they stand: from +x
     towards +y (with y pointing down, that is clockwise on screen).

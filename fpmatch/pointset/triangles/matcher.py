@@ -107,28 +107,9 @@ def match_by_triangles(
 ) -> PointMatch:
     """Find the similarity transform that maps points of P onto points of Q, if there is one.
 
-    Parameters
-    ----------
-    p, q : array_like of float, shape (N, 2) and (M, 2)
-        The point sets; a part of P has partners in Q. The search is fast where P is the smaller.
-    tolerance : float, optional
-        Largest distance of a pair after the transform, in the units of Q; by default a quarter of
-        the mean spacing 1/√density of the larger set. The search for the transform uses at most
-        0.6 of that spacing.
-    parameters : TriangleParameters, optional
-        How to search.
-
-    Returns
-    -------
-    PointMatch
-        Transform, pairs and the expected number of matches as good by chance; no transform where
-        nothing better than chance was found.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed, has fewer than three points or all of them on one line, its
-        coordinates or extent are beyond 2**±300, or the tolerance is not positive.
+    This is `fpmatch.match_points` with parameters. The search is fast where P is the smaller set.
+    The tolerance is a quarter of the mean spacing 1/√density of the larger set by default; the
+    search for the transform uses at most 0.6 of that spacing.
     """
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")

@@ -1,7 +1,5 @@
 """Relaxation of local matches: the kernel against a numpy twin, and what it is for."""
 
-from __future__ import annotations
-
 import math
 from collections import namedtuple
 from itertools import permutations
@@ -27,7 +25,6 @@ MOST = 25 if COMPILED else 12
 """Minutiae a side; the candidates support each other in pairs."""
 
 STRONGEST = 4  # relaxed similarities of which `strength` is the mean
-
 
 Relaxed = namedtuple("Relaxed", "first second support relaxed strength")
 """Candidates, how well any two of them agree, their relaxed similarities, the mean of the best."""
@@ -222,22 +219,16 @@ def test_hypotheses_agree_with_their_twin(seed, p, first_whole):
 
 
 @given(seeds)
-def test_nothing_of_the_prints_before_remains(seed):
+@settings(max_examples=20)
+def test_used_fresh_and_interpreted_relaxations_agree_to_the_last_bit(plain, seed):
     used = kernel.Relaxation(P, 2 * MOST, 2 * MOST)
     for k in (0, 1, 2, 0):
         a, b, similarity = any_case(seed + k)
         used.load(a, a.shape[1], b, b.shape[1], similarity)
-        fresh = relaxation_of(a, b, similarity, room=0)
-        assert all_of(used, a.shape[1]) == all_of(fresh, a.shape[1])
-
-
-@given(seeds)
-@settings(max_examples=10)
-def test_compiled_and_interpreted_agree_to_the_last_bit(plain, seed):
-    a, b, similarity = any_case(seed)
+    fresh = relaxation_of(a, b, similarity, room=0)
     interpreted = relaxation_of(a, b, similarity, module=plain.relaxation)
-    compiled = relaxation_of(a, b, similarity)
-    assert all_of(interpreted, a.shape[1]) == all_of(compiled, a.shape[1])
+    n = a.shape[1]
+    assert all_of(used, n) == all_of(fresh, n) == all_of(interpreted, n)
 
 
 @pytest.mark.parametrize("n", range(5))

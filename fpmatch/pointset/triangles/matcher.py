@@ -30,7 +30,6 @@ from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods, propose
 from fpmatch.pointset.triangles.descriptors import (
     TriangleDescriptors,
-    delaunay_triangles,
     density_of,
     density_over_hull,
     describe_all,
@@ -40,11 +39,7 @@ from fpmatch.pointset.triangles.descriptors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
-
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
@@ -201,7 +196,9 @@ class _Search:
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
-        return self._search(delaunay_triangles) or self._search(ring_triangles)
+        return self._search(self.mesh_p.triangles, self.mesh_q.triangles) or self._search(
+            ring_triangles(self.mesh_p, self.p), ring_triangles(self.mesh_q, self.q)
+        )
 
     def pair(self) -> tuple[Ints, float]:
         """Refit the move to its optimal pairs; return these (K, 2) and their rms distance."""
@@ -210,15 +207,15 @@ class _Search:
         pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
         return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
 
-    def _search(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
-        """Search one kind of triangle until a proposal is accepted."""
+    def _search(self, of_p: Ints, of_q: Ints) -> bool:
+        """Search one kind of triangle, (T, 3) each, until a proposal is accepted."""
         given, m = self.given, len(self.mesh_p)
         if self.tried >= given.max_proposals:
             return False
         outliers = (1.0 - given.share) * self.density_p
-        in_p = describe_all(self.p, triangles(self.mesh_p, self.p), outliers)
+        in_p = describe_all(self.p, of_p, outliers)
         shortest = given.shortest_side * self.spacing
-        in_q = describe_large(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest)
+        in_q = describe_large(self.q, of_q, given.near_tie, shortest)
         arguments = self._arguments(in_p, in_q, given.shape_tolerance * self.tolerance / shortest)
         log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.mesh_q))

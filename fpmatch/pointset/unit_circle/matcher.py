@@ -118,7 +118,10 @@ def match_prepared(
         return match_prepared(q, p, given).inverse()
     ring_pairs = similar_rings(p.rings, q.rings, given.area_tolerance)
     moves = _without_collapse(fit_rings(p, q, ring_pairs), p, q, given.max_scale)
-    best = _match_globally(p, q, moves, _tolerance(q, given), given.matching_factor)
+    tolerance = given.precision * q.spacing  # eq. (2), in the unit frame of q
+    if given.tolerance is not None:
+        tolerance = math.ldexp(given.tolerance, -q.frame.exponent)
+    best = _match_globally(p, q, moves, tolerance, given.matching_factor)
     if best is None:
         return PointMatch.none(len(ring_pairs))
     move, pairs = best
@@ -202,13 +205,6 @@ def _refit(
     refitted = Similarity.fit(xy_p[pairs[:, 0]], xy_q[pairs[:, 1]])
     again = greedy_pairs(refitted.apply(xy_p), xy_q, tolerance)
     return (refitted, again) if len(again) >= len(pairs) else (move, pairs)
-
-
-def _tolerance(target: PreparedPoints, parameters: UnitCircleParameters) -> float:
-    """Return the matching distance of eq. (2) in the target's unit frame."""
-    if parameters.tolerance is None:
-        return parameters.precision * target.spacing
-    return math.ldexp(parameters.tolerance, -target.frame.exponent)
 
 
 def _without_collapse(

@@ -107,8 +107,6 @@ def interpreted():
     def load(name):
         (source,) = Path(fpmatch.__file__).parent.rglob(f"{name}.py")
         spec = importlib.util.spec_from_file_location(f"interpreted{name}", source)
-        assert spec is not None
-        assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         assert not module.COMPILED

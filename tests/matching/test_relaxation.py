@@ -165,33 +165,6 @@ def test_relaxation_agrees_with_its_twin(seed, p):
     assert found.strength == pytest.approx(expected.strength, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("stretch_px", "rotation_deg", "angle_deg", "expected"),
-    [
-        (0.0, 0.0, 0.0, 1.0),
-        (11.0, 0.0, 0.0, 0.0),  # the tolerance of 100 px: 6 px and 5 % of the distance
-        (5.5, 0.0, 0.0, 0.75),
-        (0.0, 25.0, 12.5, 0.0),  # the mean rotation turns the line by half of it
-        (0.0, 0.0, 30.0, 0.0),
-        (-5.0, 0.0, 0.0, 1 - (5 / (6 + 0.05 * 95)) ** 2),  # of the shorter distance
-    ],
-)
-def test_compatibility_falls_to_nothing_at_its_tolerances(
-    stretch_px, rotation_deg, angle_deg, expected
-):
-    rotation, angle = math.radians(rotation_deg), math.radians(angle_deg)
-    a = np.array([[0.0, 100.0], [0.0, 0.0], [1.0, 1.0], [0.0, 0.0]])
-    end = (100 + stretch_px) * np.exp(1j * angle)
-    b = np.array(
-        [[0.0, end.real], [0.0, end.imag], [1.0, math.cos(rotation)], [0.0, math.sin(rotation)]]
-    )
-    p = RelaxationParameters(
-        distance_px=6.0, distance_per_px=0.05, max_rotation_deg=25.0, max_angle_deg=30.0
-    )
-    support = result_of(relaxation_of(a, b, np.eye(2, dtype=np.float32), p)).support
-    assert support[0, 1] == pytest.approx(expected, abs=1e-9)
-
-
 @given(seeds, any_parameters, st.booleans())
 def test_hypotheses_agree_with_their_twin(seed, p, first_whole):
     a, b, similarity = any_case(seed)

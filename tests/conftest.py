@@ -1,18 +1,13 @@
 """What several tests share: templates and pictures of prints that never were."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 from hypothesis import settings
-from numpy.typing import NDArray
 
 import fpmatch
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -29,12 +24,12 @@ settings.load_profile("fpmatch")
 
 
 @pytest.fixture
-def rng() -> np.random.Generator:
+def rng():
     return np.random.default_rng(20240611)
 
 
 @pytest.fixture
-def template(rng: np.random.Generator) -> Template:
+def template(rng):
     """Return a template with every kind of minutia and a ridge field with a hole."""
     n = 30
     minutiae = Minutiae(
@@ -50,7 +45,7 @@ def template(rng: np.random.Generator) -> Template:
 
 
 @pytest.fixture
-def whorl() -> NDArray[np.uint8]:
+def whorl():
     """Return a 240 x 220 picture of concentric ridges, 9 px apart, on a white ground."""
     y, x = np.mgrid[:240, :220].astype(float)
     radius = np.hypot(x - 110, (y - 120) * 0.9)
@@ -58,7 +53,7 @@ def whorl() -> NDArray[np.uint8]:
     return np.where(radius < 100, ridges, 255).astype(np.uint8)
 
 
-def ridge_pattern(seed: int, height: int = 300, width: int = 280) -> NDArray[np.uint8]:
+def ridge_pattern(seed, height=300, width=280):
     """Return a picture of a finger that never was: arched ridges with 36 minutiae, on white.
 
     Each minutia is a spiral in the phase of the ridge wave, after Larkin and Fletcher, "A coherent
@@ -75,13 +70,13 @@ def ridge_pattern(seed: int, height: int = 300, width: int = 280) -> NDArray[np.
 
 
 @pytest.fixture(scope="session")
-def fingers() -> list[NDArray[np.uint8]]:
+def fingers():
     """Return pictures of two different fingers that never were."""
     return [ridge_pattern(1), ridge_pattern(2)]
 
 
 @pytest.fixture(scope="session")
-def stripes() -> NDArray[np.uint8]:
+def stripes():
     """Return a 240 x 220 picture of straight ridges on white, whose lines are all alike."""
     y, x = np.mgrid[:240, :220].astype(float)
     inside = np.hypot(x - 110, y - 120) < 95
@@ -89,7 +84,7 @@ def stripes() -> NDArray[np.uint8]:
 
 
 @pytest.fixture(scope="session")
-def pressed() -> list[NDArray[np.uint8]]:
+def pressed():
     """Return synthetic prints with pores and creases of two fingers, two of each, on white."""
     from fpmatch.synthesis.impression import make_impression
     from fpmatch.synthesis.master import make_master
@@ -106,14 +101,12 @@ def pressed() -> list[NDArray[np.uint8]]:
 
 
 @pytest.fixture(scope="session")
-def interpreted() -> Callable[[str], ModuleType]:
+def interpreted():
     """Return the function that loads a kernel as ordinary Python, compiled or not besides."""
 
-    def load(name: str) -> ModuleType:
+    def load(name):
         (source,) = Path(fpmatch.__file__).parent.rglob(f"{name}.py")
         spec = importlib.util.spec_from_file_location(f"interpreted{name}", source)
-        assert spec is not None
-        assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         assert not module.COMPILED
@@ -123,7 +116,7 @@ def interpreted() -> Callable[[str], ModuleType]:
 
 
 @pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def bench(monkeypatch):
     """The module `fake_bench`, importable in worker processes too."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent / "evaluation"))
     return importlib.import_module("fake_bench")
@@ -146,7 +139,7 @@ def run_research():
 
     from research.commands import research
 
-    def run(*words: object):
+    def run(*words):
         return CliRunner().invoke(research, [*map(str, words)], prog_name="research")
 
     return run

@@ -121,19 +121,20 @@ def enrol(
     prints = find_prints(places, dpi)
     read = PrintReader(raw, quiet=True)
     start = time.perf_counter()
-    bars = ProgressBars({"enrol": "enrolling"})
-    with open_gallery(gallery, create=True) as opened, processes(workers) as engine, bars:
+    with processes(workers) as engine:
         reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
-        done = work.enrol(
-            opened,
-            prints,
-            pattern=names,
-            engine=engine,
-            extractor=partial(extract_print, reader=reader, min_quality=min_quality),
-            progress=bars.show,
-            strict=strict,
-        )
-        summary, name = opened.summary(), opened.name
+        bars = ProgressBars({"enrol": "enrolling"})
+        with open_gallery(gallery, create=True) as opened, bars:
+            done = work.enrol(
+                opened,
+                prints,
+                pattern=names,
+                engine=engine,
+                extractor=partial(extract_print, reader=reader, min_quality=min_quality),
+                progress=bars.show,
+                strict=strict,
+            )
+            summary, name = opened.summary(), opened.name
     seconds = time.perf_counter() - start
     say_notes(done.noted)
     say_failures(

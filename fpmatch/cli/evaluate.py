@@ -22,8 +22,6 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.evaluation.report import EvaluationReport
-
 _STAGES = {
     "extract": "extracting prints",
     "extract probes": "extracting squares",
@@ -239,7 +237,11 @@ def evaluate(
         )
     if scores is not None:
         write_scores(scores, *reports)
-    _note(reports[0])
+    say_dpi_assumed(reports[0].dpi_assumed, "dpi in dataset.toml")
+    say_notes(reports[0].noted)
+    for row in reports[0].sets:
+        for _, reason in row.failures:
+            say_note(f"no template: {reason}")
     draws = {"bootstrap": bootstrap, "seed": seed}
     analyses = [
         analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
@@ -275,12 +277,3 @@ def _chosen(names: tuple[str, ...]) -> list[str]:
     known = matcher_names()
     every = [name for given in names for name in (known if given == "all" else [given])]
     return list(dict.fromkeys(every))
-
-
-def _note(report: EvaluationReport) -> None:
-    """Note on stderr assumed resolutions, notes of reading, and failures to extract."""
-    say_dpi_assumed(report.dpi_assumed, "dpi in dataset.toml")
-    say_notes(report.noted)
-    for row in report.sets:
-        for _, reason in row.failures:
-            say_note(f"no template: {reason}")

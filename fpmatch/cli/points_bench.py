@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -116,7 +116,7 @@ def points_bench(
     from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
     from fpmatch.evaluation.points.results import write_results
     from fpmatch.evaluation.points.table import format_bench, format_bench_markdown
-    from fpmatch.evaluation.points.trials import QUICK_LARGEST_M
+    from fpmatch.evaluation.points.trials import QUICK_LARGEST_M, QUICK_PLAN, TrialPlan
     from fpmatch.output import check_writable
 
     if resume and json_file is None:
@@ -125,7 +125,11 @@ def points_bench(
         check_writable(json_file)
     if plot is not None:
         check_plot(plot)
-    plan = replace(_plan(trials, budget, seed, quick=quick), independent_trials=independent_trials)
+    if budget is not None and not math.isfinite(budget):
+        raise click.BadParameter(f"{budget} is no number of seconds", param_hint="'--budget'")
+    given = {"trials": trials, "independent_trials": independent_trials, "budget_s": budget}
+    changed: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    plan = replace(QUICK_PLAN if quick else TrialPlan(), seed=seed, **changed)
     chosen = _installed(matchers)
     results = _results(plan, workers, json_file if resume else None)
     where = conditions(models or _MODELS, QUICK_LARGEST_M if quick else None)
@@ -148,20 +152,6 @@ def points_bench(
     click.echo(format_bench_markdown(results) if markdown else format_bench(results))
     if plot is not None:
         save_bench_plot(plot, results)
-
-
-def _plan(trials: int | None, budget: float | None, seed: int, *, quick: bool) -> TrialPlan:
-    from fpmatch.evaluation.points.trials import QUICK_PLAN, TrialPlan
-
-    if budget is not None and not math.isfinite(budget):
-        raise click.BadParameter(f"{budget} is no number of seconds", param_hint="'--budget'")
-    plan = QUICK_PLAN if quick else TrialPlan()
-    return replace(
-        plan,
-        seed=seed,
-        trials=plan.trials if trials is None else trials,
-        budget_s=plan.budget_s if budget is None else budget,
-    )
 
 
 def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:

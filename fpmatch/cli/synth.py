@@ -43,10 +43,6 @@ def _listed(words: dict[str, str]) -> str:
     return "\n".join(f"  {name:{width}}{text}" for name, text in words.items())
 
 
-def _sensor_words(sensor: Sensor) -> str:
-    return f"{_SENSORS[sensor.name]}, {sensor.dpi:g} dpi"
-
-
 @click.command(
     epilog=f"""\b
 Presets:
@@ -54,7 +50,7 @@ Presets:
 
 \b
 Sensors:
-{_listed({name: _sensor_words(sensor) for name, sensor in SENSORS.items()})}
+{_listed({name: f"{_SENSORS[name]}, {one.dpi:g} dpi" for name, one in SENSORS.items()})}
 
 \b
 Files:

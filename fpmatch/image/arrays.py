@@ -11,10 +11,12 @@ if TYPE_CHECKING:
 
     Grey = NDArray[np.uint8]
     Floats = NDArray[np.float32]
+    Doubles = NDArray[np.float64]
+    Ints = NDArray[np.int32]
     Mask = NDArray[np.bool_]
 
 
-def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> NDArray[np.float64]:
+def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> Doubles:
     """Return percentiles of finite values (..., N) along the last axis, shape (P, ...).
 
     They are those of `np.percentile` by default, with linear interpolation, which imports numpy.ma

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from fpmatch.image.preprocess.foreground import Box
     from fpmatch.image.recorder import Recorder
 
+# From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, max_megapixels=16.0)
-"""From one window of the ridge spectrum to four palms."""
 DEFAULT_ENHANCEMENT: Final = "learned"
 
 

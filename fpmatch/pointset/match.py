@@ -80,9 +80,8 @@ def match_points(
     True
     """
     if matcher not in POINT_MATCHERS:
-        raise PointSetError(
-            f"unknown matcher {matcher!r}: expected one of {', '.join(POINT_MATCHERS)}"
-        )
+        known = ", ".join(POINT_MATCHERS)
+        raise PointSetError(f"unknown matcher {matcher!r}: expected one of {known}")
     if rho is not None and matcher == "triangles":
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
     if area_tolerance is not None and matcher != "paper":

@@ -148,13 +148,9 @@ class Similarity:
 
     def after(self, first: Similarity) -> Similarity:
         """Return the composition that applies `first`, then this transform."""
-        t = self.apply([[first.tx, first.ty]])[0]
-        return Similarity(
-            self.scale * first.scale,
-            math.remainder(self.rotation + first.rotation, 2 * math.pi),
-            float(t[0]),
-            float(t[1]),
-        )
+        tx, ty = self.apply([[first.tx, first.ty]])[0].tolist()
+        rotation = math.remainder(self.rotation + first.rotation, 2 * math.pi)
+        return Similarity(self.scale * first.scale, rotation, tx, ty)
 
 
 def _rotation_matrix(angle: float) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.drawing.paper_figures.marks import ring_in_mesh, table
-from fpmatch.drawing.paper_figures.pair import PointPair, PointSide, upright
+from fpmatch.drawing.paper_figures.pair import PointPair, PointSide
 from fpmatch.drawing.paper_figures.rings import RingPair, as_complex, choose_ring_pair
 from fpmatch.drawing.paper_figures.rotation import aligned_circles
 from fpmatch.drawing.paper_figures.sheet import Sheet
@@ -69,8 +69,8 @@ def _differences(rings: RingPair) -> str:
 def _ring_pair(p: Floats, q: Floats, pairs: NDArray[np.int32], source: str) -> RingPair | None:
     """Return the ring that is easiest to read, its points paired with their partners."""
     try:
-        first = PointSide.of("P", source, upright(p))
-        second = PointSide.of("Q", source, upright(q))
+        first = PointSide.of("P", source, p, y_down=True)
+        second = PointSide.of("Q", source, q, y_down=True)
         rings = choose_ring_pair(PointPair(first, second, pairs, Similarity(), "", "", True))
     except PointSetError:
         return None

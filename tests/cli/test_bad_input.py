@@ -1,7 +1,5 @@
 """Bad input of every command is one line on stderr and status 2, and leaves nothing behind."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

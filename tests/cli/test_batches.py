@@ -3,8 +3,6 @@
 A long run is `python -m research check batches`.
 """
 
-from __future__ import annotations
-
 from fpmatch.synthesis.sensor import Sensor
 from research.checks.batches import DAMAGES, check_batches, make_batches
 

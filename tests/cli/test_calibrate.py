@@ -1,7 +1,5 @@
 """`fpmatch calibrate`: a file that verify accepts, and how far its data reach."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """`fpmatch convert`: from any format to any other, and what is lost on the way."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

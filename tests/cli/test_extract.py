@@ -1,7 +1,5 @@
 """`fpmatch extract` and `fpmatch stages`: what they write, and what becomes of bad images."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

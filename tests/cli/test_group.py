@@ -1,7 +1,5 @@
 """`fpmatch` itself: its help, its errors on one line, its exit statuses."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import signal

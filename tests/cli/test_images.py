@@ -1,7 +1,5 @@
 """What commands make of images: bare pixels, ``--polarity``, ``--enhance``, wrong resolutions."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import re

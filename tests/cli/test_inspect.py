@@ -1,7 +1,5 @@
 """`fpmatch inspect`: a line for every file that is known, an error for every one that is not."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """`fpmatch points bench` with fake matchers: what it prints, writes and refuses."""
 
-from __future__ import annotations
-
 import importlib
 import json
 from dataclasses import replace

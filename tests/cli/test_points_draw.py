@@ -1,7 +1,5 @@
 """`fpmatch points draw`: which sets it draws, what it says, and what becomes of bad input."""
 
-from __future__ import annotations
-
 import json
 import sys
 

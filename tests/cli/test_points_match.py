@@ -1,7 +1,5 @@
 """`fpmatch points match`: the transform it prints, its files, and what it says of bad input."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

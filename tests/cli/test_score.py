@@ -1,7 +1,5 @@
 """`fpmatch score`: what it prints, and what becomes of bad input."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from importlib import import_module

@@ -1,7 +1,5 @@
 """`fpmatch serve`: it opens, answers, ends; without its extra it says so in one line."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

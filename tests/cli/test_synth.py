@@ -1,7 +1,5 @@
 """`fpmatch synth`: what it makes, says and refuses."""
 
-from __future__ import annotations
-
 import importlib
 import json
 from typing import Any

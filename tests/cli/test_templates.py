@@ -1,7 +1,5 @@
 """Every command that takes an image takes a template too, of any format and under any name."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

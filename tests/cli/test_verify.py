@@ -1,7 +1,5 @@
 """`fpmatch verify` and `fpmatch overlay`: decisions, their words, their files, bad input."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The commands that work on several cores, as programs: their imports, and their interruption."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

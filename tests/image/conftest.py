@@ -1,7 +1,5 @@
 """Make `made_images` and `made_files` importable for the tests beside and below it."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Image files of every format that is read, made without any library that reads them."""
 
-from __future__ import annotations
-
 import struct
 from io import BytesIO
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Constructed images: waves, rings, dislocations, drawings, and what no sensor delivers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import cv2
@@ -113,26 +111,20 @@ shapes = st.one_of(binaries, fat)
 """Any binary image of 1 to 14 pixels a side, or one of fat shapes."""
 
 
+EXTREMES = [
+    np.zeros((12, 15), bool),
+    np.ones((12, 15), bool),
+    np.pad([[True]], 5),
+    *(np.ones(shape, bool) for shape in ((1, 1), (1, 20), (20, 1))),
+    np.indices((9, 9)).sum(axis=0) % 2 == 0,
+]
+
+
 def extremes_too(test: Callable[..., None]) -> Callable[..., None]:
     """Add the images that every stage must bear to the examples of a test of binary images."""
-    for image in strips_and_extremes().values():
+    for image in EXTREMES:
         test = example(image)(test)
     return test
-
-
-def strips_and_extremes() -> dict[str, Binary]:
-    """Return the binary images that every stage must bear."""
-    one = np.zeros((11, 11), bool)
-    one[5, 5] = True
-    return {
-        "nothing": np.zeros((12, 15), bool),
-        "everything": np.ones((12, 15), bool),
-        "one pixel": one,
-        "only one pixel": np.ones((1, 1), bool),
-        "row": np.ones((1, 20), bool),
-        "column": np.ones((20, 1), bool),
-        "checkerboard": np.indices((9, 9)).sum(axis=0) % 2 == 0,
-    }
 
 
 def hostile_pictures(shape: tuple[int, int] = (64, 80)) -> dict[str, Grey]:

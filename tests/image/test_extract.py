@@ -1,7 +1,5 @@
 """True minutiae, wherever the print lies and whatever its resolution."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Image files that other software made: size, resolution and format of each, where they lie."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

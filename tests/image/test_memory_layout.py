@@ -1,7 +1,5 @@
 """Stages accept arrays of any memory layout, and do not change them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

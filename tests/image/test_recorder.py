@@ -1,7 +1,5 @@
 """Each stage by name, in order, as it was."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fpmatch.image.preprocess.foreground import Box

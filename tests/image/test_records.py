@@ -1,7 +1,5 @@
 """Prints inside records: ANSI/NIST-ITL (AN2), ISO/IEC 19794-4, ANSI/INCITS 381."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_files import (

@@ -145,13 +145,6 @@ def test_prints_that_agree_in_two_ways_have_two_hypotheses():
     assert max(share[1] for share in shares) > 0.8
 
 
-@pytest.mark.parametrize("scale", [0.8, 1.25])
-def test_the_scale_stays_near_one(scale):
-    a = spread_points(np.random.default_rng(5), 25)
-    found = heaviest(a, moved(a, 0.3, 9j, scale), matches(25, 25, (0, 0), (1, 1), (2, 2)))
-    assert 0.9 < abs(linear_of(found)) < 1.1
-
-
 @given(seeds, turns, turns)
 @settings(max_examples=EXAMPLES)
 def test_pairs_are_found_where_the_skin_is_distorted(seed, towards, turn):

@@ -5,7 +5,7 @@ import pytest
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching import matchers
-from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher, matcher_names
 
 THIRD = """
 class Third:
@@ -28,7 +28,8 @@ def third_matcher(tmp_path, monkeypatch):
 def test_matcher_is_found_by_its_file_name():
     names = matcher_names()
     assert [get_matcher(name).name for name in names] == names == sorted(names)
-    assert "third-way" in names
+    assert {"third-way", "unit-circle"} < set(names)
+    assert DEFAULT_MATCHER == "unit-circle"
     assert not [name for name in names if name.startswith(("-", "_")) or "kernel" in name]
     assert get_matcher("third-way") is get_matcher("third-way")
 

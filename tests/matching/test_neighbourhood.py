@@ -27,11 +27,6 @@ def minutiae(*rows):
     return np.ascontiguousarray([x, y, np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
 
 
-def plus(direction_deg):
-    """Return a minutia of that direction among four at equal distance: east, north, west, south."""
-    return minutiae((0, 0, direction_deg), (50, 0, 0), (0, 50, 90), (-50, 0, 180), (0, -50, 270))
-
-
 def mesh_of(points):
     return triangulate(np.ascontiguousarray(points[:2].T))
 
@@ -96,26 +91,6 @@ def frame_from_the_definition(points, p):
             columns.append([seen.real, seen.imag, heading.real, heading.imag, precision, weight])
         frames.append(columns)
     return frames
-
-
-@pytest.mark.parametrize(
-    ("direction_deg", "east_at_deg"),
-    [
-        (0, 0),
-        (90, -90),
-        (180, 180),
-        (45, -45),
-        # the ray leaves the side from (1, 0) to (0, 1) at its share tan 30° / (1 + tan 30°)
-        (30, -90 * math.tan(math.pi / 6) / (1 + math.tan(math.pi / 6))),
-    ],
-)
-def test_circle_is_turned_to_where_the_direction_leaves_the_ring(direction_deg, east_at_deg):
-    ring = ring_of(rings_of(plus(direction_deg)), 0)
-    assert sorted(ring) == [1, 2, 3, 4]
-    for j, (place, weight) in ring.items():
-        expected = np.exp(1j * np.radians(east_at_deg + 90 * (j - 1)))
-        assert place == pytest.approx(expected, abs=1e-12)
-        assert weight == pytest.approx(0.25)
 
 
 def test_a_neighbour_stands_in_the_frame_of_its_minutia():
@@ -203,16 +178,6 @@ def test_few_minutiae_know_one_another(n):
     rings = rings_of(points)
     assert rings.start.tolist() == [0] * (n + 1)
     assert rings.circle.shape == (3, 0)
-
-
-def test_coincident_minutiae_are_neighbours_at_no_distance():
-    points = minutiae((7, 7, 0), (7, 7, 90), (7, 7, 180), (7, 7, 0))
-    found = neighbourhoods(points)
-    assert found.count.tolist() == [3, 3, 3, 3]
-    assert not found.frame[:, :2].any()
-    assert found.frame[0, 2, :3].tolist() == pytest.approx([0, -1, 1], abs=1e-6)
-    assert found.frame[1, 3, :3].tolist() == pytest.approx([-1, 1, -1], abs=1e-6)
-    assert not rings_of(points).start.any()
 
 
 @given(seeds)

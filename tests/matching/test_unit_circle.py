@@ -27,7 +27,6 @@ from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 from fpmatch.matching.align import alignments
 from fpmatch.matching.compare import align
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.score import evidence_scorer, gather_evidence
 from fpmatch.matching.verify import verify
@@ -55,11 +54,6 @@ def two_impressions(seed, field=None):
         template_of(side, quality=rng.integers(0, 101, side.shape[1]), field=field)
         for side in (every[:, : shared + own].copy(), b)
     )
-
-
-def test_it_is_the_default():
-    assert DEFAULT_MATCHER == MATCHER.name == "unit-circle"
-    assert get_matcher("unit-circle") is MATCHER
 
 
 @given(templates(), templates())

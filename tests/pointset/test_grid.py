@@ -47,7 +47,7 @@ def ask_within(
 
 
 @given(clouds, sides)
-def test_every_point_is_once_in_its_cell(points: np.ndarray, side: float) -> None:
+def test_every_point_is_once_in_its_cell_of_not_too_many(points: np.ndarray, side: float) -> None:
     grid = grid_of(points, side)
     assert sorted(grid.order) == list(range(points.shape[1]))
     assert places(grid).tolist() == points[:, np.asarray(grid.order)].tolist()
@@ -57,47 +57,28 @@ def test_every_point_is_once_in_its_cell(points: np.ndarray, side: float) -> Non
     counts = np.bincount(cell, minlength=grid.rows * grid.columns)
     assert np.diff(grid.start).tolist() == counts.tolist()
     assert (cell[:-1] <= cell[1:]).all()
+    assert grid.columns * grid.rows <= 3 * MAX_CELLS_PER_POINT * max(4, points.shape[1]) + 1
+    assert 1 / grid.per_unit >= side * (1 - 1e-12)
+    if points.size:
+        assert (grid.x0, grid.y0) == tuple(points.min(axis=1))
+        beyond = points.max(axis=1) - (grid.x1, grid.y1)
+        assert (beyond <= 1e-12 * np.abs(points).max()).all()  # but for rounding
     for k in range(points.shape[1]):
         column, row, *past = grid.around(grid.x[k], grid.y[k], 0.0)
         assert row * grid.columns + column == cell[k]
         assert past == [column + 1, row + 1]
 
 
-@given(clouds, sides)
-def test_cells_are_not_many_more_than_points_and_cover_them(
-    points: np.ndarray, side: float
-) -> None:
-    grid = grid_of(points, side)
-    assert grid.columns * grid.rows <= 3 * MAX_CELLS_PER_POINT * max(4, points.shape[1]) + 1
-    assert 1 / grid.per_unit >= side * (1 - 1e-12)
-    if points.size:
-        assert grid.x0 == points[0].min()
-        assert grid.y0 == points[1].min()
-        assert grid.x1 >= points[0].max()
-        assert grid.y1 >= points[1].max()
-
-
-@given(clouds, sides, seeds, st.sampled_from(REACHES))
-def test_nearest_agrees_with_a_look_at_every_point(
-    points: np.ndarray, side: float, seed: int, reach: float
-) -> None:
-    grid, reach2 = grid_of(points, side), reach * reach
-    for x, y in places_to_ask(points, seed):
-        squared = squared_distances(grid, x, y)
-        found = grid.nearest(x, y, reach2)
-        if (squared < reach2).any():
-            assert squared[found] == squared.min()
-        else:
-            assert found == -1
-
-
 @given(clouds, sides, seeds, st.sampled_from(REACHES), st.integers(1, 6))
-def test_within_agrees_with_a_look_at_every_point(
+def test_nearest_and_within_agree_with_a_look_at_every_point(
     points: np.ndarray, side: float, seed: int, reach: float, most: int
 ) -> None:
     grid, reach2 = grid_of(points, side), reach * reach
     for place in places_to_ask(points, seed):
         squared = squared_distances(grid, *place)
+        found = grid.nearest(*place, reach2)
+        assert (found >= 0) == (squared < reach2).any()
+        assert found < 0 or squared[found] == squared.min()
         near, distance2 = ask_within(grid, place, reach2, most, at=most % 3)
         assert distance2 == np.sort(squared[squared <= reach2])[:most].tolist()
         assert distance2 == squared[near].tolist()

@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
-from pointset_strategies import check_sound, crowded_pixels, seeds, similarities, worn
+from pointset_strategies import (
+    any_finite_points,
+    beyond_reach,
+    check_sound,
+    crowded_pixels,
+    seeds,
+    similarities,
+    worn,
+)
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel
+from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.pointset.unit_circle.matcher import match_by_unit_circle
+from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
 
 COMPILED = _proposal_kernel.COMPILED
 EXAMPLES = 50 if COMPILED else 12
@@ -182,17 +195,63 @@ def test_coincident_points_have_a_partner_each() -> None:
         assert match.matched_share == 1
 
 
-@pytest.mark.parametrize("matcher", ["triangles", "paper"])
+BOUNDED: dict[str, Callable[..., PointMatch]] = {
+    "triangles": partial(
+        match_by_triangles, parameters=TriangleParameters(max_proposals=20_000 if COMPILED else 200)
+    ),
+    "paper": match_by_unit_circle,
+    "van-wamelen": partial(
+        match_van_wamelen, rho=0.6, lambda_=0.61, max_steps=20_000 if COMPILED else 2_000
+    ),
+}
+"""The matchers themselves, with an end to their work."""
+
+every_search = pytest.mark.parametrize("search", BOUNDED.values(), ids=BOUNDED)
+
+
+@every_search
 @given(p=crowded_pixels, q=crowded_pixels)
 @settings(max_examples=EXAMPLES)
 def test_crowded_pixels_are_matched_soundly_or_refused(
-    matcher: PointMatcher, p: np.ndarray, q: np.ndarray
+    search: Callable[..., PointMatch], p: np.ndarray, q: np.ndarray
 ) -> None:
     try:
-        match = match_points(p, q, matcher=matcher)
+        forth, back = search(p, q), search(q, p)
     except PointSetError:
+        assert search is BOUNDED["triangles"]
         return
-    check_sound(match, p, q)
+    check_sound(forth, p, q)
+    check_sound(back, q, p)
+    if search is BOUNDED["paper"]:
+        assert forth.matched_share == back.matched_share
+
+
+@every_search
+@given(p=any_finite_points, q=any_finite_points)
+@settings(max_examples=EXAMPLES)
+def test_any_finite_points_match_or_are_refused(
+    search: Callable[..., PointMatch], p: np.ndarray, q: np.ndarray
+) -> None:
+    try:
+        match = search(p, q)
+    except PointSetError:
+        assert search is BOUNDED["triangles"] or beyond_reach(p) or beyond_reach(q)
+        return
+    assert not any(map(beyond_reach, (p, q)))
+    assert (match.transform is None) == (len(match.pairs) == 0)
+
+
+@pytest.mark.parametrize("search", [BOUNDED["paper"], BOUNDED["van-wamelen"]])
+@given(seed=seeds, of_p=st.integers(-40, 40), of_q=st.integers(-40, 40))
+@settings(max_examples=20)
+def test_a_power_of_two_in_scale_changes_no_bit(
+    search: Callable[..., PointMatch], seed: int, of_p: int, of_q: int
+) -> None:
+    p = even_points(seed, 20)
+    q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), seed)
+    match, same = search(p, q), search(np.ldexp(p, of_p), np.ldexp(q, of_q))
+    assert match.pairs.tolist() == same.pairs.tolist()
+    assert math.ldexp(match.rms, of_q) == same.rms
 
 
 @every_matcher

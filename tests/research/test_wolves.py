@@ -1,7 +1,5 @@
 """`benchmarks/wolves.py`: what it makes, how it searches, and what it prints."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Work for the pool that goes wrong, or on for too long; its processes import it from here."""
 
-from __future__ import annotations
-
 import os
 import sys
 import time

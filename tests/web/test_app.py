@@ -1,7 +1,5 @@
 """The HTTP API: it answers as the commands do, and bad input is one sentence with its status."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

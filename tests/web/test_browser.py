@@ -4,8 +4,6 @@ Screenshots are kept in the folder that FPMATCH_SCREENSHOTS names, else in a tem
 docs/figures/serve.png is match.png, its colours reduced to 128.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Who may ask: hosts, origins, tokens, sizes, how many at once; and the headers of safety."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 

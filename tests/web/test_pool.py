@@ -1,7 +1,5 @@
 """The pool: work is done, stopped when nobody waits or it takes too long, and never lost."""
 
-from __future__ import annotations
-
 import os
 import time
 

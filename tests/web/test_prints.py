@@ -1,7 +1,5 @@
 """Names of uploads are one short line, whatever a client calls its file."""
 
-from __future__ import annotations
-
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
 """Binding a server: its address, its names, and when it needs a token."""
 
-from __future__ import annotations
-
 import socket
 
 import pytest

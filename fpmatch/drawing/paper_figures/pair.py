@@ -2,7 +2,7 @@
 
 Figures are drawn in the sets' unit frames (`fpmatch.pointset.points.UnitFrame`), as the matcher
 works in them, so that points of any magnitude can be drawn; the transform is in the units given.
-In the figures y points up: points of images, whose y points down, are mirrored first (`upright`).
+In the figures y points up: points of images, whose y points down, are mirrored first (`y_down`).
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ class PointSide:
     mesh: Triangulation  # in the unit frame
 
     @classmethod
-    def of(cls, letter: str, source: str, points: ArrayLike) -> PointSide:
+    def of(cls, letter: str, source: str, points: ArrayLike, *, y_down: bool = False) -> PointSide:
         """Triangulate a set, or refuse one that is too large or has no closed one-ring."""
-        given = as_points(points, source)
+        given = as_points(points, source) * (1.0, -1.0 if y_down else 1.0)
         if len(given) > MOST_POINTS:
             raise PointSetError(
                 f"{source}: {len(given)} points, but a figure shows at most {MOST_POINTS}"
@@ -98,12 +98,6 @@ def random_point_pair(seed: int) -> PointPair:
     return PointPair(p, q, made.pairs, made.transform, origin, TRUE)
 
 
-def upright(points: ArrayLike, *, y_down: bool = True) -> NDArray[np.float64]:
-    """Return points (N, 2) with y pointing up: negated where it points down."""
-    given = as_points(points)
-    return given * (1.0, -1.0) if y_down else given
-
-
 def rotated_point_pair(
     points: ArrayLike, source: str, seed: int, *, y_down: bool = False
 ) -> PointPair:
@@ -113,7 +107,7 @@ def rotated_point_pair(
     of its file; `y_down` indicates that y of the points points down, as in images. A
     `PointSetError` is raised if P is malformed, too large to draw, or has no closed one-ring.
     """
-    p = PointSide.of("P", source, upright(as_points(points, source), y_down=y_down))
+    p = PointSide.of("P", source, points, y_down=y_down)
     given = p.prepared.points
     angle = math.radians(np.random.default_rng(seed).uniform(*TURN_DEG))
     turn = Similarity(rotation=math.remainder(angle, 2 * math.pi))
@@ -135,8 +129,8 @@ def matched_point_pair(
     there is one for sets that do not match.
     """
     sides = (
-        PointSide.of("P", p_source, upright(as_points(p, p_source), y_down=y_down)),
-        PointSide.of("Q", q_source, upright(as_points(q, q_source), y_down=y_down)),
+        PointSide.of("P", p_source, p, y_down=y_down),
+        PointSide.of("Q", q_source, q, y_down=y_down),
     )
     match = match_points(*(side.prepared.points for side in sides))
     if match.transform is None:

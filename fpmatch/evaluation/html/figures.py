@@ -1,4 +1,4 @@
-"""The figures of the page: several plots under one legend."""
+"""The figures of the page: DET, ROC, distributions of scores, and ranks, under one legend."""
 
 from __future__ import annotations
 

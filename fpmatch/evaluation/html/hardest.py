@@ -64,13 +64,14 @@ def hardest_pairs(
     pairs with a print that gave no template are left out. The images must still be there.
     """
     rows = report.sets
-    places = [
-        (n, k)
-        for n, row in enumerate(rows)
-        for k in np.flatnonzero(row.pairs.genuine == genuine).tolist()
-        if row.outcomes["reason"][k] != NO_TEMPLATE
+    usable = [
+        np.flatnonzero((row.pairs.genuine == genuine) & (row.outcomes["reason"] != NO_TEMPLATE))
+        for row in rows
     ]
-    similarity = np.array([rows[n].outcomes["similarity"][k] for n, k in places])
+    places = [(n, k) for n, pairs in enumerate(usable) for k in pairs.tolist()]
+    similarity = np.concatenate(
+        [row.outcomes["similarity"][pairs] for row, pairs in zip(rows, usable, strict=True)]
+    )
     found: list[HardPair] = []
     seen: set[tuple[int, int]] = set()
     for n in np.argsort(similarity if genuine else -similarity, kind="stable"):

@@ -14,9 +14,7 @@ import numpy as np
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fpmatch.image.arrays import Floats, Mask
+    from fpmatch.image.arrays import Floats, Ints, Mask
 
 # Lengths in pixels at 500 dpi.
 ANGLES: Final = 32
@@ -48,12 +46,7 @@ def gabor_filter(pixels: Floats, mask: Mask, orientation: Floats, period: Floats
 
 
 def filter_with_numpy(
-    padded: Floats,
-    y: NDArray[np.int32],
-    x: NDArray[np.int32],
-    which: NDArray[np.int32],
-    bank: Floats,
-    out: Floats,
+    padded: Floats, y: Ints, x: Ints, which: Ints, bank: Floats, out: Floats
 ) -> None:
     """Filter as the kernel does: the uncompiled path, and the kernel's oracle."""
     windows = np.lib.stride_tricks.sliding_window_view(padded, bank.shape[1:])

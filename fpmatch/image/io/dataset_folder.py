@@ -79,7 +79,10 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     if entries.get("name") == "":
         raise DatasetError(f"{path}: name is empty")
     try:
-        dpi = _checked_dpi(entries["dpi"]) if "dpi" in entries else None
+        if (dpi := entries.get("dpi")) is not None:
+            if isinstance(dpi, bool) or not isinstance(dpi, int | float):
+                raise ResolutionError("dpi must be a number")
+            dpi = check_dpi(dpi)
         polarity: Polarity = "auto"
         if "polarity" in entries:  # only then, because its module imports OpenCV
             from fpmatch.image.quality.polarity import check_polarity  # noqa: PLC0415
@@ -95,9 +98,3 @@ def _natural_order(path: Path) -> tuple[list[str | int], str]:
     parts: list[str | int] = list(_DIGITS.split(path.name))
     parts[1::2] = [int(part) for part in parts[1::2]]
     return parts, path.name
-
-
-def _checked_dpi(dpi: object) -> float:
-    if isinstance(dpi, bool) or not isinstance(dpi, int | float):
-        raise ResolutionError("dpi must be a number")
-    return check_dpi(dpi)

@@ -82,9 +82,8 @@ def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
     except ValueError as error:
         raise ImageError("an image must be an array of numbers") from error
     if values.ndim not in (2, 3) or (values.ndim == 3 and values.shape[2] not in (1, 3, 4)):
-        raise ImageError(
-            f"an image must have shape (H, W), (H, W, 3) or (H, W, 4), not {values.shape}"
-        )
+        shapes = "(H, W), (H, W, 3) or (H, W, 4)"
+        raise ImageError(f"an image must have shape {shapes}, not {values.shape}")
     limits.check(values.shape[1], values.shape[0])
     eight_bit = _eight_bit(values)
     if eight_bit.ndim == 3:
@@ -122,9 +121,8 @@ def _eight_bit(values: NDArray[Any]) -> Grey:
     narrow, wide = (1.0, 255.0) if values.dtype.kind == "f" else (255.0, 65535.0)
     span = narrow if values.max() <= narrow and values.dtype.char != "H" else wide
     if values.min() < 0 or values.max() > span:
-        raise ImageError(
-            f"pixel values run from {values.min():g} to {values.max():g}, outside 0 to {span:g}"
-        )
+        found = f"pixel values run from {values.min():g} to {values.max():g}"
+        raise ImageError(f"{found}, outside 0 to {span:g}")
     scaled = np.empty(values.shape, np.uint8)
     for rows in _bands(values.shape):
         scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))

@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fpmatch.errors import ImageError, ImageReadError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 MAX_JPEG_SCANS: Final = 100  # each decodes the whole image again
 MAX_TIFF_NUMBERS: Final = 300_000  # in one tag: strips of a row, or tiles of 16 x 16
@@ -55,23 +52,18 @@ def check_decoder_limits(decoder: str, data: bytes) -> None:
     Such a file takes far more time or memory to decode than its size in pixels suggests; no
     ordinary program writes one.
     """
-    if (check := _CHECKS.get(decoder)) is not None:
-        check(data)
-
-
-def _refuse_jpeg(data: bytes) -> None:
-    if data.count(_JPEG_SCAN) > MAX_JPEG_SCANS:
+    if decoder == "JPEG" and data.count(_JPEG_SCAN) > MAX_JPEG_SCANS:
         raise ImageReadError(f"JPEG image of more than {MAX_JPEG_SCANS} scans")
+    if decoder == "PPM":
+        if _PNM_TOKENS.match(data, 0, MAX_PNM_HEADER) is None:
+            raise ImageReadError("damaged PPM image (its header cannot be read)")
+        if data[1:2] in b"123" and len(data) > MAX_PNM_TEXT:
+            raise ImageReadError(f"PPM image of more than {MAX_PNM_TEXT // 1_000_000} MB of digits")
+    if decoder == "TIFF":
+        _check_tiff(data)
 
 
-def _refuse_pnm(data: bytes) -> None:
-    if _PNM_TOKENS.match(data, 0, MAX_PNM_HEADER) is None:
-        raise ImageReadError("damaged PPM image (its header cannot be read)")
-    if data[1:2] in b"123" and len(data) > MAX_PNM_TEXT:
-        raise ImageReadError(f"PPM image of more than {MAX_PNM_TEXT // 1_000_000} MB of digits")
-
-
-def _refuse_tiff(data: bytes) -> None:
+def _check_tiff(data: bytes) -> None:
     """Check the first directory of tags; a damaged one is left to the decoder."""
     order = "<" if data[:2] == b"II" else ">"
     big = b"+" in data[2:4]
@@ -89,10 +81,3 @@ def _refuse_tiff(data: bytes) -> None:
                 raise ImageReadError(f"TIFF image with {numbers} numbers in tag {tag}: too many")
     except (struct.error, OverflowError):
         return
-
-
-_CHECKS: Final[dict[str, Callable[[bytes], None]]] = {
-    "JPEG": _refuse_jpeg,
-    "PPM": _refuse_pnm,
-    "TIFF": _refuse_tiff,
-}

@@ -20,9 +20,7 @@ from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.resolution import usable_dpi
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fpmatch.image.arrays import Floats
+    from fpmatch.image.arrays import Doubles, Floats
     from fpmatch.image.io.limits import ImageLimits
 
     Filters = tuple[Floats, Floats]
@@ -70,7 +68,7 @@ class _Header:
     scale: float = 1.0
     filters: Filters | None = None  # of synthesis: low pass, high pass
     bin_center: float = 0.0
-    bins: NDArray[np.float64] | None = None  # shape (64, 2): width of a bin, of the zero bin
+    bins: Doubles | None = None  # shape (64, 2): width of a bin, of the zero bin
     tables: dict[int, _HuffmanTable] = field(default_factory=dict)
     comments: list[bytes] = field(default_factory=list)
     values: list[int] = field(default_factory=list)
@@ -135,7 +133,7 @@ def _read_segment(marker: int, body: ByteReader, header: _Header, limits: ImageL
 
 
 def _read_tables(body: ByteReader) -> dict[int, _HuffmanTable]:
-    """Read the tables of a segment, by number; raise ImageReadError if they are inconsistent.
+    """Read the tables of a segment, by number.
 
     A table consists of its number, the count of codes of each length from 1 to 16 bits, and their
     symbols in order; codes of one length are consecutive, as in JPEG.
@@ -237,9 +235,9 @@ def _decode_values(table: _HuffmanTable, data: bytes, values: list[int], most: i
 class _Subbands:
     """The coefficients of the subbands, in the order of the leaves of the tree."""
 
-    values: NDArray[np.float64]
+    values: Doubles
     bin_center: float
-    bins: NDArray[np.float64]
+    bins: Doubles
     number: int = 0  # of the next subband
     at: int = 0  # its first coefficient
 

@@ -19,21 +19,13 @@ from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fpmatch.image.arrays import Floats, Grey, Mask
+    from fpmatch.image.arrays import Doubles, Floats, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
 
 LINE_CUES: Final = (
-    "gaps along lines",
-    "gaps along crests",
-    "roughness along crests",
-    "spread of crests",
-    "spread of widths",
-    "share of dark",
-    "dots",
-)
-"""Names of the cues, in their order."""
+    "gaps along lines", "gaps along crests", "roughness along crests", "spread of crests",
+    "spread of widths", "share of dark", "dots",
+)  # fmt: skip
 
 # Lengths in pixels at 500 dpi.
 _FINE_SIGMA, _DOT_SIGMA = 1.2, 0.7  # smoothing before curvatures, and before the search for dots
@@ -50,7 +42,7 @@ _PRIOR_DOTS: Final = 3.0  # added to the counts of either kind
 _SHRUNK: Final = 4  # side of a pixel of the smaller images that wide means are taken of
 
 
-def line_cues(grey: Grey) -> NDArray[np.float64] | None:
+def line_cues(grey: Grey) -> Doubles | None:
     """Return the cues of an image (H, W) at 500 dpi, shape (7,); None if it shows too few lines."""
     image = normalize(_middle(grey, MAX_SIDE))
     ridges = _blurred(image.pixels, _LINE_SIGMA)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from numpy.typing import NDArray
+    from fpmatch.image.arrays import Doubles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,13 +23,13 @@ class LinearWeights:
     """Hold name, middle, spread and weight of each feature, the bias, and their provenance."""
 
     names: tuple[str, ...]
-    middle: NDArray[np.float64]
-    spread: NDArray[np.float64]
-    weight: NDArray[np.float64]
+    middle: Doubles
+    spread: Doubles
+    weight: Doubles
     bias: float
     provenance: Mapping[str, Any]
 
-    def standardized(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+    def standardized(self, features: Doubles) -> Doubles:
         """Return features (..., N) in units of their spread about their middle."""
         return np.asarray((features - self.middle) / self.spread)
 

@@ -18,11 +18,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Floats, Mask
+    from fpmatch.image.arrays import Doubles, Floats, Mask
 
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")
-"""The recorded stages that quality is measured on."""
 _RINGS_PER_CYCLE: Final = 200  # of frequency: rings of 0.005 cycles a pixel
 _RINGS: Final = _RINGS_PER_CYCLE // 2
 _NO_SPECTRUM: Final = (math.nan, math.nan, math.nan, math.nan, 0.0)
@@ -92,7 +91,7 @@ def _dark_share(grey: Floats, mask: Mask) -> float:
     return float(np.mean(smooth[mask] < middle[mask]))
 
 
-def _spreads(pixels: NDArray[np.float64], enhanced: NDArray[np.generic]) -> tuple[float, float]:
+def _spreads(pixels: Doubles, enhanced: NDArray[np.generic]) -> tuple[float, float]:
     """Return the standard deviations of the pixels that are certainly ridge, or valley."""
     signal = enhanced.astype(np.float64)
     certain = _CERTAIN * math.sqrt(float(np.mean(signal**2))) if signal.size else 0.0
@@ -151,7 +150,7 @@ def _spectral_measures(grey: Floats, measured: Mask) -> tuple[float, float, floa
 
 
 @lru_cache(maxsize=8)
-def _rings(rows: int, columns: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _rings(rows: int, columns: int) -> tuple[NDArray[np.intp], Doubles]:
     """Return the ring of each wave of `numpy.fft.rfft2`, flat, and how many waves each has."""
     y, x = np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns)
     ring = np.minimum(_RINGS_PER_CYCLE * np.hypot(y, x), _RINGS).astype(np.intp)

@@ -24,9 +24,7 @@ from fpmatch.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from fpmatch.image.arrays import Grey
+    from fpmatch.image.arrays import Doubles, Grey
 
 Polarity = Literal["auto", "dark", "white"]
 """Grey level of an image's ridges; "auto": to be found."""
@@ -53,7 +51,7 @@ _LINE_PERCENTILES: Final = (10.0, 90.0)  # of the print's grey values: dark and 
 _MAX_OTHER: Final = 0.2  # share of the background of the other half of the grey levels
 
 
-def evidence_of_cues(cues: NDArray[np.float64], weights: LinearWeights) -> NDArray[np.float64]:
+def evidence_of_cues(cues: Doubles, weights: LinearWeights) -> Doubles:
     """Return the log-odds that ridges are dark, of cues of shape (..., 7)."""
     limited = np.clip(weights.standardized(cues), -FARTHEST_CUE, FARTHEST_CUE)
     return np.asarray(np.clip(limited @ weights.weight, -MAX_EVIDENCE, MAX_EVIDENCE))

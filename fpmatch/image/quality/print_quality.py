@@ -19,8 +19,7 @@ from fpmatch.image.quality.measures import MM_PER_PX
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from fpmatch.image.arrays import Doubles
     from fpmatch.image.quality.measures import QualityMeasures
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
@@ -75,7 +74,7 @@ class PrintQuality:
         return {"score": self.score, "reasons": reasons}
 
 
-def quality_features(measures: QualityMeasures) -> NDArray[np.float64]:
+def quality_features(measures: QualityMeasures) -> Doubles:
     """Return the features of the score, shape (6,), in the order of `FEATURES`.
 
     Logarithms of the area of ridges and of the number of minutiae, spread of ridges and valleys,
@@ -89,7 +88,7 @@ def quality_features(measures: QualityMeasures) -> NDArray[np.float64]:
     return np.array([*amounts, measures.ridge_spread, measures.valley_spread, off, blur])
 
 
-def quality_score(features: NDArray[np.float64], weights: LinearWeights) -> NDArray[np.float64]:
+def quality_score(features: Doubles, weights: LinearWeights) -> Doubles:
     """Return the scores, 0 to 100, of features of shape (..., 6)."""
     total = weights.bias + weights.standardized(features) @ weights.weight
     return np.asarray(50.0 * (1.0 + np.tanh(total / 2)))

@@ -89,7 +89,4 @@ def _join(runs: cython.int[:, ::1], i: cython.int, j: cython.int) -> cython.void
     """Make one tree of two; its root is the earlier run."""
     a: cython.int = _root(runs, i)
     b: cython.int = _root(runs, j)
-    if a < b:
-        runs[b, _PARENT] = a
-    elif b < a:
-        runs[a, _PARENT] = b
+    runs[max(a, b), _PARENT] = min(a, b)

@@ -1,9 +1,8 @@
 """Kernel: thin a binary image to a skeleton after Guo and Hall, 64 pixels at a time.
 
 Bit k of a word is its pixel k from the left, so that a condition on the eight neighbours of each
-pixel is a few operations on words. A row is processed again only if it or a row beside it changed.
-Then pixels that connection does not need are deleted one by one in raster order. The oracle of both
-steps together is `fpmatch.image.skeleton.thin.thin_with_numpy`.
+pixel is a few operations on words. Then pixels that connection does not need are deleted one by one
+in raster order. The oracle of both steps is `fpmatch.image.skeleton.thin.thin_with_numpy`.
 """
 
 import cython
@@ -20,7 +19,6 @@ def thin_words(
     `changed`, for each row, are scratch space and hold zeros.
     """
     rows: cython.Py_ssize_t = words.shape[0]
-    columns: cython.Py_ssize_t = words.shape[1]
     cython.declare(r=cython.Py_ssize_t, c=cython.Py_ssize_t)
     turn: cython.int = 1
     last: cython.int = 0  # the turn in which a pixel was last deleted
@@ -31,7 +29,7 @@ def thin_words(
                 if max(changed[r - 1], changed[r], changed[r + 1]) >= turn - 2:
                     _find_deletable(words, to_delete, r, turn % 2 == 1)
             for r in range(1, rows - 1):
-                for c in range(1, columns - 1):
+                for c in range(1, words.shape[1] - 1):
                     if to_delete[r, c] != 0:
                         words[r, c] &= ~to_delete[r, c]
                         to_delete[r, c] = 0

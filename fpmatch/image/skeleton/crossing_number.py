@@ -10,9 +10,7 @@ from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.thin import bordered, crossing_number_table
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fpmatch.image.arrays import Grey, Mask
+    from fpmatch.image.arrays import Grey, Ints, Mask
 
 # (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
 _STEP: Final = np.array(
@@ -24,12 +22,12 @@ _MAX_BRANCHES: Final = 4
 class SkeletonNodes(NamedTuple):
     """Hold the N nodes of a skeleton and the beginnings of up to four branches of each."""
 
-    y: NDArray[np.int32]  # pixels of the nodes, (N,)
-    x: NDArray[np.int32]
+    y: Ints  # pixels of the nodes, (N,)
+    x: Ints
     crossing_number: Grey  # (N,): 1 for an ending, 3 for a bifurcation, 4 for a crossing
-    paths: NDArray[np.int32]  # (y, x) of the branches' pixels from the node on, (N, 4, L, 2)
-    steps: NDArray[np.int32]  # number of traced pixels of each branch, at most L, (N, 4)
-    target: NDArray[np.int32]  # node that ends the branch, -1 if the trace met none, (N, 4)
+    paths: Ints  # (y, x) of the branches' pixels from the node on, (N, 4, L, 2)
+    steps: Ints  # number of traced pixels of each branch, at most L, (N, 4)
+    target: Ints  # node that ends the branch, -1 if the trace met none, (N, 4)
 
 
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:

@@ -7,17 +7,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fpmatch.image.arrays import Floats, Grey
+    from fpmatch.image.arrays import Doubles, Floats, Grey, Ints
 
 RADIUS_PX: Final = 14
 SIGMA_PX: Final = 8.0
 
 
-def minutia_quality(
-    pixels: Floats, enhanced: Floats, x: NDArray[np.int32], y: NDArray[np.int32]
-) -> Grey:
+def minutia_quality(pixels: Floats, enhanced: Floats, x: Ints, y: Ints) -> Grey:
     """Measure the quality of the minutiae at `x` and `y`, 0 to 100.
 
     It is 100 times the correlation of the normalised and the enhanced image, both (H, W), in a
@@ -37,7 +33,7 @@ def minutia_quality(
     return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
 
 
-def _column_sums(terms: NDArray[np.float64]) -> NDArray[np.float64]:
+def _column_sums(terms: Doubles) -> Doubles:
     """Sum each column from top to bottom; `sum` adds a single column in another order."""
     sums = terms.cumsum(axis=0)[-1] if terms.shape[1] == 1 else terms.sum(axis=0)
     return np.asarray(sums, np.float64)

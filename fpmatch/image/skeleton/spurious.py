@@ -13,7 +13,7 @@ from fpmatch.image.skeleton.crossing_number import find_nodes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Floats, Mask
+    from fpmatch.image.arrays import Floats, Ints, Mask
     from fpmatch.image.skeleton.crossing_number import SkeletonNodes
 
 # Lengths in pixels at 500 dpi.
@@ -81,7 +81,7 @@ def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
     return keep
 
 
-def _inside(x: NDArray[np.int32], y: NDArray[np.int32], mask: Mask) -> Mask:
+def _inside(x: Ints, y: Ints, mask: Mask) -> Mask:
     """Return which pixels are far enough from the borders of the mask and of the image."""
     height, width = mask.shape
     edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
@@ -127,9 +127,7 @@ def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Ma
     return crowded
 
 
-def _near_pairs(
-    x: NDArray[np.int32], y: NDArray[np.int32], reach: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _near_pairs(x: Ints, y: Ints, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return each pair once whose x and y both differ by at most `reach`."""
     by_y = y.argsort(kind="stable")
     last = y[by_y].searchsorted(y[by_y] + reach, "right")

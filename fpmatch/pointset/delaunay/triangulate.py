@@ -45,21 +45,9 @@ FLATNESS: Final = 1e-9
 def triangulate(points: ArrayLike) -> Triangulation:
     """Triangulate `points` by Delaunay's criterion, whatever their position.
 
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        Any finite points; N may be 0.
-
-    Returns
-    -------
-    Triangulation
-        No circle through the corners of a triangle holds another point inside. The tie rules are
-        those of this module's docstring.
-
-    Raises
-    ------
-    PointSetError
-        If the shape is not (N, 2) or a coordinate is not finite.
+    No circle through the corners of a triangle holds another point inside; the tie rules are
+    those of this module's docstring. Points that are not finite or not of shape (N, 2) are refused
+    with a `PointSetError`.
 
     Examples
     --------

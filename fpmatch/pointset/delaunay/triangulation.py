@@ -12,37 +12,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangulation:
-    """Hold a Delaunay triangulation of N points and its one-rings.
+    """A Delaunay triangulation of N points and its one-rings.
 
     Counter-clockwise means the mathematical sense in the coordinates as they stand: from +x
     towards +y (with y pointing down, that is clockwise on screen).
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (N, 2)
-        The points.
-    triangles : ndarray of int32, shape (T, 3)
-        Corners of each triangle, counter-clockwise.
-    edges : ndarray of int32, shape (E, 2)
-        Joined points, the smaller index first.
-    hull : ndarray of int32, shape (H,)
-        Points on the outer boundary, counter-clockwise from the smallest (x, then y); all of them
-        in order along the line where the points are collinear or coincide.
-    ring_start : ndarray of int32, shape (N + 1,)
-        The one-ring of point i is ``ring[ring_start[i]:ring_start[i + 1]]``.
-    ring : ndarray of int32
-        Neighbours of each point in turn, counter-clockwise by direction, from -π on.
-    interior : ndarray of bool, shape (N,)
-        Whether the one-ring is a closed polygon around the point.
+    The one-ring of point i is ``ring[ring_start[i]:ring_start[i + 1]]``.
     """
 
-    points: NDArray[np.float64]
-    triangles: NDArray[np.int32]
-    edges: NDArray[np.int32]
+    points: NDArray[np.float64]  # (N, 2)
+    triangles: NDArray[np.int32]  # (T, 3): corners, counter-clockwise
+    edges: NDArray[np.int32]  # (E, 2): joined points, the smaller index first
+    # (H,): points on the outer boundary, counter-clockwise from the smallest (x, then y); all of
+    # them in order along the line where the points are collinear or coincide
     hull: NDArray[np.int32]
-    ring_start: NDArray[np.int32]
-    ring: NDArray[np.int32]
-    interior: NDArray[np.bool_]
+    ring_start: NDArray[np.int32]  # (N + 1,): where the one-ring of each point begins
+    ring: NDArray[np.int32]  # neighbours of each point, counter-clockwise by direction, from -π on
+    interior: NDArray[np.bool_]  # (N,): whether the one-ring is a closed polygon around the point
 
     def __len__(self) -> int:
         return len(self.points)

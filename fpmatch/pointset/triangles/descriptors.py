@@ -39,11 +39,6 @@ class TriangleDescriptors(NamedTuple):
     negative_information: Floats
 
 
-def delaunay_triangles(mesh: Triangulation, _: Floats) -> Ints:
-    """Return the triangles (T, 3) of a mesh."""
-    return mesh.triangles
-
-
 def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
     """Return all triangles (T, 3) of a point and two of its neighbours, each once.
 

@@ -30,7 +30,6 @@ from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods, propose
 from fpmatch.pointset.triangles.descriptors import (
     TriangleDescriptors,
-    delaunay_triangles,
     density_of,
     density_over_hull,
     describe_all,
@@ -40,11 +39,7 @@ from fpmatch.pointset.triangles.descriptors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
-
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
@@ -107,28 +102,9 @@ def match_by_triangles(
 ) -> PointMatch:
     """Find the similarity transform that maps points of P onto points of Q, if there is one.
 
-    Parameters
-    ----------
-    p, q : array_like of float, shape (N, 2) and (M, 2)
-        The point sets; a part of P has partners in Q. The search is fast where P is the smaller.
-    tolerance : float, optional
-        Largest distance of a pair after the transform, in the units of Q; by default a quarter of
-        the mean spacing 1/√density of the larger set. The search for the transform uses at most
-        0.6 of that spacing.
-    parameters : TriangleParameters, optional
-        How to search.
-
-    Returns
-    -------
-    PointMatch
-        Transform, pairs and the expected number of matches as good by chance; no transform where
-        nothing better than chance was found.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed, has fewer than three points or all of them on one line, its
-        coordinates or extent are beyond 2**±300, or the tolerance is not positive.
+    This is `fpmatch.match_points` with parameters. The search is fast where P is the smaller set.
+    The tolerance is a quarter of the mean spacing 1/√density of the larger set by default; the
+    search for the transform uses at most 0.6 of that spacing.
     """
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
@@ -220,7 +196,9 @@ class _Search:
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
-        return self._search(delaunay_triangles) or self._search(ring_triangles)
+        return self._search(self.mesh_p.triangles, self.mesh_q.triangles) or self._search(
+            ring_triangles(self.mesh_p, self.p), ring_triangles(self.mesh_q, self.q)
+        )
 
     def pair(self) -> tuple[Ints, float]:
         """Refit the move to its optimal pairs; return these (K, 2) and their rms distance."""
@@ -229,15 +207,15 @@ class _Search:
         pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
         return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
 
-    def _search(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
-        """Search one kind of triangle until a proposal is accepted."""
+    def _search(self, of_p: Ints, of_q: Ints) -> bool:
+        """Search one kind of triangle, (T, 3) each, until a proposal is accepted."""
         given, m = self.given, len(self.mesh_p)
         if self.tried >= given.max_proposals:
             return False
         outliers = (1.0 - given.share) * self.density_p
-        in_p = describe_all(self.p, triangles(self.mesh_p, self.p), outliers)
+        in_p = describe_all(self.p, of_p, outliers)
         shortest = given.shortest_side * self.spacing
-        in_q = describe_large(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest)
+        in_q = describe_large(self.q, of_q, given.near_tie, shortest)
         arguments = self._arguments(in_p, in_q, given.shape_tolerance * self.tolerance / shortest)
         log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.mesh_q))

@@ -66,34 +66,19 @@ DEFAULT_RHO: Final = 0.6
 
 @dataclass(frozen=True, slots=True)
 class UnitCircleParameters:
-    """Set what counts as a match.
-
-    Parameters
-    ----------
-    area_tolerance : float
-        Largest difference of two inscribed polygons' areas (the unit circle's own area is π).
-    precision : float
-        λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target.
-    tolerance : float or None
-        The matching distance itself, in the units of the larger set; replaces `precision`.
-    matching_factor : float
-        ρ: the search ends with the first transform that pairs more than this share of the smaller
-        set. With 1 (default) it ends early only where all points are paired, and the best
-        transform is kept.
-    max_scale : float
-        Transforms that change the scale by more than this factor, either way, are left out.
-
-    Raises
-    ------
-    PointSetError
-        If a value is outside its range.
-    """
+    """Set what counts as a match; values outside their range raise a `PointSetError`."""
 
     area_tolerance: float = DEFAULT_AREA_TOLERANCE
+    """Largest difference of two inscribed polygons' areas (the unit circle's own area is π)."""
     precision: float = 0.428
+    """λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target."""
     tolerance: float | None = None
+    """The matching distance itself, in the units of the larger set; replaces `precision`."""
     matching_factor: float = 1.0
+    """ρ: the search ends with the first transform that pairs more than this share of the smaller
+    set. With 1 it ends early only where all points are paired, and the best transform is kept."""
     max_scale: float = math.inf
+    """Transforms that change the scale by more than this factor, either way, are left out."""
 
     def __post_init__(self) -> None:
         if not self.area_tolerance > 0:
@@ -108,14 +93,7 @@ class UnitCircleParameters:
 def match_by_unit_circle(
     p: ArrayLike, q: ArrayLike, parameters: UnitCircleParameters | None = None
 ) -> PointMatch:
-    """Match two point sets by their one-rings on the unit circle.
-
-    Parameters
-    ----------
-    p, q : array_like of float, shape (N, 2) and (M, 2)
-        The point sets.
-    parameters : UnitCircleParameters, optional
-        What counts as a match.
+    """Match two point sets, (N, 2) and (M, 2), by their one-rings on the unit circle.
 
     Returns
     -------
@@ -140,7 +118,10 @@ def match_prepared(
         return match_prepared(q, p, given).inverse()
     ring_pairs = similar_rings(p.rings, q.rings, given.area_tolerance)
     moves = _without_collapse(fit_rings(p, q, ring_pairs), p, q, given.max_scale)
-    best = _match_globally(p, q, moves, _tolerance(q, given), given.matching_factor)
+    tolerance = given.precision * q.spacing  # eq. (2), in the unit frame of q
+    if given.tolerance is not None:
+        tolerance = math.ldexp(given.tolerance, -q.frame.exponent)
+    best = _match_globally(p, q, moves, tolerance, given.matching_factor)
     if best is None:
         return PointMatch.none(len(ring_pairs))
     move, pairs = best
@@ -224,13 +205,6 @@ def _refit(
     refitted = Similarity.fit(xy_p[pairs[:, 0]], xy_q[pairs[:, 1]])
     again = greedy_pairs(refitted.apply(xy_p), xy_q, tolerance)
     return (refitted, again) if len(again) >= len(pairs) else (move, pairs)
-
-
-def _tolerance(target: PreparedPoints, parameters: UnitCircleParameters) -> float:
-    """Return the matching distance of eq. (2) in the target's unit frame."""
-    if parameters.tolerance is None:
-        return parameters.precision * target.spacing
-    return math.ldexp(parameters.tolerance, -target.frame.exponent)
 
 
 def _without_collapse(

@@ -157,13 +157,9 @@ def pair_within(p_grid, q_grid, move, tolerance, enough, max_steps, pair, taken,
 @cython.inline
 @cython.exceptval(check=False)
 def nearest_within(
-    grid: CellGrid,
-    x: cython.double,
-    y: cython.double,
-    reach: cython.double,
-    taken: cython.int[::1],
-    steps: cython.longlong[::1],
-) -> cython.int:
+    grid: CellGrid, x: cython.double, y: cython.double, reach: cython.double,
+    taken: cython.int[::1], steps: cython.longlong[::1],
+) -> cython.int:  # fmt: skip
     """Return the point nearest to (x, y), not `taken`, within `reach`; -1 for none.
 
     Of equals it is the first; `taken` (N,) is 0 for a point that is free.

@@ -1,7 +1,5 @@
 """The blend carries enhanced ridges into the gaps of the image."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

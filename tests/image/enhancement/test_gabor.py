@@ -1,7 +1,5 @@
 """Each pixel by the filter of its ridge; the kernel and its twins."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

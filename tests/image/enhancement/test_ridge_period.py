@@ -1,7 +1,5 @@
 """The distance that the ridges have, everywhere in the mask."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

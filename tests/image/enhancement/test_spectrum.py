@@ -1,7 +1,5 @@
 """A wave shows as its own angle and period, where it is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The same grey values whatever the container; nothing else gets in."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every image format: what is read of it, and the one-line errors for damage."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The resolution, wherever a file may tell it."""
 
-from __future__ import annotations
-
 from io import BytesIO
 
 import pytest

@@ -1,7 +1,5 @@
 """What NIST's decoder makes of a file; damaged ones are refused in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Fields of blocks, blurred and brought to pixels and back."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

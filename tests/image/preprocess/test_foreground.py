@@ -1,7 +1,5 @@
 """Nothing of a print is outside, and little else inside."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Every neighbourhood alike, and nothing where nothing was recorded."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The mask is where the ridges are, in one piece, without holes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

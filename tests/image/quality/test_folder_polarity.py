@@ -1,7 +1,5 @@
 """The images of a folder share one polarity."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

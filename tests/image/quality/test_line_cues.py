@@ -1,7 +1,5 @@
 """What differs between the lines changes its sign in the negative."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,8 +9,6 @@ from numpy.typing import NDArray
 
 from fpmatch.image.quality import line_cues as line_cues_module
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
-
-Pixels = NDArray[np.uint8]
 
 
 def stripes(shape: tuple[int, int] = (160, 160)) -> NDArray[np.float64]:

@@ -1,7 +1,5 @@
 """Weights are read back as they were written, and only for the features they belong to."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,14 +1,11 @@
 """White ridges are noticed, and nothing else is taken for them."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_images import hostile_pictures
-from numpy.typing import NDArray
 
 from fpmatch.errors import ImageError
 from fpmatch.image.quality import polarity
@@ -27,8 +24,6 @@ from fpmatch.image.quality.polarity import (
     polarity_evidence,
 )
 from research.training.background import other_background
-
-Pixels = NDArray[np.uint8]
 
 
 def test_prints_on_white_and_their_negatives(pressed):

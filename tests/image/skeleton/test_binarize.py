@@ -1,7 +1,5 @@
 """Positive pixels in the mask, without specks and pores."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Nodes drawn by hand, and the tracing kernel and its twins."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """100 where image and ridges agree, 0 where they do not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

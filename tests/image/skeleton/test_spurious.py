@@ -1,7 +1,5 @@
 """Drawn spurs, islands, bridges, lakes, breaks, crowds, and borders."""
 
-from __future__ import annotations
-
 import tracemalloc
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Lines one pixel wide that keep what hangs together; kernel and twins."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import example, given

@@ -10,8 +10,11 @@ from fpmatch.pointset.frames import UnitFrame
 from fpmatch.pointset.unit_circle.one_rings import map_to_unit_circle
 from fpmatch.pointset.unit_circle.parametrize import parametrize
 
+even_points = seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 400, (30, 2)))
 
-def check_against_single_rings(points: np.ndarray) -> None:
+
+@given(even_points | crowded_pixels)
+def test_all_rings_at_once_are_the_rings_one_by_one(points: np.ndarray) -> None:
     mesh = triangulate(points)
     rings = map_to_unit_circle(mesh)
     assert sorted(rings.centre.tolist()) == mesh.interior.nonzero()[0].tolist()
@@ -24,16 +27,6 @@ def check_against_single_rings(points: np.ndarray) -> None:
         assert rings.weight[entry] == pytest.approx(expected.weights, abs=1e-9)
         assert rings.image[:, i] == pytest.approx(expected.image, abs=1e-9)
         assert rings.area[i] == pytest.approx(expected.area, abs=1e-12)
-
-
-@given(seeds)
-def test_all_rings_at_once_are_the_rings_one_by_one(seed: int) -> None:
-    check_against_single_rings(np.random.default_rng(seed).uniform(0, 400, (30, 2)))
-
-
-@given(crowded_pixels)
-def test_rings_of_crowded_pixels(points: np.ndarray) -> None:
-    check_against_single_rings(points)
 
 
 @given(any_finite_points)

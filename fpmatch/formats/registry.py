@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats import (
@@ -16,13 +16,16 @@ from fpmatch.formats import (
     xyt,
 )
 from fpmatch.formats.fmr_header import MAGIC
+from fpmatch.plugins import FORMATS, load_plugins
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterator
 
     from fpmatch.formats.codec import Codec
 
-# A new format is a module with a CODEC and its name here, the stricter ones first.
+# A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
+# another package, see `fpmatch.plugins`.
 CODECS: Final = (
     csv_format.CODEC,
     csv_format.PLAIN_CODEC,
@@ -47,35 +50,46 @@ def codec_of_content(data: bytes) -> Codec:
     for codec in CODECS:
         if codec.recognises(data):
             return codec
+    plugins = load_plugins(FORMATS)
+    for codec in plugins.loaded.values():
+        if codec.recognises(data):
+            return cast("Codec", codec)
     if data.startswith(MAGIC):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
             "which is not known"
         )
-    raise TemplateError("not a template file of a known format")
+    failed = "".join(f"; {why}" for why in plugins.failures.values())
+    raise TemplateError(f"not a template file of a known format{failed}")
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
     """Return the codec that writes files with the suffix of `path`; raises TemplateError."""
     suffix = PurePath(path).suffix.lower()
-    written = [codec for codec in CODECS if codec.encode is not None]
-    for codec in written:
-        if suffix in codec.suffixes:
+    for codec in _own_then_others():
+        if codec.encode is not None and suffix in codec.suffixes:
             return codec
+    written = [codec for codec in _own_then_others() if codec.encode is not None]
     known = ", ".join(dict.fromkeys(codec.suffixes[0] for codec in written))
     raise TemplateError(f"{path}: no template format has the suffix {suffix!r} (known: {known})")
 
 
 def codec_of_name(name: str) -> Codec:
     """Return the codec of the format `name`; raises TemplateError if there is none."""
-    for codec in CODECS:
+    for codec in _own_then_others():
         if codec.name == name:
             return codec
-    known = ", ".join(codec.name for codec in CODECS)
+    known = ", ".join(codec.name for codec in _own_then_others())
     raise TemplateError(f"unknown template format {name!r} (known: {known})")
 
 
 def written_formats() -> list[str]:
     """Return the names of the formats that can be written."""
-    return [codec.name for codec in CODECS if codec.encode is not None]
+    return [codec.name for codec in _own_then_others() if codec.encode is not None]
+
+
+def _own_then_others() -> Iterator[Codec]:
+    """Yield the codecs of this package, then those of others, which are loaded if it comes to it."""
+    yield from CODECS
+    yield from load_plugins(FORMATS).loaded.values()

@@ -1,16 +1,19 @@
 """The matchers: one public module each, found by its file name.
 
 A matcher is one module of this package that defines ``MATCHER``, of the shape of
-`fpmatch.matching.result.Matcher`. File ``unit_circle.py`` is the matcher "unit-circle".
+`fpmatch.matching.result.Matcher`. File ``unit_circle.py`` is the matcher "unit-circle". Other
+packages add matchers by entry points, see `fpmatch.plugins`.
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import MatcherError
+from fpmatch.plugins import MATCHERS, PluginError, entry_points_of, load_object
 
 if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
@@ -26,21 +29,41 @@ def matcher_names() -> list[str]:
     >>> "unit-circle" in matcher_names()
     True
     """
-    modules = pkgutil.iter_modules(__path__)
-    return sorted(m.name.replace("_", "-") for m in modules if not m.name.startswith("_"))
+    return sorted({*_own_names(), *entry_points_of(MATCHERS)})
 
 
 def get_matcher(name: str) -> Matcher:
     """Return the matcher called `name`, importing its module on first use.
 
+    Parameters
+    ----------
+    name : str
+        A name of `matcher_names`, or the place of a matcher, ``package.module:OBJECT``.
+
     Raises
     ------
     MatcherError
-        If there is no matcher of that name.
+        If there is no matcher of that name, or that of another package cannot be loaded.
     """
-    known = matcher_names()
-    if name not in known:
-        raise MatcherError(f"unknown matcher {name!r}; known: {', '.join(known) or 'none'}")
-    module = importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
-    matcher: Matcher = module.MATCHER
+    if name in _own_names():
+        module = importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
+        own: Matcher = module.MATCHER
+        return own
+    if ":" not in name and name not in entry_points_of(MATCHERS):
+        raise MatcherError(f"unknown matcher {name!r}; known: {', '.join(matcher_names())}")
+    try:
+        found = load_object(name if ":" in name else entry_points_of(MATCHERS)[name].value)
+    except PluginError as error:
+        raise MatcherError(f"matcher {name}: {error}", code="plug-in") from error
+    lacking = [part for part in ("name", "prepare", "compare") if not hasattr(found, part)]
+    if lacking:
+        raise MatcherError(f"matcher {name}: it has no {lacking[0]}", code="plug-in")
+    matcher: Matcher = found
     return matcher
+
+
+@cache
+def _own_names() -> frozenset[str]:
+    """Return the names of the matchers of this package."""
+    modules = pkgutil.iter_modules(__path__)
+    return frozenset(m.name.replace("_", "-") for m in modules if not m.name.startswith("_"))

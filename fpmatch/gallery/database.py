@@ -40,7 +40,7 @@ class Database:
     """Open transactions on the database of one gallery.
 
     `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
-    (or ``sqlite:///file``). Raises GalleryError if there is no such file, it is no SQLite database,
+    (or ``sqlite:///file``), and `name` either, without a password. Raises GalleryError if there is no such file, it is no SQLite database,
     or the URL is of another kind.
     """
 

@@ -85,6 +85,20 @@ def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
     return a, np.ascontiguousarray(b[:, rng.permutation(b.shape[1])])
 
 
+def impressions_of_a_finger(seed: int, n: int) -> list[Points]:
+    """Return a print of n minutiae, others of its finger, two of any fingers, and two minutiae."""
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, n)
+    parts = a[:, 3:], a[:, 2:-3], a[:, :-3]
+    moves = (0.4, 30 - 20j), (0.1, 5 - 4j), (-2.0, 300 - 100j)
+    b, c, d = (
+        jittered(rng, moved(part, *move), 1.5, 0.05)
+        for part, move in zip(parts, moves, strict=True)
+    )
+    sides = [a, b, c, d[:, ::-1], any_points(seed + 1), any_points(seed + 2), a[:, :2]]
+    return [np.ascontiguousarray(side) for side in sides]
+
+
 def doubled_prints(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
     """Return a print and one that holds it twice, in the order of their content.
 

@@ -49,17 +49,6 @@ def nearest_with_numpy(
     return (nearest, float(squared[nearest])) if near else (-1, math.inf)
 
 
-@given(clouds)
-def test_the_grid_holds_every_point_in_its_cell(cloud: np.ndarray) -> None:
-    unit, grid, order, _ = sort_set(cloud, UnitFrame.of(cloud))
-    assert sorted(order.tolist()) == list(range(len(cloud)))
-    assert unit[order].T.tolist() == places(grid).tolist()
-    assert grid.rows * grid.columns <= 16 * len(cloud) + 16
-    cell = np.repeat(np.arange(grid.rows * grid.columns), np.diff(grid.start))
-    column, row = (places(grid) * grid.per_unit).astype(int)
-    assert cell.tolist() == (row * grid.columns + column).tolist()
-
-
 @given(clouds, seeds)
 def test_nearest_within_agrees_with_its_twin(cloud: np.ndarray, seed: int) -> None:
     grid = sorted_in_frame(cloud)

@@ -109,7 +109,7 @@ def interpreted():
         spec = importlib.util.spec_from_file_location(f"interpreted{name}", source)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        assert not module.COMPILED
+        assert not module.cython.compiled
         return module
 
     return load

@@ -80,7 +80,7 @@ def check_claim(
     )
     if not entries:
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
-        raise gallery.database.error(f"no impression of {claim} is enrolled", "unknown")
+        raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
     references = [gallery.template(entry.id) for entry in entries]
     result = verify_finger(
         probe, references, matcher=matcher, threshold=threshold, calibration=calibration

@@ -40,8 +40,8 @@ class Database:
     """Open transactions on the database of one gallery.
 
     `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
-    (or ``sqlite:///file``). Raises GalleryError if there is no such file, it is no SQLite database,
-    or the URL is of another kind.
+    (or ``sqlite:///file``), and `name` is either, without a password. Raises GalleryError if there
+    is no such file, it is no SQLite database, or the URL is of another kind.
     """
 
     def __init__(self, where: str | os.PathLike[str], *, create: bool = False) -> None:

@@ -57,25 +57,22 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
     GalleryError
         If it is missing, no gallery, damaged, of another version, or cannot be reached.
     """
-    database = Database(where, create=create)
+    gallery = Gallery(where, create=create)
     try:
-        _check_or_create(database, create=create)
+        _check_or_create(gallery, create=create)
     except BaseException:
-        database.close()
+        gallery.close()
         raise
-    return Gallery(database)
+    return gallery
 
 
-class Gallery:
-    """Enrolled impressions; `open_gallery` opens one.
+class Gallery(Database):
+    """A database of enrolled impressions; `open_gallery` opens one.
 
     Every method is one transaction, or one for some thousand rows where it yields: a killed
     program leaves nothing half-written, and two may enrol at the same time. Methods raise
     GalleryError where the database cannot be read or written.
     """
-
-    def __init__(self, database: Database) -> None:
-        self.database = database
 
     def __enter__(self) -> Self:
         return self
@@ -83,18 +80,9 @@ class Gallery:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self) -> None:
-        """Close the database."""
-        self.database.close()
-
-    @property
-    def name(self) -> str:
-        """The file, or the URL without its password."""
-        return self.database.name
-
     def __len__(self) -> int:
         """Return the number of impressions."""
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             return int(connection.scalar(_COUNT.select_from(ENTRY)) or 0)
 
     def summary(self) -> GallerySummary:
@@ -106,7 +94,7 @@ class Gallery:
             sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0),
             sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
         ).select_from(ENTRY)
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             version = int(connection.scalar(sa.select(GALLERY.c.version)) or 0)
             impressions, subjects, minutiae, size = map(int, connection.execute(totals).one())
             dpi = {float(dpi): int(count) for dpi, count in connection.execute(by_dpi)}
@@ -115,7 +103,7 @@ class Gallery:
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             conflicts = Conflicts(connection, requests)
         return [conflicts.find(request) for request in requests]
 
@@ -157,7 +145,7 @@ class Gallery:
         """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
         numbers = [entry.id for entry in self.entries(subject=subject)]
         if not numbers:
-            raise self.database.error(f"no impression of subject {subject}", "unknown")
+            raise self.error(f"no impression of subject {subject}", "unknown")
         return numbers
 
     def entry(self, number: int) -> Entry:
@@ -182,12 +170,12 @@ class Gallery:
         """Return for the number of each entry the lowest number of an entry of its finger."""
         finger = [ENTRY.c.subject, ENTRY.c.finger]
         query = sa.select(ENTRY.c.id, sa.func.min(ENTRY.c.id).over(partition_by=finger))
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             return {int(row[0]): int(row[1]) for row in connection.execute(query)}
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             rows = connection.execute(sa.select(FAILURE).order_by(FAILURE.c.source)).all()
         return [Failure(row.source, row.reason) for row in rows]
 
@@ -211,20 +199,20 @@ class Gallery:
 
     def content_hash(self) -> str:
         """Return a hash that differs whenever the entries have changed."""
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             state = connection.scalar(sa.select(GALLERY.c.state))
             query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
             count, last = connection.execute(query).one()
         return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
 
     def _unknown(self, number: int) -> GalleryError:
-        return self.database.error(f"no entry has the number {number}", "unknown")
+        return self.error(f"no entry has the number {number}", "unknown")
 
     def _one(
         self, query: sa.Select[Any], number: int, convert: Callable[[Any], Converted]
     ) -> Converted:
         """Return the row of a number."""
-        with self.database.reading() as connection:
+        with self.reading() as connection:
             row = connection.execute(query.where(ENTRY.c.id == number)).first()
             if row is None:
                 raise self._unknown(number)
@@ -236,7 +224,7 @@ class Gallery:
         """Yield rows by number, in transactions short enough to block no one for long."""
         query = query.order_by(ENTRY.c.id).limit(ROWS_PER_READ)
         while True:
-            with self.database.reading() as connection:
+            with self.reading() as connection:
                 rows = connection.execute(query.where(ENTRY.c.id > after)).all()
                 converted = [convert(row) for row in rows]
             yield from converted
@@ -247,29 +235,29 @@ class Gallery:
     @contextmanager
     def _changing(self) -> Iterator[sa.Connection]:
         """Open a transaction during which no other one writes."""
-        with self.database.writing() as connection:
+        with self.writing() as connection:
             connection.execute(sa.select(GALLERY.c.id).with_for_update())
             yield connection
 
 
-def _check_or_create(database: Database, *, create: bool) -> None:
+def _check_or_create(gallery: Gallery, *, create: bool) -> None:
     """Check that there is a gallery of this version, or make an empty one."""
-    with database.reading() as connection:
+    with gallery.reading() as connection:
         tables = set(sa.inspect(connection).get_table_names())
     if GALLERY.name not in tables:
-        if tables and database.file is not None:
-            raise database.error("not a gallery but a database of something else", "no gallery")
+        if tables and gallery.file is not None:
+            raise gallery.error("not a gallery but a database of something else", "no gallery")
         if not create:
-            raise database.error("holds no gallery; `fpmatch enrol` makes one", "missing")
-        with database.creating() as connection:
+            raise gallery.error("holds no gallery; `fpmatch enrol` makes one", "missing")
+        with gallery.creating() as connection:
             if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
                 create_tables(connection, secrets.token_hex(16))
-    with database.reading() as connection:
+    with gallery.reading() as connection:
         version = connection.scalar(sa.select(GALLERY.c.version))
     if version is None:
-        raise database.error("damaged: its version is missing", "damaged")
+        raise gallery.error("damaged: its version is missing", "damaged")
     if version != VERSION:
-        raise database.error(
+        raise gallery.error(
             f"a gallery of version {version}; this fpmatch reads version {VERSION}", "version"
         )
 

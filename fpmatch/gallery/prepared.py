@@ -78,7 +78,7 @@ def _folders(gallery: Gallery) -> list[Path]:
     """Return the folders for prepared prints, the preferred one first."""
     from platformdirs import user_cache_path  # noqa: PLC0415
 
-    file = gallery.database.file
+    file = gallery.file
     name = gallery.name if file is None else str(file.absolute())
     cache = user_cache_path("fpmatch") / "galleries"
     beside = [] if file is None else [file.with_name(f"{file.name}.prepared")]

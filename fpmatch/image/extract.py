@@ -126,10 +126,9 @@ def extract(
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
-    """Resample an image (H, W) to 500 dpi; return it with the zoom, 500 / dpi.
+    """Resample an image (H, W) to 500 dpi, unless it has that; return it and the zoom, 500 / dpi.
 
-    An image of 500 dpi is returned unchanged. Raises ImageError if the resampled image is too small
-    or too large for a print.
+    Raises ImageError if the resampled image is too small or too large for a print.
     """
     zoom = STANDARD_DPI / dpi
     if abs(zoom - 1.0) < 1e-3:

@@ -3,8 +3,6 @@
 import cython
 from cython.cimports.libc.math import exp, log, log1p, sqrt
 
-COMPILED = cython.compiled
-
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
 # Beyond about these amounts, more evidence does not change the quantiles of impostor comparisons;
 # areas are in square pixels at 500 dpi.

@@ -16,8 +16,6 @@ else:
     from fpmatch.matching._amount_kernel import as_similarity, smaller_area
     from fpmatch.matching._local_kernel import normalize_by_size
 
-COMPILED = cython.compiled
-
 
 @cython.final
 @cython.cclass

@@ -3,8 +3,6 @@
 import cython
 import numpy as np
 
-COMPILED = cython.compiled
-
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
 # The product with a single bit has highest six bits that are different for all 64.

@@ -7,8 +7,6 @@ bins of the ridge orientation at places around it.
 
 import cython
 
-COMPILED = cython.compiled
-
 NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
 ORIENTATION_WORDS = cython.declare(cython.int, 12)
 SIDE = cython.declare(cython.int, 16)  # cells along a grid, with the minutia in its middle

@@ -15,8 +15,6 @@ if cython.compiled:
 else:
     from fpmatch.matching import _amount_kernel as amount
 
-COMPILED = cython.compiled
-
 # Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
 PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
 FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES = range(8, 17)

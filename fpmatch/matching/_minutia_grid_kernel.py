@@ -3,8 +3,6 @@
 import cython
 import numpy as np
 
-COMPILED = cython.compiled
-
 CELL_PX = cython.declare(cython.double, 16.0)
 MOST_CELLS = cython.declare(cython.int, 32)  # across the bounding box; larger cells if need be
 MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia

@@ -10,8 +10,6 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import atan2, cos, sin, sqrt
 
-COMPILED = cython.compiled
-
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
 LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
 

@@ -27,8 +27,6 @@ if cython.compiled:
 else:
     from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
 
-COMPILED = cython.compiled
-
 FRAME = cython.declare(cython.Py_ssize_t, 8)  # frame points
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
 FAR_AWAY = cython.declare(cython.double, 1e6)  # px, farther than any minutia

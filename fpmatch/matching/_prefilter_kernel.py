@@ -17,8 +17,6 @@ else:
     from fpmatch.matching._consistency_kernel import PairSet
     from fpmatch.matching._encode_kernel import second
 
-COMPILED = cython.compiled
-
 NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
 ORIENTATION_WORDS = cython.declare(cython.int, 12)
 # A word of a neighbour: its cell in the first grid; a bit that is set where this cell does not

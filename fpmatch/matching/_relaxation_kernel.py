@@ -15,8 +15,6 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-COMPILED = cython.compiled
-
 NEAR = cython.declare(cython.double, 1e-6)  # px: minutiae nearer than this coincide
 
 

@@ -8,8 +8,6 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
-COMPILED = cython.compiled
-
 FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
 REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis

@@ -8,8 +8,6 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-COMPILED = cython.compiled
-
 
 @cython.final
 @cython.cclass

@@ -1,10 +1,8 @@
 """Bit descriptors: a fast, coarse comparison of two prints, for the prefilter.
 
-The neighbourhood of every minutia is encoded once: in which cell of position and direction each
-neighbour lies, in the minutia's own frame and in two grids, and the ridge orientation at places
-around it. Two minutiae are compared by counting the words that they share; two prints by the pairs
-of minutiae that share enough and agree in one rotation and shift. That takes a few hundredths of
-the time of a whole comparison, and rejects most impostor pairs.
+Two minutiae are compared by counting the words of `_encode_kernel` that they share; two prints by
+the pairs of minutiae that share enough and agree in one rotation and shift. That takes a few
+hundredths of the time of a whole comparison, and rejects most impostor pairs.
 """
 
 from __future__ import annotations

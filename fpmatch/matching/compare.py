@@ -27,18 +27,10 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.score import Evidence
 
-MIN_MINUTIAE: Final = 1
-"""The fewest minutiae that a print is compared by."""
-
-PREPARED_KEPT: Final = 64
-"""Views and indices of prints that are kept, those used last: a fifth of a megabyte each."""
-
-LEAST_CAPACITY: Final = 64
-"""Minutiae that a thread's workspace has room for at least."""
-
-ORDERED_BY: Final = 3
-"""Minutiae that decide which of two prints comes first, before the whole keys do."""
-
+MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
+PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
+LEAST_CAPACITY: Final = 64  # minutiae that a thread's workspace has room for at least
+ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do
 NEITHER_FIRST: Final = 0
 REFERENCE_FIRST: Final = -1
 PROBE_FIRST: Final = 1
@@ -88,24 +80,21 @@ class Workspace:
             return None
         return best_alignment(aligner), score.evidence_of(self.scorer, total)
 
-    def compare_packed(
-        self,
-        references: PackedTemplates,
-        first: int,
-        order: NDArray[np.int8],
-        similarity: NDArray[np.float64],
-    ) -> None:
-        """Fill the similarities of the probe to references from number `first` on.
+    def similarities(
+        self, references: PackedTemplates, first: int, order: NDArray[np.int8]
+    ) -> NDArray[np.float64]:
+        """Return the similarities of the probe to references from number `first` on.
 
-        `order` is what `canonical_order` returned of them; where neither comes first, the
-        similarity is not touched.
+        `order` is what `canonical_order` returned of them; where neither comes first, it is 0.
         """
+        found = np.zeros(len(order))
         self._kernel.neighbours = _index_of(self._probe)
         if self._packed_view is None:
             n, size = self.capacity, references.neighbour.shape[1]
             arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
             self._packed_view = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-        self._kernel.compare_packed(references.packed, self._packed_view, first, order, similarity)
+        self._kernel.compare_packed(references.packed, self._packed_view, first, order, found)
+        return found
 
 
 _THREAD: Final = threading.local()
@@ -153,24 +142,18 @@ def align(
 def similarities(
     probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Compare one print with the references from number `first` up to, not including, `last`.
+    """Return the similarities to the references from number `first` up to, not including, `last`.
 
-    Returns
-    -------
-    similarity : ndarray of float64, shape (last - first,)
-        The similarity to each.
-    undecided : ndarray of intp, shape (K,)
-        Numbers of those whose content is too like the probe's to order the two by their first
-        minutiae; their similarity is 0.
+    Also return the numbers of those whose content is too like the probe's to order the two by their
+    first minutiae; their similarity is 0.
     """
-    similarity = np.zeros(max(last - first, 0))
-    if not len(similarity):
-        return similarity, np.empty(0, np.intp)
+    if last <= first:
+        return np.zeros(0), np.empty(0, np.intp)
     order = canonical_order(probe, references, first, last)
     workspace = workspace_for(max(len(probe), references.most_minutiae))
     workspace.load(probe)
-    workspace.compare_packed(references, first, order, similarity)
-    return similarity, first + np.flatnonzero(order == NEITHER_FIRST)
+    found = workspace.similarities(references, first, order)
+    return found, first + np.flatnonzero(order == NEITHER_FIRST)
 
 
 def canonical_order(

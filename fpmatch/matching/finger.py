@@ -3,12 +3,10 @@
 The best score of n impressions is too high: the chance that one of them matches another finger by
 accident grows almost n-fold. The score of a finger is therefore that of the harmonic mean of the
 false match rates of its impressions. If one impression of n matches, this costs ``10·log10(n)``,
-like the bound n·FMR; if several match, it costs less. A finger of one impression has the score of
-that impression.
+like the bound n·FMR; if several match, it costs less.
 
-Impressions that match each other are, beside that, put together into a consolidated template (see
-`fpmatch.matching.consolidate`). In the mean it weighs half as much as they do: where all of them
-belong to one, half of the weight is its own.
+Impressions that match each other are also put together into a consolidated template (see
+`fpmatch.matching.consolidate`). Where all of them belong to one, half of the weight is its own.
 
 References
 ----------

@@ -62,6 +62,6 @@ def index_neighbours(
     turn = math.radians((parameters or LocalParameters()).max_turn_deg)
     slack = 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
     of = neighbourhoods.count, neighbourhoods.frame
-    index: kernel.NeighbourIndex
-    index = kernel.NeighbourIndex(*of, CELL_PX, HALF, turn, slack, of[1].shape[2])
+    cells = CELL_PX, HALF, turn, slack, of[1].shape[2]
+    index: kernel.NeighbourIndex = kernel.NeighbourIndex(*of, *cells)
     return index

@@ -1,12 +1,10 @@
 """Neighbourhoods: what surrounds each minutia on the Delaunay triangulation.
 
 The paper maps the one-ring of a point to the unit circle, its boundary placed by chord length
-(eq. 3), its centre a weighted mean of the boundary (eq. 4). Two things are added so that a
-neighbourhood can be recognised although neighbours are missing or spurious: the circle is turned
-so that the minutia's own direction points to angle 0, and each neighbour is kept by itself, with
-its position and direction in that frame, so that one that is lost costs its own weight alone.
-The shape-preserving weights say how much of the neighbourhood each ring point carries; points of
-the second ring make up the number.
+(eq. 3), its centre a weighted mean of the boundary (eq. 4). So that a neighbourhood is recognised
+although neighbours are missing or spurious, the circle is turned until the minutia's direction
+points to angle 0, and each neighbour is kept by itself, with its position and direction in that
+frame and its shape-preserving weight; points of the second ring make up the number.
 """
 
 from __future__ import annotations

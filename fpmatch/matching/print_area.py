@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from fpmatch.matching.quantization import flow_of, orientation_codes
+from fpmatch.matching.quantization import orientation_codes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,27 +40,6 @@ class PrintArea:
     def area(self) -> float:
         """Area of the print."""
         return self.inside * (self.step * self.step)
-
-    @property
-    def cells(self) -> NDArray[np.float64]:
-        """Middles of the cells inside the print, and cosine and sine of twice the orientation.
-
-        The rows of the array, shape (4, K), are x, y and the two; these are 0 where unknown.
-        """
-        row, column = np.nonzero(self.code)
-        x = (self.first_column + column + 0.5) * self.step
-        y = -(self.first_row + row + 0.5) * self.step
-        return np.stack([x, y, *(flow_of(self.code[row, column]) * self.has_flow)])
-
-    def contains(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which of the points lie inside the print area."""
-        rows, columns = self.code.shape
-        column = np.floor(x / self.step) - self.first_column
-        row = np.floor(-y / self.step) - self.first_row
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        held = np.zeros(len(x), bool)
-        held[inside] = self.code[row[inside].astype(np.intp), column[inside].astype(np.intp)] > 0
-        return held
 
 
 def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.neighbourhood import Neighbourhoods
 
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
-ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour, the most being ever so rare
+ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 
 
@@ -28,12 +28,6 @@ def orientation_codes(
     known = np.where(mask, orientation, 0.0).astype(np.float64)
     step = np.rint(known * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
     return np.where(mask, step + 1, 0).astype(np.uint8)
-
-
-def flow_of(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return cosine and sine, shape (2, …), of twice the orientation; 0 outside the mask."""
-    doubled = (codes.astype(np.float64) - 1.0) * (2 * np.pi / ORIENTATIONS)
-    return np.stack([np.cos(doubled), np.sin(doubled)]) * (codes > 0)
 
 
 def rounded(found: Neighbourhoods) -> Neighbourhoods:

@@ -51,8 +51,8 @@ def ridge_correlation(
     Returns
     -------
     float
-        Mean correlation of the cells, -1 to 1; about 0.2 for ridges of different fingers that run
-        alike. 0 where there are none.
+        Mean correlation of the cells, -1 to 1; about 0.2 for different fingers whose ridges have
+        the same orientation. 0 where there are none.
     int
         Number of cells compared: those that lie in both prints, at least three of the cells that
         touch them beside them; 0 where either print does not show its ridges.

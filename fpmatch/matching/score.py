@@ -39,8 +39,7 @@ after the first: a place within 12 pixels and 30 degrees of a minutia has anothe
 usual print, about once in 20 times. Ridges count fully where their correlation is 0.4 or more, and
 less down to 0.2, that of different fingers. In dense prints many minutiae are paired by chance:
 where more than 3 such pairs are expected, the FMR is at least the probability of so many pairs in a
-Poisson distribution. Genuine whole prints stay far from these
-bounds.
+Poisson distribution. Genuine whole prints stay far from these bounds.
 
 The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
 similarity is ``log(1 + e^estimate)``, which is positive. Prints that the prefilter rejects get an

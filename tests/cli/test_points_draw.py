@@ -1,4 +1,4 @@
-"""`fpmatch points draw`: which sets it draws, what it says, and what becomes of bad input."""
+"""`fpmatch points draw`: which sets it draws, and what it says."""
 
 import json
 import sys
@@ -25,111 +25,103 @@ NAMES = [
 POINTS = np.random.default_rng(8).uniform(0.0, 100.0, (25, 2))
 
 
-@pytest.fixture
-def p_csv(tmp_path):
-    return saved(tmp_path / "p.csv", POINTS)
-
-
 def saved(path, points):
     np.savetxt(path, points, delimiter=",", header="x,y", comments="", fmt="%.17g")
     return path
 
 
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "new" / "out"
 
 
-def test_without_files_a_random_pair_is_drawn(run, tmp_path):
+@pytest.fixture
+def draw(run, out):
+    """Return a function that draws figures and returns the numbers printed as JSON."""
     pytest.importorskip("matplotlib")
-    out = tmp_path / "new" / "out"
+
+    def run_draw(*words):
+        result = run("points", "draw", "-o", out, "--json", *words)
+        assert result.exit_code == 0, result.output
+        numbers = json.loads(result.stdout)
+        assert numbers.pop("files") == sorted(map(str, out.iterdir()))
+        return numbers
+
+    return run_draw
+
+
+def as_printed(pair):
+    return json.loads(json.dumps(numbers_drawn(pair, choose_ring_pair(pair))))
+
+
+def test_without_files_a_random_pair_is_drawn(run, out):
+    pytest.importorskip("matplotlib")
     result = run("points", "draw", "-o", out)
-    assert result.exit_code == 0, result.output
-    assert names(out) == NAMES
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert sorted(path.name for path in out.iterdir()) == NAMES
     pair = random_point_pair(EASY_SEED)
     rings = choose_ring_pair(pair)
     for figure in draw_point_figures(pair, rings):
         assert (out / figure.file_name).read_bytes() == figure.content
         assert f"{out / figure.file_name}: {figure.title}\n" in result.stdout
-    matched = numbers_drawn(pair, rings)["matched"]
     assert result.stdout.endswith(
         f"Ring of point {rings.p.centre} of P ({len(rings.p)} points), partner: point "
-        f"{rings.q.centre} of Q; {matched} of 40 points match\n"
+        f"{rings.q.centre} of Q; {numbers_drawn(pair, rings)['matched']} of 40 points match\n"
     )
-    assert result.stderr == ""
 
 
-def test_with_one_file_its_rotated_copy_is_the_other_set(run, tmp_path, p_csv):
-    pytest.importorskip("matplotlib")
-    result = run("points", "draw", p_csv, "-o", tmp_path / "out", "--seed", 5, "--json")
-    assert result.exit_code == 0, result.output
-    printed = json.loads(result.stdout)
-    assert printed.pop("files") == [str(tmp_path / "out" / name) for name in NAMES]
-    pair = rotated_point_pair(POINTS, "p.csv", 5)
-    assert printed == json.loads(json.dumps(numbers_drawn(pair, choose_ring_pair(pair))))
-    for side in "pq":
-        assert sum(printed[side]["weights"]) == pytest.approx(1.0)
-    for rotation in printed["rotation_deg"].values():
-        assert rotation == pytest.approx(pair.transform.rotation_deg)
-
-
-def test_with_two_files_the_matcher_finds_the_partners(run, tmp_path, p_csv):
-    pytest.importorskip("matplotlib")
-    move = Similarity(2.0, -1.2, 7.0, 9.0)
-    q_csv = saved(tmp_path / "q.csv", move.apply(POINTS[::-1]))
-    ring = int(rotated_ring(POINTS))
-    options = ("-o", tmp_path / "out", "--ring", ring, "--format", "png", "--json")
-    result = run("points", "draw", p_csv, q_csv, *options)
-    assert result.exit_code == 0, result.output
-    printed = json.loads(result.stdout)
-    assert names(tmp_path / "out") == [name.replace(".svg", ".png") for name in NAMES]
+def test_with_two_files_the_matcher_finds_the_partners(draw, out, tmp_path):
+    p_csv = saved(tmp_path / "p.csv", POINTS)
+    q_csv = saved(tmp_path / "q.csv", Similarity(2.0, -1.2, 7.0, 9.0).apply(POINTS[::-1]))
+    pair = rotated_point_pair(POINTS, "points", 1)
+    default = choose_ring_pair(pair).p.centre
+    ring = next(int(i) for i in pair.p.mesh.interior.nonzero()[0] if i != default)
+    printed = draw(p_csv, q_csv, "--ring", ring, "--format", "png")
+    assert {path.suffix for path in out.iterdir()} == {".png"}
     assert (printed["p"]["centre"], printed["q"]["centre"]) == (ring, len(POINTS) - 1 - ring)
     assert printed["rotation_deg"]["rings"] == pytest.approx(np.degrees(-1.2))
     assert printed["scale"]["rings"] == pytest.approx(2.0)
     assert printed["matched"] == len(POINTS)
 
 
-def test_a_template_is_drawn_as_its_image_stands(run, tmp_path):
-    pytest.importorskip("matplotlib")
+@pytest.mark.parametrize(
+    ("name", "words", "y_down"),
+    [
+        ("template.csv", ["--seed", 5], True),
+        ("template.csv", ["--seed", 5, "--y-axis", "up"], False),
+        ("points.csv", ["--seed", 5], False),
+        ("points.csv", ["--seed", 5, "--y-axis", "down"], True),
+    ],
+)
+def test_a_template_is_drawn_as_its_image_stands(draw, out, tmp_path, name, words, y_down):
+    minutiae = Minutiae(*POINTS.T, np.zeros(len(POINTS)))
+    xy = minutiae.xy.astype(float)
+    save_template(tmp_path / "template.csv", Template(minutiae, 100, 100))
+    saved(tmp_path / "points.csv", xy)
+    printed = draw(tmp_path / name, *words)
+    pair = rotated_point_pair(xy, name, 5, y_down=y_down)
+    assert printed == as_printed(pair)
+    for rotation in printed["rotation_deg"].values():
+        assert rotation == pytest.approx(pair.transform.rotation_deg)
+    drawn = (out / NAMES[0]).read_text(encoding="utf-8")
+    assert ("y down, as in images" in " ".join(drawn.split())) == y_down
+
+
+def test_a_template_and_points_need_the_y_axis(draw, run, out, tmp_path):
     minutiae = Minutiae(*POINTS.T, np.zeros(len(POINTS)))
     save_template(tmp_path / "p.csv", Template(minutiae, 100, 100))
-    xy = minutiae.xy.astype(float)
-    bare = saved(tmp_path / "bare.csv", xy)
-    for file, words, y_down in (
-        (tmp_path / "p.csv", (), True),
-        (tmp_path / "p.csv", ("--y-axis", "up"), False),
-        (bare, (), False),
-        (bare, ("--y-axis", "down"), True),
-    ):
-        result = run("points", "draw", file, "-o", tmp_path / "out", "--json", *words)
-        assert result.exit_code == 0, result.output
-        printed = json.loads(result.stdout)
-        del printed["files"]
-        pair = rotated_point_pair(xy, "p.csv", EASY_SEED, y_down=y_down)
-        assert printed == json.loads(json.dumps(numbers_drawn(pair, choose_ring_pair(pair))))
-        drawn = (tmp_path / "out" / NAMES[0]).read_text(encoding="utf-8")
-        assert ("y down, as in images" in " ".join(drawn.split())) == y_down
-    turned = saved(tmp_path / "q.csv", Similarity(1.0, 0.4).apply(xy))
-    result = run("points", "draw", tmp_path / "p.csv", turned, "-o", tmp_path / "out")
-    assert result.exit_code == 2
-    assert "one file is a template, the other is not" in result.stderr
-    words = ("-o", tmp_path / "out", "--json", "--y-axis", "down")
-    result = run("points", "draw", tmp_path / "p.csv", turned, *words)
-    rotation = json.loads(result.stdout)["rotation_deg"]["sets"]
+    turned = saved(tmp_path / "q.csv", Similarity(1.0, 0.4).apply(minutiae.xy.astype(float)))
+    refused = run("points", "draw", tmp_path / "p.csv", turned, "-o", out)
+    assert refused.exit_code == 2
+    assert "one file is a template, the other is not" in refused.stderr
+    rotation = draw(tmp_path / "p.csv", turned, "--y-axis", "down")["rotation_deg"]["sets"]
     assert rotation == pytest.approx(-np.degrees(0.4))  # clockwise on screen
 
 
-def rotated_ring(points):
-    """Return a point with a closed ring, not the one that is drawn by default."""
-    pair = rotated_point_pair(points, "points", 1)
-    chosen = choose_ring_pair(pair).p.centre
-    return next(i for i in pair.p.mesh.interior.nonzero()[0] if i != chosen)
-
-
-def test_without_matplotlib_one_line_says_what_to_install(run, tmp_path, monkeypatch):
+def test_without_matplotlib_one_line_says_what_to_install(run, out, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    result = run("points", "draw", "-o", tmp_path / "out")
-    assert_refused(result, "matplotlib")
-    assert not (tmp_path / "out").exists()
+    assert_refused(run("points", "draw", "-o", out), "matplotlib")
+    assert not out.exists()
 
 
 def test_the_help_names_every_picture(run):

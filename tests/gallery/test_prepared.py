@@ -67,7 +67,7 @@ def afresh(gallery):
 
 def files_kept(gallery, cache):
     """Return how many files are in the folder where prints are to be kept."""
-    file = gallery.database.file
+    file = gallery.file
     if file is not None:
         return len(list(file.with_name(f"{file.name}.prepared").iterdir()))
     (folder,) = (cache / "fpmatch" / "galleries").iterdir()

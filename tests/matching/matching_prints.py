@@ -13,6 +13,8 @@ from fpmatch.matching.align import Alignment, AlignmentParameters, alignments
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.neighbourhood import neighbourhoods
 from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.print_area import PrintArea
+from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
@@ -83,6 +85,20 @@ def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
     gone = int(rng.integers(0, 5))
     b = np.hstack([b[:, gone:], moved(spread_points(rng, gone), 1.0)])
     return a, np.ascontiguousarray(b[:, rng.permutation(b.shape[1])])
+
+
+def impressions_of_a_finger(seed: int, n: int) -> list[Points]:
+    """Return a print of n minutiae, others of its finger, two of any fingers, and two minutiae."""
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, n)
+    parts = a[:, 3:], a[:, 2:-3], a[:, :-3]
+    moves = (0.4, 30 - 20j), (0.1, 5 - 4j), (-2.0, 300 - 100j)
+    b, c, d = (
+        jittered(rng, moved(part, *move), 1.5, 0.05)
+        for part, move in zip(parts, moves, strict=True)
+    )
+    sides = [a, b, c, d[:, ::-1], any_points(seed + 1), any_points(seed + 2), a[:, :2]]
+    return [np.ascontiguousarray(side) for side in sides]
 
 
 def doubled_prints(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
@@ -237,3 +253,30 @@ def heaviest(
     """Return the alignment whose pairs fit best, or None where nothing is paired."""
     found = alignments(a, b, similarity, parameters)
     return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)
+
+
+def flow_of(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return cosine and sine, shape (2, …), of twice the orientation; 0 outside the mask."""
+    doubled = (codes.astype(np.float64) - 1.0) * (2 * np.pi / ORIENTATIONS)
+    return np.stack([np.cos(doubled), np.sin(doubled)]) * (codes > 0)
+
+
+def cells_of(region: PrintArea) -> NDArray[np.float64]:
+    """Return middles of the cells inside a print area, and their flow, 0 where unknown: (4, K)."""
+    row, column = np.nonzero(region.code)
+    x = (region.first_column + column + 0.5) * region.step
+    y = -(region.first_row + row + 0.5) * region.step
+    return np.stack([x, y, *(flow_of(region.code[row, column]) * region.has_flow)])
+
+
+def contains(
+    region: PrintArea, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Return which of the points lie inside a print area."""
+    rows, columns = region.code.shape
+    column = np.floor(x / region.step) - region.first_column
+    row = np.floor(-y / region.step) - region.first_row
+    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    held = np.zeros(len(x), bool)
+    held[inside] = region.code[row[inside].astype(int), column[inside].astype(int)] > 0
+    return held

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
-    jittered,
-    moved,
+    impressions_of_a_finger,
     seeds,
     spread_points,
     striped_field,
@@ -132,25 +131,15 @@ def beside(a, b, one, other):
 
 
 def impressions(seed):
-    """Return a finger, two impressions of it, and other prints, with and without ridges."""
-    rng = np.random.default_rng(seed)
-    finger = spread_points(rng, PRINT_SIZE)
+    """Return impressions of one finger and of others, with and without ridges."""
     sides = [
-        finger,
-        jittered(rng, moved(finger[:, 2:], 0.4, 30 - 20j), 1.5, 0.05),
-        jittered(rng, moved(finger[:, :-3], -2.0, 300 - 100j), 1.5, 0.05)[:, ::-1],
-        spread_points(rng, 9),
-        spread_points(rng, 3),
-        finger[:, :1],
+        *impressions_of_a_finger(seed, PRINT_SIZE),
         # a cell has one word however many neighbours are in it; those far away have none
         np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float),
         np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]]),
     ]
     flows = (striped_field(orientation=0.3), striped_field(orientation=1.9), None)
-    return [
-        prepare(template_of(np.ascontiguousarray(side), field=flows[k % 3]))
-        for k, side in enumerate(sides)
-    ]
+    return [prepare(template_of(side, field=flows[k % 3])) for k, side in enumerate(sides)]
 
 
 def load(tables, own):

@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
-    any_points,
+    impressions_of_a_finger,
     jittered,
-    moved,
     seeds,
     spread_points,
     striped_field,
@@ -86,27 +85,12 @@ def some_field(rng, k):
 def impressions(seed, kinds=0):
     """Return impressions of one finger and of others, with and without ridges, and of nothing."""
     rng = np.random.default_rng(seed)
-    finger = spread_points(rng, PRINT_SIZE)
-    sides = [
-        finger,
-        jittered(rng, moved(finger[:, 3:], 0.4, 30 - 20j), 1.5, 0.05),
-        jittered(rng, moved(finger[:, 2:-3], 0.1, 5 - 4j), 1.5, 0.05),
-        jittered(rng, moved(finger[:, :-3], -2.0, 300 - 100j), 1.5, 0.05)[:, ::-1],
-        any_points(seed + 1),
-        any_points(seed + 2),
-        finger[:, :2],
-    ]
-    return [
-        prepare(
-            template_of(
-                np.ascontiguousarray(side),
-                dpi=(500.0, 569.0)[k % 2],
-                quality=rng.integers(0, 101, side.shape[1]),
-                field=some_field(rng, kinds * k),
-            )
-        )
-        for k, side in enumerate(sides)
-    ]
+    found = []
+    for k, side in enumerate(impressions_of_a_finger(seed, PRINT_SIZE)):
+        quality = rng.integers(0, 101, side.shape[1])
+        field = some_field(rng, kinds * k)
+        found.append(prepare(template_of(side, (500.0, 569.0)[k % 2], quality, field)))
+    return found
 
 
 @given(

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
+    cells_of,
+    contains,
     even_field,
     plane,
     seeds,
@@ -73,7 +76,7 @@ def twin(a, b, partner, transform):
         (b, a, back.real, back.imag, j),
     ):
         single = np.setdiff1d(np.arange(len(one)), paired)
-        u, v, holds = x[single], y[single], other.region.contains
+        u, v, holds = x[single], y[single], partial(contains, other.region)
         inside = holds(u, v)
         deep = inside.copy()
         margin = P.margin_px if other.region.has_flow else P.hull_margin_px
@@ -84,8 +87,8 @@ def twin(a, b, partner, transform):
         least = 0.25 * len(one)
         poor = least / square.sum() if 0 < square.sum() < least else 1.0
         unpaired += poor * float(square[single][deep].sum())
-    mapped = shift + linear * plane(a.region.cells)
-    shared = np.count_nonzero(b.region.contains(mapped.real, mapped.imag)) * a.region.step**2
+    mapped = shift + linear * plane(cells_of(a.region))
+    shared = np.count_nonzero(contains(b.region, mapped.real, mapped.imag)) * a.region.step**2
     smaller = min(a.region.area, b.region.area)
     overlap = min(shared / smaller, 1.0) if smaller else 0.0
     found, mesh = aligner.relaxation, aligner.mesh

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from matching_prints import any_points, seeds
+from matching_prints import any_points, flow_of, seeds
 
 from fpmatch.matching.neighbourhood import neighbourhoods
 from fpmatch.matching.quantization import (
     ORIENTATIONS,
     ROOT_WEIGHTS,
-    flow_of,
     orientation_codes,
     root_weight_codes,
     rounded,

@@ -6,7 +6,17 @@ from itertools import product
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from matching_prints import COMPILED, packed_pictures, plane, seeds, spread_points, template_of
+from matching_prints import (
+    COMPILED,
+    cells_of,
+    contains,
+    flow_of,
+    packed_pictures,
+    plane,
+    seeds,
+    spread_points,
+    template_of,
+)
 from matching_weights import print_for
 
 from fpmatch.image.extract import extract
@@ -16,7 +26,6 @@ from fpmatch.matching.align import aligner_of
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.quantization import flow_of
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.minutiae import RidgeField
 from research.partial_templates import window
@@ -52,7 +61,7 @@ def twin(a, b, p=P, among=None):
     """Return the same, one pair of minutiae after the other, as the docstrings define it."""
     swapped = b.region.area < a.region.area
     small, large = (b, a) if swapped else (a, b)
-    cells = small.region.cells
+    cells = cells_of(small.region)
     taken = []
     for k in range(cells.shape[1]):
         if k * SAMPLES >= len(taken) * cells.shape[1] and len(taken) < SAMPLES:
@@ -66,7 +75,7 @@ def twin(a, b, p=P, among=None):
     for i, j in offered:
         turn, shift = pair_transform(small, i, large, j)
         lies = turn * place + shift
-        inside = large.region.contains(lies.real, lies.imag)
+        inside = contains(large.region, lies.real, lies.imag)
         if not inside.any() or inside.sum() < p.least_common * len(place):
             continue
         column = np.floor(lies.real / large.region.step).astype(int) - large.region.first_column

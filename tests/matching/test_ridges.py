@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     NO_POINTS,
+    contains,
     moved,
     packed_pictures,
     plane,
@@ -87,7 +88,7 @@ def twin(a, b, partner, transform):
         bent = mapped_by(mesh, among)
         drift = 0.0 if bent is None else bent - (linear * among + shift)
         lies = linear * (middle - (0.5 - 0.5j)) + shift + drift
-        if not b.region.contains(np.array([lies.real]), np.array([lies.imag]))[0]:
+        if not contains(b.region, np.array([lies.real]), np.array([lies.imag]))[0]:
             continue
         counts = np.zeros((5, 5), np.int64)
         for v, u in SAMPLES:

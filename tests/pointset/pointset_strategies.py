@@ -47,6 +47,12 @@ def as_move(transform: Similarity) -> np.ndarray:
     return np.array([*transform.matrix[:, 0], transform.tx, transform.ty])
 
 
+def moved(points: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """Return points (2, N) under a move of kernels."""
+    a, b, tx, ty = move
+    return np.array([[a, -b], [b, a]]) @ points + [[tx], [ty]]
+
+
 def in_columns(points: np.ndarray) -> np.ndarray:
     """Return points (N, 2) as kernels take them, shape (2, N)."""
     return np.array(points.T, order="C")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pointset_strategies import grid_of, places, seeds
+from pointset_strategies import grid_of, moved, places, seeds
 
 from fpmatch.pointset import _assignment_kernel as kernel
 from fpmatch.pointset._grid_kernel import CellGrid
@@ -22,8 +22,7 @@ pixels = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=MAX_
 
 def gains(p: np.ndarray, grid: CellGrid, move: np.ndarray, tolerance: float) -> np.ndarray:
     """Return t² - d² for every pair, 0 where that is less, shape (N of P, M of Q)."""
-    a, b, tx, ty = move
-    image, q = np.array([[a, -b], [b, a]]) @ p + [[tx], [ty]], places(grid)
+    image, q = moved(p, move), places(grid)
     squared = ((image[:, :, None] - q[:, None, :]) ** 2).sum(axis=0)
     return np.maximum(tolerance**2 - squared, 0.0)
 

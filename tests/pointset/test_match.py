@@ -256,7 +256,7 @@ def test_a_power_of_two_in_scale_changes_no_bit(
 
 @every_matcher
 @pytest.mark.parametrize("shape", [(4, 4), (3, 6)])
-def test_lattices_are_laid_on_lattices(matcher: PointMatcher, shape: tuple[int, int]) -> None:
+def test_lattices_are_aligned_with_lattices(matcher: PointMatcher, shape: tuple[int, int]) -> None:
     p = np.argwhere(np.ones(shape)).astype(float)
     q = Similarity(2.0, 0.3, 5.0, 1.0).apply(p)
     match = match_points(p, q, matcher=matcher, rho=0.4 if matcher == "paper" else None)

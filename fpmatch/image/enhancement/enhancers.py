@@ -68,10 +68,7 @@ def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedP
 
 
 def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
-    """Measure orientation and period in the local spectrum, and filter the image along them.
-
-    Both are measured once more on a blend of the image and its enhancement.
-    """
+    """Filter the image along its ridges, whose course is measured on it and then on a blend."""
     pixels, shape = image.pixels, image.pixels.shape
     spectrum = ridge_spectrum(pixels)
     blocks = segment(image, spectrum)

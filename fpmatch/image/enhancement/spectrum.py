@@ -59,8 +59,7 @@ def _neighbourhoods(pixels: Floats) -> Floats:
     before = radius - BLOCK_PX // 2
     padded = np.pad(pixels, [(before, -size % BLOCK_PX + radius + 1) for size in pixels.shape])
     windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side))
-    height, width = pixels.shape
-    return windows[:height:BLOCK_PX, :width:BLOCK_PX]
+    return windows[: pixels.shape[0] : BLOCK_PX, : pixels.shape[1] : BLOCK_PX]
 
 
 @cache

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.io.limits import ImageLimits
 
+# Name of Pillow's decoder, and the first bytes of its files.
 SIGNATURES: Final = {
     "TIFF": (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+"),
     "PNG": (b"\x89PNG\r\n\x1a\n",),
@@ -33,7 +34,6 @@ SIGNATURES: Final = {
     "WEBP": (b"RIFF",),
     "JPEG2000": (b"\x00\x00\x00\x0cjP  ", b"\xff\x4f\xff\x51"),
 }
-"""Name of Pillow's decoder, and the first bytes of its files."""
 FIRST_OF_SEVERAL: Final = "the first of its several images was read"
 # Tags of TIFF, and their values.
 _BITS_PER_SAMPLE, _COMPRESSION, _PHOTOMETRIC, _SAMPLE_FORMAT = 258, 259, 262, 339

@@ -5,8 +5,7 @@ Later stages work on that box alone. It may contain much besides the print, but 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -30,8 +29,7 @@ MARGIN_PX: Final = 16
 MIN_SIDE_PX: Final = 64
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
+class Box(NamedTuple):
     """Hold a box of an image: rows `top` to before `bottom`, columns `left` to before `right`."""
 
     top: int

@@ -42,11 +42,7 @@ def segment(image: NormalizedImage, spectrum: RidgeSpectrum) -> Mask:
 
 
 def segment_enhanced(image: NormalizedImage, enhanced: Floats) -> Mask:
-    """Find the blocks, (rows, columns), whose ridges the network is certain of.
-
-    `enhanced` (H, W) comes from `fpmatch.image.enhancement.network`: -1 to 1, about 0 where nothing
-    is certain.
-    """
+    """Find the blocks, (rows, columns), whose ridges the network is certain of, not near 0."""
     certainty = blur_blocks(block_mean_product(enhanced, enhanced), SMOOTHING_BLOCKS)
     certain = certainty >= MIN_CERTAINTY
     ridges = _of_contrast(image, certainty, certain, MIN_RELATIVE_CONTRAST_OF_CERTAIN)

@@ -30,12 +30,9 @@ Read = TypeVar("Read")
 
 @dataclass(frozen=True, slots=True)
 class PolarityReader(Generic[Read]):
-    """Read images with the polarity of their folders, from `find_polarities`.
+    """Read images with the polarity of their folders, from `find_polarities`."""
 
-    `reader` takes a path, ``polarity`` and ``dpi``, as `fpmatch.image.io.read.read_image` does.
-    """
-
-    reader: Callable[..., Read]
+    reader: Callable[..., Read]  # takes a path, ``polarity`` and ``dpi``, as `read_image` does
     folders: Mapping[Path, Polarity]
     dpi: float | None = None
 

@@ -72,10 +72,7 @@ def thin_with_numpy(image: Grey) -> None:
 
 
 def neighbour_code(image: Grey) -> Grey:
-    """Return the eight neighbours of each pixel of a 0/1 image as a byte.
-
-    Bits 0..7 run counter-clockwise from the east; pixels outside count as 0.
-    """
+    """Return the neighbours of each pixel of a 0/1 image as a byte, counter-clockwise from east."""
     weights = np.array([[8, 4, 2], [16, 0, 1], [32, 64, 128]], np.float32)
     return np.asarray(
         cv2.filter2D(image, cv2.CV_8U, weights, borderType=cv2.BORDER_CONSTANT), np.uint8

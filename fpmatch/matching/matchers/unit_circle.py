@@ -57,11 +57,10 @@ class UnitCircleMatcher:
     prepare = staticmethod(prepare)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
-        """Match locally, then globally, and score the evidence.
+        """Match locally, then globally, and score the evidence, unless the prefilter rejects them.
 
         The two are taken in the order of their content, so that exchanging them changes nothing
-        but the direction of the transform. Where the prefilter rejects them, no transform is
-        looked for.
+        but the direction of the transform.
         """
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)

@@ -24,15 +24,8 @@ PLAN = AllPairs(4, 9, band=3, pairs_per_chunk=3)
 
 
 def run(output, progress=no_progress):
-    return score(
-        REFERENCES,
-        PROBES,
-        output,
-        pairs=PLAN,
-        matcher=Near(0.001),
-        save_every_s=0,
-        progress=progress,
-    )
+    options = {"pairs": PLAN, "matcher": Near(0.001), "save_every_s": 0}
+    return score(REFERENCES, PROBES, output, **options, progress=progress)
 
 
 def run_in_child(output):

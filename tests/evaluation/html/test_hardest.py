@@ -1,3 +1,4 @@
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -109,10 +110,9 @@ def printed(path, dpi):
 
 
 def test_the_worst_are_drawn_and_explained(tmp_path):
-    for finger in (1, 2, 3):
-        for number in (1, 2):
-            noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
-            Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
+    for finger, number in itertools.product((1, 2, 3), (1, 2)):
+        noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
+        Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
     report = evaluate([tmp_path], extractor=printed, workers=1)
     (worst, *_) = hardest_pairs(report, 1, genuine=False)
     assert worst.picture[8:12] == b"WEBP"

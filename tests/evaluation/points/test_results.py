@@ -54,13 +54,10 @@ def test_results_come_back_from_their_file_in_the_order_of_the_tables(tmp_path):
     again = read_results(path)
     assert again.cells == results().cells[::-1]
     assert (again.settings, again.skipped) == (results().settings, [SKIPPED])
+    assert again.cell(CELL.condition, "triangles") == CELL
+    assert again.cell(CELL.condition, "paper") is None
+    assert again.cell(Condition("patch", 9, 4), "triangles") is None
     assert list(json.loads(path.read_text())) == ["settings", "cells", "skipped"]
-
-
-def test_a_cell_is_found_by_condition_and_matcher():
-    assert results().cell(CELL.condition, "triangles") == CELL
-    assert results().cell(CELL.condition, "paper") is None
-    assert results().cell(Condition("patch", 9, 4), "triangles") is None
 
 
 def test_files_of_version_0_1_are_read(tmp_path):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fpmatch.pointset.random_sets import independent_pair, random_pair
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 
@@ -58,12 +57,3 @@ def test_clusters_of_different_sets_do_not_match(seed):
         for _ in range(2)
     )
     assert match_by_triangles(p, q, parameters=BOUNDED).transform is None
-
-
-def test_a_small_part_of_a_large_set_is_found_from_either_side():
-    large = np.random.default_rng(4).uniform(0, 100, (400, 2))
-    part = Similarity(0.5, -1.0, 7.0, 8.0).apply(large[np.hypot(*(large - 50).T) < 15])
-    forth, back = match_by_triangles(part, large), match_by_triangles(large, part)
-    assert forth.matched_share == back.matched_share == 1.0
-    assert forth.pairs[forth.pairs[:, 1].argsort()].tolist() == back.pairs[:, ::-1].tolist()
-    assert back.transform.scale == pytest.approx(0.5)

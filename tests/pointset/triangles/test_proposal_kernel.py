@@ -18,7 +18,10 @@ from fpmatch.pointset.triangles.descriptors import describe_all, describe_large,
 
 ANYTHING_PASSES = {"reject": -1e300, "accept": -1e300, "accept_small": -1e300}
 WIDEST = 6.0  # of the kernel, times reach²
-NO_LIMIT = 10**9
+GIVEN = {
+    **{"reach": 0.05, "shape_tolerance": 0.05, "reject": -1.5, "accept": 6.0, "accept_small": 2.0},
+    **{"test_length": 60, "max_proposals": 10**9},
+}
 
 Pairs = list[tuple[int, int]]
 
@@ -31,17 +34,12 @@ class Search:
         self.in_p = describe_all(self.p, self.mesh.triangles, 0.5)
         self.in_q = describe_large(self.q, triangulate(q).triangles, 0.8, 0.05)
         self.order = np.argsort(self.in_p.negative_information[: self.in_p.number], kind="stable")
-        self.reach = given.get("reach", 0.05)
-        self.shape_tolerance = given.get("shape_tolerance", 0.05)
+        vars(self).update(GIVEN | {"grown": len(p)} | given)
         self.widest = self.shape_tolerance / 0.05
         self.shapes = sort_by_shape(self.in_q, self.widest)
         self.grid, self.gain = grid_of(self.q, 0.3), np.empty(9)
         self.miss = kernel.hit_log_likelihoods(0.05, 0.6, self.gain)
-        self.reject, self.accept = given.get("reject", -1.5), given.get("accept", 6.0)
-        self.accept_small = given.get("accept_small", 2.0)
-        self.test_length = int(given.get("test_length", 60))
-        self.max_proposals = int(given.get("max_proposals", NO_LIMIT))
-        self.neighbours = np.empty(int(given.get("grown", len(p))), np.int32)
+        self.neighbours = np.empty(self.grown, np.int32)
         self.seen = np.full(len(p), -1, np.int32)
         self.fit, self.state = np.zeros(8), np.zeros(4, np.int_)
 

@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from pointset_strategies import as_move, seeds, worn
+from pointset_strategies import as_move, moved, seeds, worn
 
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle import _one_ring_kernel
@@ -49,9 +49,7 @@ def count_with_numpy(
     move: np.ndarray, p: PreparedPoints, q: PreparedPoints, tolerance: float
 ) -> int:
     """Return how many points match under a move, from all distances."""
-    a, b, tx, ty = move
-    moved = np.array([[a, -b], [b, a]]) @ p.unit + [[tx], [ty]]
-    near = np.hypot(*(moved[:, :, None] - q.unit[:, None, :])) <= tolerance
+    near = np.hypot(*(moved(p.unit, move)[:, :, None] - q.unit[:, None, :])) <= tolerance
     return int(min(near.any(axis=1).sum(), near.any(axis=0).sum()))
 
 

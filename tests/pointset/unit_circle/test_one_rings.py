@@ -42,11 +42,3 @@ def test_rings_are_ordered_by_degree_then_area(rng: np.random.Generator) -> None
     keys = list(zip(rings.degree.tolist(), rings.area.tolist(), strict=True))
     assert keys == sorted(keys)
     assert len(set(rings.degree.tolist())) > 2
-
-
-@pytest.mark.parametrize("points", [[], [[1, 1]], [[0, 0], [1, 0], [0, 1]], [[0, 0]] * 9])
-def test_sets_without_closed_rings_have_none(points: list[list[int]]) -> None:
-    rings = map_to_unit_circle(triangulate(points))
-    assert len(rings) == 0
-    assert rings.start.tolist() == [0]
-    assert rings.circle.shape == (2, 0)

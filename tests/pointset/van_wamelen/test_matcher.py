@@ -21,7 +21,7 @@ LITTLE_WORK = 200_000 if COMPILED else 20_000
 SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
 
 
-def laid_off(match: PointMatch, pair: RandomPair) -> float:
+def largest_difference(match: PointMatch, pair: RandomPair) -> float:
     """Return the largest distance of P's images under the transform found and the true one."""
     assert match.transform is not None
     assert pair.transform is not None
@@ -36,7 +36,7 @@ def test_recovers_the_transform_of_patches_without_noise(seed: int, m: int) -> N
     check_sound(match, pair.p, pair.q)
     assert match.matched_share == 1
     assert match.pairs.tolist() == pair.pairs.tolist()
-    assert laid_off(match, pair) < 1e-6
+    assert largest_difference(match, pair) < 1e-6
 
 
 @pytest.mark.parametrize(("rho", "eta", "lambda_"), SETTINGS)
@@ -50,7 +50,7 @@ def test_recognises_the_papers_patches(rho: float, eta: float, lambda_: float) -
         recognised += (
             match.matched_share >= rho
             and len(true_pairs) >= 0.8 * len(pair.pairs)
-            and laid_off(match, pair) <= pair.tolerance
+            and largest_difference(match, pair) <= pair.tolerance
         )
     assert recognised >= 0.9 * TRIALS
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pointset_strategies import as_move, crowded_pixels, places, seeds, squared_distances
+from pointset_strategies import as_move, crowded_pixels, moved, places, seeds, squared_distances
 
 from fpmatch.pointset._grid_kernel import CellGrid
 from fpmatch.pointset.frames import UnitFrame
@@ -47,22 +47,6 @@ def nearest_with_numpy(
     nearest = int(squared.argmin())
     near = squared[nearest] <= reach * reach
     return (nearest, float(squared[nearest])) if near else (-1, math.inf)
-
-
-def images(grid: CellGrid, move: np.ndarray) -> np.ndarray:
-    a, b, tx, ty = move
-    return np.array([[a, -b], [b, a]]) @ places(grid) + [[tx], [ty]]
-
-
-@given(clouds)
-def test_the_grid_holds_every_point_in_its_cell(cloud: np.ndarray) -> None:
-    unit, grid, order, _ = sort_set(cloud, UnitFrame.of(cloud))
-    assert sorted(order.tolist()) == list(range(len(cloud)))
-    assert unit[order].T.tolist() == places(grid).tolist()
-    assert grid.rows * grid.columns <= 16 * len(cloud) + 16
-    cell = np.repeat(np.arange(grid.rows * grid.columns), np.diff(grid.start))
-    column, row = (places(grid) * grid.per_unit).astype(int)
-    assert cell.tolist() == (row * grid.columns + column).tolist()
 
 
 @given(clouds, seeds)
@@ -123,7 +107,7 @@ def test_a_segment_is_mapped_to_another(seed: int) -> None:
     )
     move = np.empty(4)
     assert kernel.map_segment(p, 0, 1, q, 1, 0, move)
-    assert images(p, move) == pytest.approx(places(q)[:, ::-1])
+    assert moved(places(p), move) == pytest.approx(places(q)[:, ::-1])
     same = sorted_in_frame(np.ones((2, 2)))
     assert not kernel.map_segment(same, 0, 1, q, 0, 1, move)
     assert not kernel.map_segment(q, 0, 1, same, 0, 1, move)
@@ -139,7 +123,7 @@ def test_the_local_test_agrees_with_its_twin(seed: int, reach: float) -> None:
     free = np.zeros(30, np.int32)
     meetings = []
     for i in near:
-        nearest, _ = nearest_with_numpy(q, *images(p, move)[:, i], reach, free)
+        nearest, _ = nearest_with_numpy(q, *moved(places(p), move)[:, i], reach, free)
         if nearest >= 0:
             meetings.append((int(i), nearest))
     pair = np.empty((2, 21), np.int32)
@@ -156,7 +140,7 @@ def test_pairing_agrees_with_its_twin(seed: int) -> None:
     move = np.array([1.0, 0.1, *rng.uniform(-0.1, 0.1, 2)])
     taken = np.zeros(30, np.int32)
     pairs = []
-    for i, (x, y) in enumerate(images(p, move).T):
+    for i, (x, y) in enumerate(moved(places(p), move).T):
         nearest, _ = nearest_with_numpy(q, x, y, 0.15, taken)
         if nearest >= 0:
             taken[nearest] = 1
@@ -201,7 +185,7 @@ def test_the_global_match_grows_from_a_corner_to_the_whole() -> None:
         assert not free.any()
         if count:
             of_p, of_q = room[0, :, :count]
-            residual = images(p, move)[:, of_p] - places(q)[:, of_q]
+            residual = moved(places(p), move)[:, of_p] - places(q)[:, of_q]
             assert np.hypot(*residual).max() <= tolerance
             assert len(set(of_p.tolist())) == len(set(of_q.tolist())) == count
             found = {*zip(of_p.tolist(), of_q.tolist(), strict=True)}

@@ -16,7 +16,7 @@ from fpmatch.errors import FpmatchError
 # runs: `fpmatch --help` imports none of them.
 SUMMARIES: Final = {
     "verify": "Decide whether two images show the same finger.",
-    "overlay": "Draw one print, moved, over another.",
+    "overlay": "Draw two prints, aligned, one over the other.",
     "extract": "Write the templates of images as files.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
     "inspect": "Show what files contain: format, size, minutiae, quality.",

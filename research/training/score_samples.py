@@ -119,13 +119,13 @@ def sample_of(
         for one in (extraction.template for extraction in extracted.extractions)
     ]
     every = p.every_impostor
-    prints = probes = [one and MATCHER.prepare(one) for one in templates]
+    prints = probes = [None if one is None else MATCHER.prepare(one) for one in templates]
     if window_px is not None:
         every = p.every_window_impostor
         rng = np.random.default_rng([SEED, round(window_px)])
-        parts = (one and window(one, window_px, rng) for one in templates)
-        probes = [one and MATCHER.prepare(one) for one in parts]
-    room = max((len(one) for one in prints if one), default=0)
+        parts = (None if one is None else window(one, window_px, rng) for one in templates)
+        probes = [None if one is None else MATCHER.prepare(one) for one in parts]
+    room = max((len(one) for one in prints if one is not None), default=0)
     scorers = tuple(evidence_scorer(room, _no_weights(refine)) for refine in (np.inf, -1.0))
     rows: list[NDArray[np.float64]] = []
     descriptors, strength, genuine, nothing, passed = [], [], [], [0, 0], 0

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from fpmatch.audit import AuditLog
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching._local_kernel import COMPILED
 
@@ -22,6 +23,7 @@ NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else ("101_2.tif",)))
 """Prints that no command names; uncompiled, each takes seconds."""
 GALLERY = "prints.db"  # that one command makes and others use
+AUDIT_LOG = "audit.jsonl"  # that `fpmatch serve` makes and others use
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
 MOST_LINES = 150
 
@@ -98,6 +100,8 @@ def test_a_command_on_sample_prints_exits_cleanly_and_writes_its_file(command, c
     words = arguments(command, clone)
     if GALLERY in words and words[0] != "enrol":
         shutil.copy(enrolled / GALLERY, clone)
+    if AUDIT_LOG in words:
+        AuditLog(clone / AUDIT_LOG).append("ada", "identify", {"candidates": [3]})
     done = run(clone, "-m", "fpmatch", *words)
     assert done.returncode == 0, done.stderr
     if "-o" in words:

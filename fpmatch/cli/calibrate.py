@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.notes import json_text
-from fpmatch.cli.options import files_argument, json_option, output_option, workers_option
+from fpmatch.cli.options import (
+    files_argument,
+    json_option,
+    matcher_option,
+    output_option,
+    workers_option,
+)
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.matchers import get_matcher
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +39,7 @@ Examples:
 )
 @files_argument("sources", metavar="SCORES|DIR...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
-@click.option("--matcher", default=DEFAULT_MATCHER, help="Matcher to calibrate.")
+@matcher_option
 @json_option
 @workers_option
 def calibrate(
@@ -51,9 +57,10 @@ def calibrate(
     from fpmatch.output import atomic_write_bytes, check_writable
 
     check_writable(output)
+    chosen = get_matcher(matcher)
     with ProgressBars(_STAGES) as bars:
-        impostors = gather_impostors(sources, matcher=matcher, workers=workers, progress=bars.show)
-    calibration = calibrate_on(impostors, matcher, "fpmatch calibrate")
+        impostors = gather_impostors(sources, matcher=chosen, workers=workers, progress=bars.show)
+    calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode())
     report = report_calibration(calibration, impostors)
     document = {"calibration": str(output), **report.as_json()}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.notes import count, say_notes
-from fpmatch.cli.options import FILE, image_size
+from fpmatch.cli.options import FILE, FormatChoice, image_size
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 
@@ -34,6 +34,7 @@ Formats, with their suffixes:
   xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
   min .min         NIST's, as mindtct writes
   an2              ANSI/NIST-ITL, type 9: only read
+  and those of other packages, see docs/how-to/add_a_format.md
 
 \b
 What does not fit:
@@ -53,13 +54,13 @@ Examples:
 @click.option(
     "--format",
     "file_format",
-    type=click.Choice(written_formats()),
+    type=FormatChoice(written_formats()),
     help="Format of OUT.  [default: by its suffix]",
 )
 @click.option(
     "--from",
     "source_format",
-    type=click.Choice([codec.name for codec in CODECS]),
+    type=FormatChoice([codec.name for codec in CODECS]),
     help="Format of IN.  [default: by its content]",
 )
 @click.option("--view", type=click.IntRange(min=1), help="Write this print of IN only, from 1.")

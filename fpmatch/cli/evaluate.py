@@ -17,7 +17,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,7 +103,9 @@ not (a note on stderr names each), 2 when the run could not be done.
     "matchers",
     multiple=True,
     default=[DEFAULT_MATCHER],
-    help="Matcher to evaluate; repeatable, or all, to compare several side by side.",
+    metavar="NAME",
+    help="Matcher to evaluate, by its name or its place, package.module:OBJECT; repeatable, or "
+    "all, to compare several side by side.",
 )
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
@@ -273,7 +275,11 @@ def evaluate(
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:
-    """Return the requested matchers, each once; "all" means every matcher."""
+    """Return the requested matchers, each once; "all" means every matcher that can be loaded."""
     known = matcher_names()
+    if "all" in names:
+        for name, why in matcher_failures().items():
+            known.remove(name)
+            say_note(f"matcher {name} is left out: {why}")
     every = [name for given in names for name in (known if given == "all" else [given])]
     return list(dict.fromkeys(every))

@@ -9,6 +9,7 @@ import click
 
 from fpmatch.cli.notes import json_text, say_errors, say_note, say_notes
 from fpmatch.cli.options import (
+    FormatChoice,
     enhance_option,
     files_argument,
     json_option,
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
-FORMATS: Final = OWN_FORMATS | {name: (name,) for name in written_formats()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @click.option(
     "--format",
     "file_format",
-    type=click.Choice(list(FORMATS)),
+    type=FormatChoice([*OWN_FORMATS, *written_formats()]),
     default="both",
     help="json is complete; csv has the minutiae alone; the others are those of convert.",
 )
@@ -146,7 +146,7 @@ def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]
     """Write a template under `stem`, print what its format cannot hold, return the files."""
     from fpmatch.formats.files import save_template
 
-    names = FORMATS[file_format]
+    names = OWN_FORMATS.get(file_format, (file_format,))
     files = tuple(stem.with_name(stem.name + codec_of_name(name).suffixes[0]) for name in names)
     for path, name in zip(files, names, strict=True):
         notes = save_template(path, template, file_format=name)

@@ -220,21 +220,18 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
 
     They are named by subject, finger and impression: 101_3.json.
     """
-    from fpmatch.cli.extract import FORMATS, OWN_FORMATS
+    from fpmatch.cli.extract import OWN_FORMATS
     from fpmatch.formats.registry import codec_of_name
     from fpmatch.gallery.export import export_templates
     from fpmatch.gallery.gallery import open_gallery
 
-    if file_format not in FORMATS:
-        raise click.BadParameter(
-            f"{file_format!r} is none of {', '.join(FORMATS)}", param_hint="--format"
-        )
+    formats = [codec_of_name(name) for name in OWN_FORMATS.get(file_format, (file_format,))]
     lost: dict[str, list[Path]] = {}
     with open_gallery(gallery) as opened, ProgressBars({"export": "writing templates"}) as bars:
         written = export_templates(
             opened,
             output,
-            suffixes=[codec_of_name(name).suffixes[0] for name in FORMATS[file_format]],
+            suffixes=[codec.suffixes[0] for codec in formats],
             subject=subject,
             progress=bars.show,
             noted=lambda path, note: lost.setdefault(note, []).append(path),

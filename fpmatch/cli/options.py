@@ -38,6 +38,25 @@ def old_names(**names: str) -> dict[str, Any]:
     return {"token_normalize_func": lambda name: names.get(name, name)}
 
 
+class FormatChoice(click.Choice[str]):
+    """One of some names, or of the formats of other packages, which are looked for if need be."""
+
+    def _with_plugins(self) -> click.Choice[str]:
+        from fpmatch.plugins import FORMATS, plugin_names
+
+        return click.Choice(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str | None:
+        """Return all the names, for help texts."""
+        return self._with_plugins().get_metavar(param, ctx)
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return `value`, or fail with all the names."""
+        if value in self.choices:
+            return value
+        return self._with_plugins().convert(value, param, ctx)
+
+
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
@@ -60,7 +79,12 @@ enhance_option: Final = click.option(
     default=ENHANCEMENTS[0],
     help="Enhancement of ridges in images: by a small neural network, or by Gabor filters.",
 )
-matcher_option: Final = click.option("--matcher", default=DEFAULT_MATCHER, help="Matcher to use.")
+matcher_option: Final = click.option(
+    "--matcher",
+    metavar="NAME",
+    default=DEFAULT_MATCHER,
+    help="Matcher to use, by its name or its place, package.module:OBJECT.",
+)
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"
 )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
+from functools import partial
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.errors import TemplateError
+from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import (
     an2,
     csv_format,
@@ -15,14 +17,15 @@ from fpmatch.formats import (
     min_format,
     xyt,
 )
+from fpmatch.formats.codec import Codec
 from fpmatch.formats.fmr_header import MAGIC
-from fpmatch.plugins import FORMATS, load_plugins
+from fpmatch.plugins import FORMATS, PluginError, load_plugin, load_plugins, plugin_names
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
-    from fpmatch.formats.codec import Codec
+Result = TypeVar("Result")
 
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
 # another package, see `fpmatch.plugins`.
@@ -47,49 +50,81 @@ def codec_of_content(data: bytes) -> Codec:
 
     Raises TemplateError if none does; for a finger minutiae record it names the version.
     """
-    for codec in CODECS:
+    for codec in known_codecs():
         if codec.recognises(data):
             return codec
-    plugins = load_plugins(FORMATS)
-    for codec in plugins.loaded.values():
-        if codec.recognises(data):
-            return cast("Codec", codec)
     if data.startswith(MAGIC):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
             "which is not known"
         )
-    failed = "".join(f"; {why}" for why in plugins.failures.values())
+    failed = "".join(f"; {why}" for why in load_plugins(FORMATS).failures.values())
     raise TemplateError(f"not a template file of a known format{failed}")
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
     """Return the codec that writes files with the suffix of `path`; raises TemplateError."""
     suffix = PurePath(path).suffix.lower()
-    for codec in _own_then_others():
+    for codec in known_codecs():
         if codec.encode is not None and suffix in codec.suffixes:
             return codec
-    written = [codec for codec in _own_then_others() if codec.encode is not None]
+    written = [codec for codec in known_codecs() if codec.encode is not None]
     known = ", ".join(dict.fromkeys(codec.suffixes[0] for codec in written))
     raise TemplateError(f"{path}: no template format has the suffix {suffix!r} (known: {known})")
 
 
 def codec_of_name(name: str) -> Codec:
     """Return the codec of the format `name`; raises TemplateError if there is none."""
-    for codec in _own_then_others():
+    for codec in CODECS:
         if codec.name == name:
             return codec
-    known = ", ".join(codec.name for codec in _own_then_others())
-    raise TemplateError(f"unknown template format {name!r} (known: {known})")
+    if name not in plugin_names(FORMATS):
+        known = ", ".join([*(codec.name for codec in CODECS), *plugin_names(FORMATS)])
+        raise TemplateError(f"unknown template format {name!r} (known: {known})")
+    try:
+        return _guarded(load_plugin(FORMATS, name))
+    except PluginError as error:
+        raise TemplateError(f"format {name}: {error}", code="plug-in") from error
 
 
 def written_formats() -> list[str]:
-    """Return the names of the formats that can be written."""
-    return [codec.name for codec in _own_then_others() if codec.encode is not None]
+    """Return the names of the formats of this package that can be written."""
+    return [codec.name for codec in CODECS if codec.encode is not None]
 
 
-def _own_then_others() -> Iterator[Codec]:
-    """Yield the codecs of this package, then those of others, which are loaded if it comes to it."""
+def known_codecs() -> Iterator[Codec]:
+    """Yield the codecs of this package, then those of others, which are imported only then."""
     yield from CODECS
-    yield from load_plugins(FORMATS).loaded.values()
+    own = {codec.name for codec in CODECS}
+    for name, codec in load_plugins(FORMATS).loaded.items():
+        if name not in own:
+            yield _guarded(codec)
+
+
+def _guarded(codec: Codec) -> Codec:
+    """Return a codec of another package whose faults are errors that name it.
+
+    A file that it fails to recognise, which may be of any format, is not its own.
+    """
+
+    def recognises(data: bytes) -> bool:
+        try:
+            return bool(codec.recognises(data))
+        except Exception as error:  # noqa: BLE001  (its faults do not concern other formats)
+            warnings.warn(f"format {codec.name}: recognises: {error!r}", stacklevel=2)
+            return False
+
+    decode = partial(_naming, codec.name, codec.decode)
+    encode = None if codec.encode is None else partial(_naming, codec.name, codec.encode)
+    return Codec(codec.name, codec.title, tuple(codec.suffixes), recognises, decode, encode)
+
+
+def _naming(name: str, function: Callable[..., Result], *given: Any) -> Result:
+    """Call a function of a codec of another package; its faults are TemplateErrors."""
+    try:
+        return function(*given)
+    except FpmatchError:
+        raise
+    except Exception as error:
+        raise TemplateError(f"format {name}: {type(error).__name__}: {error}") from error

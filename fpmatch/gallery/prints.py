@@ -156,9 +156,10 @@ def _templates_in(folder: Path) -> list[Path]:
     all, so that a damaged template is an error.
     """
     from fpmatch.formats.files import is_template_file  # noqa: PLC0415
-    from fpmatch.formats.registry import CODECS  # noqa: PLC0415
+    from fpmatch.formats.registry import known_codecs  # noqa: PLC0415
 
-    by_rank = sorted(CODECS, key=lambda codec: codec.name != "json")  # which keeps everything
+    # json first, which keeps everything
+    by_rank = sorted(known_codecs(), key=lambda codec: codec.name != "json")
     suffixes = [suffix for codec in by_rank for suffix in codec.suffixes]
     try:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]

@@ -22,7 +22,8 @@ from fpmatch.web.settings import Settings
 
 UploadedFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]
-Matcher = Annotated[str, Form(description="Name of the matcher")]
+# By its name, never by its place, package.module:OBJECT: a request imports nothing.
+Matcher = Annotated[str, Form(description="Name of the matcher", pattern="^[^:]*$")]
 Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement of ridges")]
 
 

@@ -1,5 +1,6 @@
 """`fpmatch calibrate`: a file that verify accepts, and how far its data reach."""
 
+import importlib
 import json
 
 import pytest
@@ -12,7 +13,8 @@ from fpmatch.matching.calibration import load_calibration
 def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
     known = impostors.evaluate
-    monkeypatch.setattr(impostors, "get_matcher", lambda name: bench.MATCHER)
+    command = importlib.import_module("fpmatch.cli.calibrate")
+    monkeypatch.setattr(command, "get_matcher", lambda name: bench.MATCHER)
 
     def evaluate(folders, **options):
         return known(folders, **{**options, "extractor": bench.extractor})

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import MatcherError
-from fpmatch.plugins import MATCHERS, PluginError, entry_points_of, load_object
+from fpmatch.plugins import MATCHERS, PluginError, load_plugin, load_plugins, plugin_names
 
 if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
@@ -24,12 +23,23 @@ DEFAULT_MATCHER: Final = "unit-circle"
 def matcher_names() -> list[str]:
     """Return the names of all matchers, in alphabetical order, without importing any.
 
+    Those of other packages are among them, see `fpmatch.plugins`.
+
     Examples
     --------
     >>> "unit-circle" in matcher_names()
     True
     """
-    return sorted({*_own_names(), *entry_points_of(MATCHERS)})
+    return sorted({*_own_names(), *plugin_names(MATCHERS)})
+
+
+def matcher_failures() -> dict[str, str]:
+    """Return the names of matchers of other packages that cannot be loaded, each with the reason.
+
+    All of them are imported.
+    """
+    failures, own = load_plugins(MATCHERS).failures, _own_names()
+    return {name: why for name, why in failures.items() if name not in own}
 
 
 def get_matcher(name: str) -> Matcher:
@@ -49,21 +59,19 @@ def get_matcher(name: str) -> Matcher:
         module = importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
         own: Matcher = module.MATCHER
         return own
-    if ":" not in name and name not in entry_points_of(MATCHERS):
-        raise MatcherError(f"unknown matcher {name!r}; known: {', '.join(matcher_names())}")
+    if ":" not in name and name not in plugin_names(MATCHERS):
+        raise MatcherError(
+            f"unknown matcher {name!r}; known: {', '.join(matcher_names())}, and any "
+            "package.module:OBJECT"
+        )
     try:
-        found = load_object(name if ":" in name else entry_points_of(MATCHERS)[name].value)
+        matcher: Matcher = load_plugin(MATCHERS, name)
     except PluginError as error:
         raise MatcherError(f"matcher {name}: {error}", code="plug-in") from error
-    lacking = [part for part in ("name", "prepare", "compare") if not hasattr(found, part)]
-    if lacking:
-        raise MatcherError(f"matcher {name}: it has no {lacking[0]}", code="plug-in")
-    matcher: Matcher = found
     return matcher
 
 
-@cache
-def _own_names() -> frozenset[str]:
+def _own_names() -> set[str]:
     """Return the names of the matchers of this package."""
     modules = pkgutil.iter_modules(__path__)
-    return frozenset(m.name.replace("_", "-") for m in modules if not m.name.startswith("_"))
+    return {m.name.replace("_", "-") for m in modules if not m.name.startswith("_")}

@@ -22,6 +22,12 @@ cdef class RidgeCorrelator:
     cpdef int compare_rigid(
         self, TemplateView a, TemplateView b, double c, double s, double x, double y
     ) noexcept nogil
+    @cython.locals(
+        row=cython.int, column=cython.int, found=cython.int, own=cython.Py_ssize_t,
+        k=cython.Py_ssize_t, wide=cython.Py_ssize_t, px=cython.double, py=cython.double,
+        half=cython.double, value=cython.double,
+    )
+    cpdef int copy_cells(self, TemplateView a, double[:, :, ::1] cells) noexcept
     @cython.locals(wide=cython.Py_ssize_t)
     cdef bint _take(
         self, TemplateView a, TemplateView b, double c, double s, double x, double y

@@ -19,6 +19,7 @@ SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 TOPS = cython.declare(cython.ulonglong, 0x8080808080808080)  # of the bytes of a word
 FIVE = cython.declare(cython.ulonglong, 31)
+MISSING = cython.declare(cython.double, float("nan"))
 
 
 @cython.final
@@ -110,6 +111,31 @@ class RidgeCorrelator:
         if self.cells > 0:
             self.correlation = self.correlation / self.cells
         return self.cells
+
+    def copy_cells(self, a, cells):
+        """Write the cells of the last comparison, of A, into `cells`, (3, rows, columns).
+
+        It writes their correlation and where their middle lies in B; NaN where a cell of A was not
+        compared.
+        """
+        wide = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        half = 0.5 * a.step - 0.5
+        for row in range(a.rows):
+            for column in range(a.columns):
+                own = (row + 1) * wide + column + 1
+                k = cython.cast(cython.Py_ssize_t, row // 2) * self.blocks + column // 2
+                found = self.cells
+                value = self._best_shift(own, wide) if self.both[own] else 0.0
+                if self.cells == found:  # too few of the cells around it are in both prints
+                    cells[0, row, column] = cells[1, row, column] = cells[2, row, column] = MISSING
+                    continue
+                self.cells = found
+                px = (a.first_column + column) * a.step + half
+                py = -((a.first_row + row) * a.step + half)
+                cells[0, row, column] = value
+                cells[1, row, column] = self.c * px - self.s * py + self.x + self.drift[k, 0]
+                cells[2, row, column] = self.s * px + self.c * py + self.y + self.drift[k, 1]
+        return 0
 
     def _gather(self, a, b):
         """Gather B's ridge image with two empty cells around it, and the samples' positions."""

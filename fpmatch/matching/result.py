@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.matching.verify import PreparedPair
     from fpmatch.minutiae import Template
     from fpmatch.pointset.similarity import Similarity
@@ -213,6 +214,11 @@ class Verification:
     def compared(self) -> Compared | None:
         """How much was compared; None where the matcher does not give it."""
         return self.evidence.compared
+
+    @cached_property
+    def ridge_map(self) -> RidgeMap | None:
+        """Where the ridges agree; None where they were not compared. Its mean is scored."""
+        return None if self.rematch is None else self.rematch.ridge_map(self.evidence)
 
     @property
     def matched_share(self) -> float:

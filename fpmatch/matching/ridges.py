@@ -66,10 +66,18 @@ def ridge_correlation(
     >>> ridge_correlation(bare, bare, identity_alignment(bare.points))
     (0.0, 0)
     """
+    correlator, cells = correlate(a, b, alignment)
+    return correlator.correlation, cells
+
+
+def correlate(
+    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
+) -> tuple[RidgeCorrelator, int]:
+    """Return a correlator that has compared two prints as `ridge_correlation`, and its cells."""
     correlator = RidgeCorrelator(len(b))
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points)
     with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere
         aligner.impose(alignment.partner, c, s, x, y)
         cells = correlator.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
-    return correlator.correlation, cells
+    return correlator, cells

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.minutiae import Template
 
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
@@ -133,6 +134,13 @@ class PreparedPair:
         shortage = self._shortage(verification.threshold) if verification.rho is None else ""
         reason = found.reason or "too few minutiae agree"
         return replace(found, reason="; ".join(filter(None, [shortage, reason])))
+
+    def ridge_map(self, evidence: Comparison) -> RidgeMap | None:
+        """Return where the ridges agree in the evidence; None where they were not compared."""
+        found: RidgeMap | None = None
+        if hasattr(self.matcher, "ridge_map"):
+            found = self.matcher.ridge_map(self.probe, self.reference, evidence)
+        return found
 
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""

@@ -25,6 +25,7 @@ from matching_weights import print_for
 from fpmatch.matching import _ridge_kernel
 from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.prepare import prepare
+from fpmatch.matching.ridge_map import ridge_map
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
@@ -177,6 +178,50 @@ def test_comparison_agrees_with_its_twin(seed):
     assert cells == expected_cells
     assert found == pytest.approx(expected, abs=1e-12)
     assert -1.0 <= found <= 1.0
+
+
+@given(seeds, st.booleans())
+def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
+    a, b, partner, transform = some_case(seed)
+    alignment = Alignment(np.array(transform), partner, np.ones(len(a)), a.points)
+    correlation, cells = ridge_correlation(a, b, alignment)
+    found = ridge_map(a, b, alignment, swapped=swapped)
+    if not cells:
+        assert found is None
+        return
+    assert found.cells == cells
+    assert found.mean == pytest.approx(correlation, rel=1e-12)
+    assert found.correlation.shape == a.region.code.shape
+    assert np.isnan(found.x[~found.compared]).all()
+    assert not a.region.code[found.compared].min() == 0
+    sides = np.linalg.norm(found.corners - np.roll(found.corners, 1, axis=1), axis=2)
+    assert sides == pytest.approx(np.full((cells, 4), found.cell_px))
+    if swapped:
+        column, row = found.x / found.cell_px - 0.5, found.y / found.cell_px - 0.5
+        offset = 0.5 / found.cell_px
+        first_row, first_column = a.region.first_row, a.region.first_column
+        rows, columns = np.nonzero(found.compared)
+        assert row[found.compared] + offset == pytest.approx(rows + first_row)
+        assert column[found.compared] + offset == pytest.approx(columns + first_column)
+
+
+@given(seeds)
+@settings(max_examples=20)
+def test_cells_interpreted_agree(plain, seed):
+    a, b, partner, transform = some_case(seed)
+    mesh = mesh_of(a, b, partner, transform)
+    cells = np.empty((2, 3, *a.region.code.shape))
+    for k, (kernel, first, second) in enumerate(
+        [
+            (_ridge_kernel, a.for_kernels(), b.for_kernels()),
+            (plain.ridge, print_for(plain, a), print_for(plain, b)),
+        ]
+    ):
+        correlator = kernel.RidgeCorrelator(ROOM)
+        compared = correlator.compare(first, second, mesh, *transform)
+        correlator.copy_cells(first, cells[k])
+        assert correlator.cells == compared
+    np.testing.assert_allclose(cells[1], cells[0], rtol=1e-12, atol=1e-9)
 
 
 @given(seeds)

@@ -3,11 +3,13 @@
 import math
 import pickle
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matching_prints import EMPTY, spread_points, template_of
 
+from fpmatch import extract, read_image
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
@@ -176,3 +178,25 @@ def test_a_verification_can_be_pickled():
     copy = pickle.loads(pickle.dumps(found))
     assert (copy.reason, copy.transform) == (found.reason, found.transform)
     assert copy.pairs.tolist() == found.pairs.tolist()
+
+
+@pytest.mark.parametrize("second", ["101_3", "101_2"])
+def test_the_map_of_ridges_is_of_the_number_that_the_score_used(second):
+    """Both ways round: the cells are of either print."""
+    samples = Path(__file__).parents[2] / "sample_data"
+    prints = [extract(read_image(samples / f"{name}.tif")) for name in ("101_1", second)]
+    for probe, reference in (prints, prints[::-1]):
+        found = verify(probe, reference)
+        assert found.ridge_map.mean == pytest.approx(found.compared.ridge_agreement, rel=1e-12)
+        inside = found.ridge_map.compared
+        t = found.reference
+        assert ((found.ridge_map.x[inside] > -8) & (found.ridge_map.x[inside] < t.width + 8)).all()
+        assert ((found.ridge_map.y[inside] > -8) & (found.ridge_map.y[inside] < t.height + 8)).all()
+    document = found.ridge_map.as_dict()
+    values = [value for _, _, value in document["cells"]]
+    assert np.mean(values) == pytest.approx(document["mean"], abs=1e-4)
+
+
+def test_there_is_no_map_where_ridges_are_not_compared():
+    assert verify(PROBE, PROBE).ridge_map is None
+    assert verify(PROBE, PROBE, matcher="paper").ridge_map is None

@@ -22,6 +22,7 @@ from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
+from fpmatch.matching.ridge_map import ridge_map
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.matching.score import Evidence
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
@@ -116,6 +118,16 @@ class UnitCircleMatcher:
             ridge_area_mm2=evidence.cells * first.region.step**2 * MM2_PER_PX2,
             ridge_score=10.0 * by_ridges if evidence.cells else 0.0,
         )
+
+    def ridge_map(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+    ) -> RidgeMap | None:
+        """Return where the ridges agree in `found`; None where they were not compared."""
+        if found.detail is None or not found.detail[1].cells:
+            return None
+        swapped = reference.key < probe.key
+        a, b = (reference, probe) if swapped else (probe, reference)
+        return ridge_map(a, b, found.detail[0], swapped=swapped)
 
     def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
         """Return minutiae and area in mm2 of the smaller of two prints, in each respect."""

@@ -1,9 +1,7 @@
 from ._version import __version__ as __version__
-from .api import IdentifiedFinger as IdentifiedFinger
 from .api import Overlay as Overlay
 from .api import VerifiedPrints as VerifiedPrints
 from .api import as_template as as_template
-from .api import identify as identify
 from .api import verify as verify
 from .drawing.overlay.draw import draw as draw
 from .drawing.overlay.draw import save_overlay as save_overlay
@@ -13,6 +11,9 @@ from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template
 from .gallery.gallery import Gallery as Gallery
 from .gallery.gallery import open_gallery as open_gallery
+from .gallery_api import IdentifiedFinger as IdentifiedFinger
+from .gallery_api import enrol as enrol
+from .gallery_api import identify as identify
 from .image.assess import AssessedPrint as AssessedPrint
 from .image.assess import assess as assess
 from .image.extract import extract as extract

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -18,12 +17,11 @@ from fpmatch.matching.verify import verify as verify_templates
 from fpmatch.minutiae import Template
 from fpmatch.output import atomic_write_bytes
 from fpmatch.report import as_rows
+from fpmatch.text_table import html_table
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.entry import Label
-    from fpmatch.gallery.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
@@ -88,12 +86,7 @@ class VerifiedPrints(Verification):
     def _repr_html_(self) -> str:
         from fpmatch.drawing.words import verdict  # noqa: PLC0415
 
-        rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(label)}</th>"
-            f"<td style='text-align:left'>{html.escape(words)}</td></tr>"
-            for label, words in as_rows(self)
-        )
-        return f"<b>{verdict(self.match)}</b><table>{rows}</table>"
+        return f"<b>{verdict(self.match)}</b>{html_table(as_rows(self), left=2)}"
 
     def _repr_png_(self) -> bytes:
         return self._overlay._repr_png_()
@@ -193,76 +186,6 @@ def verify(
     )
     values = {name: getattr(found, name) for name in _FIELDS}
     return VerifiedPrints(**values, images=(picture, other))
-
-
-@dataclass(frozen=True, slots=True)
-class IdentifiedFinger:
-    """Hold one enrolled finger that may be the probe's.
-
-    `score` is ``-10·log10(fmr)``, 0 to 100, of all impressions of the finger together; `number` is
-    the entry of the most similar one.
-    """
-
-    label: Label
-    number: int
-    score: float
-    fmr: float
-
-
-def identify(
-    gallery: str | os.PathLike[str] | Gallery,
-    probe: Any,
-    *,
-    count: int = 10,
-    threshold: float = 0.0,
-    matcher: str | Matcher = DEFAULT_MATCHER,
-    dpi: float | None = None,
-) -> list[IdentifiedFinger]:
-    """Find the enrolled fingers that a print matches best.
-
-    For many probes, `fpmatch.gallery.search.open_search` prepares a gallery once.
-
-    Parameters
-    ----------
-    gallery : str, path-like or Gallery
-        The file or URL of a gallery that `fpmatch enrol` made, or the gallery, open.
-    probe : Template, str, path-like, GreyImage, ndarray or PIL image
-        The print, as for `as_template`.
-    count : int
-        Largest number of fingers.
-    threshold : float
-        Smallest score of a finger.
-    matcher : str or Matcher
-        The matcher, or its name.
-    dpi : float, optional
-        Resolution of an image (default: that in the file, else 500).
-
-    Returns
-    -------
-    list of IdentifiedFinger
-        Best first.
-
-    Raises
-    ------
-    GalleryError
-        If the gallery cannot be read.
-    MatcherError
-        If the matcher is unknown or not calibrated, or `count` or `threshold` is out of range.
-    """
-    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415  (imports a database)
-    from fpmatch.gallery.identify import identify as identify_template  # noqa: PLC0415
-    from fpmatch.gallery.search import open_search  # noqa: PLC0415
-
-    template = as_template(probe, dpi=dpi)
-    if not isinstance(gallery, Gallery):
-        with open_gallery(gallery) as opened:
-            return identify(opened, template, count=count, threshold=threshold, matcher=matcher)
-    search = open_search(gallery, matcher)
-    found = identify_template(search, template, count=count, threshold=threshold)
-    return [
-        IdentifiedFinger(gallery.entry(one.number).label, one.number, one.score, one.fmr)
-        for one in found.candidates
-    ]
 
 
 def _given(

@@ -33,6 +33,10 @@ MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
 CELL_BITS: Final = 8
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
+MOST_DRAWN: Final = 300
+"""Minutiae in the drawing of a notebook."""
+MOST_SHOWN: Final = 10
+"""Minutiae in the table of a notebook."""
 
 
 class MinutiaKind(IntEnum):
@@ -163,6 +167,17 @@ class Minutiae:
         counts = ", ".join(f"{count} {name}{'s' * (count != 1)}" for count, name in named)
         return f"Minutiae({len(self)}{f': {counts}' if counts else ''})"
 
+    def _repr_html_(self) -> str:
+        """Return a table of the first minutiae, for notebooks."""
+        from fpmatch.text_table import html_table  # noqa: PLC0415  (for notebooks only)
+
+        rows = [
+            (k, f"{x:.1f}", f"{y:.1f}", f"{math.degrees(angle):.1f}°", _KINDS[kind], quality)
+            for k, (x, y, angle, kind, quality) in enumerate(self[:MOST_SHOWN])
+        ]
+        table = html_table([("", "x", "y", "angle", "kind", "quality"), *rows], head=True)
+        return f"<div>{self!r}</div>{table}" + "…" * (len(self) > MOST_SHOWN)
+
     def to_dataframe(self, library: str | None = None) -> Any:
         """Return a data frame with the columns x, y, angle, kind and quality, a row a minutia.
 
@@ -197,7 +212,7 @@ class Minutiae:
         return Minutiae(self.x[i], self.y[i], self.angle[i], self.kind[i], self.quality[i])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RidgeField:
     """Hold the coarse ridge orientation field of a print, on square cells.
 
@@ -242,6 +257,11 @@ class RidgeField:
             if ridges.shape != mask.shape:
                 raise MinutiaeError("ridge field: ridges and mask must be of one shape")
             _set_read_only(self, ridges=np.ascontiguousarray(ridges * mask))
+
+    def __repr__(self) -> str:
+        rows, columns = self.mask.shape
+        ridges = ", ridges" * (self.ridges is not None)
+        return f"RidgeField({rows} x {columns} cells of {self.step:g} px{ridges})"
 
     @property
     def bits(self) -> NDArray[np.bool_]:
@@ -322,11 +342,12 @@ class Template:
         return f"Template({size}, {count} minutia{'e' * (count != 1)}{ridges})"
 
     def _repr_html_(self) -> str:
-        """Return a drawing of the minutiae, for notebooks."""
+        """Return a drawing of the minutiae, the best where there are many, for notebooks."""
+        drawn = np.argsort(-self.minutiae.quality.astype(int), kind="stable")[:MOST_DRAWN]
         marks = "".join(
             f'<g transform="translate({m.x:.1f} {m.y:.1f}) rotate({-math.degrees(m.angle):.0f})">'
             f'<path d="M0 0H9"/><circle r="3" fill="{_FILLS[m.kind]}"/></g>'
-            for m in self
+            for m in self.minutiae.take(drawn)
         )
         frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
         style = "background:#fff;border:1px solid #ccc"

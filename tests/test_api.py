@@ -22,7 +22,7 @@ PUBLIC = {
     *("__version__", "assess", "draw", "extract", "find_scale", "fmr_to_score", "load_template"),
     *("match_points", "matcher_names", "read_image", "save_overlay", "save_template"),
     *("score_to_fmr", "verify", "as_template", "identify", "evaluate", "open_gallery", "Gallery"),
-    *("IdentifiedFinger", "Minutia", "Overlay", "VerifiedPrints"),
+    *("IdentifiedFinger", "Minutia", "Overlay", "VerifiedPrints", "enrol"),
 }
 
 # What each room may import of the others, besides errors, minutiae, output and what those import.
@@ -49,7 +49,8 @@ MAY_IMPORT = {
     "report": {"matching", "drawing", "image", "scale", "pointset"},
     "audit": {"output"},
     "case_report": {"drawing", "matching", "pair", "reading", "report"},
-    "api": {"drawing", "gallery", "image", "matching", "reading", "report"},
+    "api": {"drawing", "image", "matching", "reading", "report"},
+    "gallery_api": {"api", "engine", "gallery"},
     "client": {"formats", "output"},
     "web": {"audit", "case_report", "engine", "gallery", "pair"},
     "cli": {"evaluation", "synthesis", "report", "web"},

@@ -1,8 +1,11 @@
 """What Python programs type: prints in any form, short texts, data frames, notebooks."""
 
+import dataclasses
 import importlib.util
 import subprocess
 import sys
+import time
+from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,7 @@ from PIL import Image
 import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
 from fpmatch.gallery.enrol import PrintFile, enrol
+from fpmatch.matching._local_kernel import COMPILED
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"
 A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
@@ -146,3 +150,87 @@ def test_comparing_templates_imports_neither_decoders_nor_databases():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert run.stdout == "[]\n"
+
+
+def test_prints_are_enrolled_by_the_names_of_their_folders(tmp_path):
+    where, prints = tmp_path / "prints.db", [A, str(B)]
+    done = fpmatch.enrol(where, prints, workers=1)
+    assert (done.enrolled, done.known, done.failures) == (2, 0, ())
+    with fpmatch.open_gallery(where) as gallery:
+        assert fpmatch.enrol(gallery, A.parent / "101_1.tif", workers=1).known == 1
+        assert len(gallery) == 2
+    with pytest.raises(fpmatch.FpmatchError, match="missing"):
+        fpmatch.enrol(where, tmp_path / "missing")
+    with pytest.raises(fpmatch.FpmatchError):
+        fpmatch.enrol(where, prints, pattern="(")
+
+
+MOST_LETTERS = 300
+MOST_SECONDS = 0.05
+
+
+@pytest.fixture(scope="module")
+def shown(template, result, tmp_path_factory):
+    """Return what Python programs hold, by its name, with names and texts that try to be HTML."""
+    from fpmatch.evaluation.rates import error_rates
+    from fpmatch.evaluation.report import EvaluationReport, SetResult
+
+    evil = "<script>alert(1)</script>"
+    rng = np.random.default_rng(5)
+    many = fpmatch.Minutiae(*rng.uniform(0, 2000, (2, 3000)), rng.uniform(0, 6, 3000))
+    rates = error_rates([3.0, 2.0], [1.0, 0.5])
+    failures = tuple((Path(f"{k}_{evil}.tif"), evil) for k in range(500))
+    row = SetResult(evil, 2, 2, rates, failures, 1.0, 1.0, template, None, None, None)
+    vars_of = {name: getattr(result, name) for name in result.__dataclass_fields__}
+    comparison = dataclasses.replace(result.comparison, reason=evil)
+    no_match = type(result)(**vars_of | {"match": False, "comparison": comparison})
+    folder = tmp_path_factory.mktemp("gallery")
+    with fpmatch.open_gallery(folder / "prints.db", create=True) as gallery:
+        yield {
+            "template": template,
+            "large template": Template(many, 2000, 2000),
+            "minutiae": template.minutiae,
+            "many minutiae": many,
+            "no minutiae": fpmatch.Minutiae.empty(),
+            "minutia": template[0],
+            "ridge field": template.field,
+            "verification": result,
+            "no match": no_match,
+            "overlay": result.overlay(),
+            "image": fpmatch.read_image(A),
+            "points": fpmatch.match_points(template.minutiae.xy, template.minutiae.xy),
+            "no points": fpmatch.PointMatch.none(reason=evil),
+            "gallery": gallery,
+            "report": EvaluationReport(evil, "fvc", (row,), rates, rates),
+        }
+
+
+NAMES = (
+    *("template", "large template", "minutiae", "many minutiae", "no minutiae", "minutia"),
+    *("ridge field", "verification", "no match", "overlay", "image", "points", "no points"),
+    *("gallery", "report"),
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_shown_is_short_quick_and_escaped(name, shown):
+    one = shown[name]
+    start = time.process_time()
+    text, drawn = repr(one), one._repr_html_() if hasattr(one, "_repr_html_") else ""
+    assert time.process_time() - start < MOST_SECONDS * (1 if COMPILED else 5)
+    assert len(text) < MOST_LETTERS
+    assert "\n" not in text
+    assert len(drawn) < 50_000
+    assert "<script" not in drawn
+    if drawn:
+        HTMLParser().feed(drawn)
+
+
+def test_a_table_of_minutiae_has_the_first_of_them(template):
+    table = template.minutiae._repr_html_()
+    assert table.count("<tr>") == 11
+    assert table.endswith("…")
+    few = template.minutiae[:2]._repr_html_()
+    assert few.count("<tr>") == 3
+    assert few.endswith("</table>")
+    assert f"<td>{template[0].x:.1f}</td>" in few

@@ -94,7 +94,7 @@ class SetResult:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class EvaluationReport:
     """Hold the results of one matcher on some databases.
 
@@ -115,6 +115,20 @@ class EvaluationReport:
     sets: tuple[SetResult, ...]
     mean: Rates
     pooled: Rates
+
+    def __repr__(self) -> str:
+        sets, failed = len(self.sets), len(self.failures)
+        pairs = f"{self.genuine} genuine and {self.impostor} impostor pairs"
+        counts = f"{sets} database{'s' * (sets != 1)}, {pairs}, {failed} failed"
+        return f"EvaluationReport({self.matcher}, {counts}, EER {self.pooled.eer:.4f})"
+
+    def _repr_html_(self) -> str:
+        """Return the table that `fpmatch evaluate` prints, for notebooks."""
+        from html import escape  # noqa: PLC0415  (for notebooks only)
+
+        from fpmatch.evaluation.tables import format_report  # noqa: PLC0415
+
+        return f"<pre>{escape(format_report(self))}</pre>"
 
     @property
     def prints(self) -> int:

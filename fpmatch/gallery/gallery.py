@@ -80,6 +80,9 @@ class Gallery(Database):
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def __repr__(self) -> str:
+        return f"Gallery({self.name!r})"
+
     def __len__(self) -> int:
         """Return the number of impressions."""
         with self.reading() as connection:

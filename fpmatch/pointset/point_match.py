@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fpmatch.pointset.similarity import Similarity
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PointMatch:
     """Hold the result of matching P with Q.
 
@@ -47,6 +47,12 @@ class PointMatch:
     local_matches: int
     chance: float | None = None
     reason: str = ""
+
+    def __repr__(self) -> str:
+        if self.transform is None:
+            return f"PointMatch(no match{f': {self.reason}' if self.reason else ''})"
+        chance = "" if self.chance is None else f", chance={self.chance:.2g}"
+        return f"PointMatch({len(self.pairs)} pairs, rms={self.rms:.3g}{chance}, {self.transform})"
 
     @classmethod
     def none(cls, local_matches: int = 0, reason: str = "") -> PointMatch:

@@ -1,0 +1,146 @@
+"""Functions for Python programs that enrol prints in a gallery and search it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.api import as_template
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from fpmatch.gallery.enrol import Enrolment
+    from fpmatch.gallery.entry import Label
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.matching.result import Matcher
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedFinger:
+    """Hold one enrolled finger that may be the probe's.
+
+    `score` is ``-10·log10(fmr)``, 0 to 100, of all impressions of the finger together; `number` is
+    the entry of the most similar one.
+    """
+
+    label: Label
+    number: int
+    score: float
+    fmr: float
+
+
+def identify(
+    gallery: str | os.PathLike[str] | Gallery,
+    probe: Any,
+    *,
+    count: int = 10,
+    threshold: float = 0.0,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    dpi: float | None = None,
+) -> list[IdentifiedFinger]:
+    """Find the enrolled fingers that a print matches best.
+
+    For many probes, `fpmatch.gallery.search.open_search` prepares a gallery once.
+
+    Parameters
+    ----------
+    gallery : str, path-like or Gallery
+        The file or URL of a gallery that `fpmatch enrol` made, or the gallery, open.
+    probe : Template, str, path-like, GreyImage, ndarray or PIL image
+        The print, as for `as_template`.
+    count : int
+        Largest number of fingers.
+    threshold : float
+        Smallest score of a finger.
+    matcher : str or Matcher
+        The matcher, or its name.
+    dpi : float, optional
+        Resolution of an image (default: that in the file, else 500).
+
+    Returns
+    -------
+    list of IdentifiedFinger
+        Best first.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read.
+    MatcherError
+        If the matcher is unknown or not calibrated, or `count` or `threshold` is out of range.
+    """
+    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.identify import identify as identify_template  # noqa: PLC0415
+    from fpmatch.gallery.search import open_search  # noqa: PLC0415
+
+    template = as_template(probe, dpi=dpi)
+    if not isinstance(gallery, Gallery):
+        with open_gallery(gallery) as opened:
+            return identify(opened, template, count=count, threshold=threshold, matcher=matcher)
+    search = open_search(gallery, matcher)
+    found = identify_template(search, template, count=count, threshold=threshold)
+    return [
+        IdentifiedFinger(gallery.entry(one.number).label, one.number, one.score, one.fmr)
+        for one in found.candidates
+    ]
+
+
+def enrol(
+    gallery: str | os.PathLike[str] | Gallery,
+    prints: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    *,
+    pattern: str | None = None,
+    dpi: float | None = None,
+    workers: int | None = None,
+) -> Enrolment:
+    """Enrol prints in a gallery, those that are not in it.
+
+    `fpmatch.gallery.enrol.enrol` has more parameters.
+
+    Parameters
+    ----------
+    gallery : str, path-like or Gallery
+        The file or URL of a gallery, made where it is missing, or the gallery, open.
+    prints : path, or iterable of paths
+        Folders, and files of images and templates.
+    pattern : str, optional
+        Regular expression with groups ``subject``, ``finger``, ``impression`` that gets labels
+        from paths (default: FVC's names, ``101_3.tif``).
+    dpi : float, optional
+        Resolution of all images (default: that in ``dataset.toml`` or in the file, else 500).
+    workers : int, optional
+        Processes to use (default: one a core).
+
+    Returns
+    -------
+    Enrolment
+        Numbers of prints enrolled now and before, and the prints that failed, with reasons.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read or written, or `pattern` is malformed.
+    ImageReadError
+        If a file or folder is missing.
+
+    Examples
+    --------
+    >>> done = enrol("prints.db", "sample_data")  # doctest: +SKIP
+    >>> done.enrolled, done.failures  # doctest: +SKIP
+    (16, ())
+    """
+    from fpmatch.engine.engine import processes  # noqa: PLC0415
+    from fpmatch.gallery import enrol as enrolling  # noqa: PLC0415
+    from fpmatch.gallery.entry import NamePattern  # noqa: PLC0415
+    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
+    from fpmatch.gallery.prints import find_prints  # noqa: PLC0415
+
+    names = None if pattern is None else NamePattern(pattern)
+    files = find_prints([prints] if isinstance(prints, str | os.PathLike) else prints, dpi)
+    if not isinstance(gallery, Gallery):
+        with open_gallery(gallery, create=True) as opened:
+            return enrolling.enrol(opened, files, pattern=names, engine=processes(workers))
+    return enrolling.enrol(gallery, files, pattern=names, engine=processes(workers))

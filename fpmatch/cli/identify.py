@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import Candidate, CandidateListSize, Identification
+    from fpmatch.gallery.identify import CandidateListSize, Identification
+    from fpmatch.gallery.search import Candidate
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 

@@ -130,8 +130,8 @@ def points_bench(
     given = {"trials": trials, "independent_trials": independent_trials, "budget_s": budget}
     changed: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     plan = replace(QUICK_PLAN if quick else TrialPlan(), seed=seed, **changed)
-    chosen = _installed(matchers)
     results = _results(plan, workers, json_file if resume else None)
+    chosen = _installed(matchers)
     where = conditions(models or _MODELS, QUICK_LARGEST_M if quick else None)
     bars, done, shown = ProgressBars({"match": "matching"}), 0, ""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.errors import MatcherError
+from fpmatch.gallery.search import Candidate
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 
@@ -28,28 +29,6 @@ CandidateListSize = int | Literal["auto", "off"]
 EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
 PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
 MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """Hold one enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
-
-    `number` is that of the entry; of a finger, that of its most similar impression, to which
-    `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
-    which comparisons with another finger, of as many `impressions`, score as high, and `score` is
-    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.matching.finger`. `expected_false` is `fmr` times the
-    number of searched fingers (or impressions): how many score as high if none is the probe's.
-    """
-
-    rank: int
-    number: int
-    similarity: float
-    score: float
-    fmr: float
-    expected_false: float
-    comparison: Comparison | None = None
-    impressions: int = 1
-    impression_score: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,8 +24,8 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.consolidate import consolidate, link_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import Verification
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, PreparedPair
+from fpmatch.matching.result import PreparedPair, Verification
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import (
@@ -14,20 +13,13 @@ from fpmatch.matching.calibration import (
     score_to_fmr,
 )
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import Verification, as_explaining
+from fpmatch.matching.result import PreparedPair, Verification, score_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.matching.ridge_map import RidgeMap
+    from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
 
-FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 
 
@@ -86,12 +78,12 @@ def verify(
         calibration = load_calibration(chosen.name)
     pair = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), calibration)
     comparison = chosen.compare(pair.probe, pair.reference)
-    score = _score(calibration, comparison.similarity)
+    score = score_of(calibration, comparison.similarity)
     if rho is None:
         needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
         enough = score >= needed
     else:
-        needed = _score(calibration, rho)
+        needed = score_of(calibration, rho)
         enough = comparison.similarity > rho
     return Verification(
         match=comparison.transform is not None and enough,
@@ -108,82 +100,3 @@ def verify(
         rho=rho,
         rematch=pair,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PreparedPair:
-    """Hold two prints as the matcher prepared them, to compute what a decision does not need."""
-
-    matcher: Matcher
-    probe: Any
-    reference: Any
-    calibration: Calibration | None
-    amount: bool = True  # whether to state how much was compared, and how much is usually needed
-
-    def explain(self, verification: Verification) -> Comparison:
-        """Return the evidence of a verification of the two prints in full."""
-        found, matcher = verification.comparison, as_explaining(self.matcher)
-        if matcher is not None:
-            if not verification.match:
-                found = matcher.explain(self.probe, self.reference, found)
-            if self.amount:
-                compared = matcher.compared(self.probe, self.reference, found)
-                found = replace(found, compared=compared)
-        if verification.match:
-            return found
-        shortage = self._shortage(verification.threshold) if verification.rho is None else ""
-        reason = found.reason or "too few minutiae agree"
-        return replace(found, reason="; ".join(filter(None, [shortage, reason])))
-
-    def ridge_map(self, evidence: Comparison) -> RidgeMap | None:
-        """Return where the ridges agree in the evidence; None where they were not compared."""
-        found: RidgeMap | None = None
-        if hasattr(self.matcher, "ridge_map"):
-            found = self.matcher.ridge_map(self.probe, self.reference, evidence)
-        return found
-
-    def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
-        """Return those of `ratios` by which the probe's lengths may be wrong."""
-        matcher = as_explaining(self.matcher)
-        if matcher is None:
-            return ratios
-        return matcher.possible_scales(self.probe, self.reference, ratios)
-
-    def score(self, probe: Template) -> float:
-        """Return the score of another probe against the reference."""
-        # the reference, which is prepared for many comparisons, goes first: the score is the same
-        found = self.matcher.compare(self.reference, self.matcher.prepare(probe))
-        return _score(self.calibration, found.similarity)
-
-    def pairs(self, probe: Template) -> NDArray[np.int32]:
-        """Return the pairs of another probe and the reference."""
-        return self.matcher.compare(self.matcher.prepare(probe), self.reference).pairs
-
-    def _shortage(self, needed: float) -> str:
-        """Return a note where there is too little to decide: how much it would take; else "".
-
-        It is too little where fewer than half of the genuine comparisons would match.
-        """
-        matcher, calibration = as_explaining(self.matcher), self.calibration
-        if not self.amount or matcher is None or calibration is None:
-            return ""
-
-        def reaches(factor: float) -> bool:
-            typical = matcher.typical_similarity(self.probe, self.reference, factor)
-            return calibration.score(typical) >= needed
-
-        if reaches(1.0):
-            return ""
-        minutiae, area = matcher.available(self.probe, self.reference)
-        given = f"too little to decide: {minutiae} minutiae on {area:.0f} mm2 in the smaller print"
-        enough = next(filter(reaches, FACTORS), None)
-        if enough is None:
-            return f"{given}; no amount is usually enough for a score of {needed:.1f}"
-        return (
-            f"{given}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm2 are "
-            f"usually needed for a score of {needed:.1f}"
-        )
-
-
-def _score(calibration: Calibration | None, similarity: float) -> float:
-    return math.nan if calibration is None else calibration.score(similarity)

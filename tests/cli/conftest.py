@@ -36,7 +36,8 @@ def run() -> Run:
 def assert_refused(result: Result, reason: str) -> None:
     """Check that a command has failed with status 2 and one line on stderr, with a reason."""
     assert (result.exit_code, result.stdout) == (2, "")
-    (line,) = result.stderr.splitlines()
+    assert result.stderr.count("\n") == 1, result.stderr
+    line = result.stderr
     assert line.startswith("fpmatch: error: ")
     assert reason in line
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name
 from fpmatch.matching.verify import verify
 from fpmatch.report import as_dict
 from fpmatch.scale import find_scale
@@ -82,6 +82,6 @@ def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions)
         reference.template,
         matcher=matcher,
         threshold=options.decision_score(),
-        calibration=None if file is None else load_calibration(options.matcher, file),
+        calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
     )
     return ComparedPair(probe, reference, verification)

@@ -84,6 +84,15 @@ def load_plugins(group: str) -> Plugins:
     return Plugins(loaded, failures)
 
 
+def plugin_source(group: str, name: str) -> str:
+    """Return the packages of a plug-in with their versions, and the place of the object."""
+    points = _entry_points(group).get(name, ())
+    return "; ".join(
+        f"{point.dist.name} {point.dist.version}, {point.value}" if point.dist else point.value
+        for point in points
+    )
+
+
 def forget_plugins() -> None:
     """Let the next use look for plug-ins again: packages were installed since the last."""
     importlib.invalidate_caches()

@@ -34,6 +34,8 @@ MAY_IMPORT = {
     "output": set(),
     "text_table": set(),
     "plugins": set(),
+    "kernels": set(),
+    "installation": {"engine", "formats", "kernels", "matching", "plugins"},
     "pointset": set(),
     "binary_records": set(),
     "image": {"binary_records"},
@@ -53,7 +55,7 @@ MAY_IMPORT = {
     "gallery_api": {"api", "engine", "gallery"},
     "client": {"formats", "output"},
     "web": {"audit", "case_report", "engine", "gallery", "pair"},
-    "cli": {"evaluation", "synthesis", "report", "web"},
+    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web"},
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
@@ -98,8 +100,9 @@ def imported_by_command(*words):
     )
 
 
-def test_help_imports_nothing_heavy():
-    modules = imported_by_command("--help")
+@pytest.mark.parametrize("option", ["--help", "--version"])
+def test_help_imports_nothing_heavy(option):
+    modules = imported_by_command(option)
     assert not modules & HEAVY
     assert not any(name.startswith("fpmatch.cli.verify") for name in modules)
 

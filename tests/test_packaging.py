@@ -11,6 +11,7 @@ import pytest
 
 from fpmatch._version import __version__
 from fpmatch.cli.serve import serve
+from fpmatch.installation import CORE, EXTRAS
 
 ROOT = Path(__file__).resolve().parents[1]
 yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
@@ -47,6 +48,19 @@ def test_the_same_pythons_are_built_tested_and_named(project: dict[str, Any]) ->
     jobs = read_yaml(".github/workflows/tests.yml")["jobs"]
     assert jobs["linux"]["strategy"]["matrix"]["python"] == versions
     assert {*jobs["others"]["strategy"]["matrix"]["python"]} == {versions[0], versions[-1]}
+
+
+def test_the_packages_that_doctor_lists_are_those_of_the_project(project: dict[str, Any]) -> None:
+    extras = project["project"]["optional-dependencies"]
+    assert {name.lower() for name in CORE} == names(project["project"]["dependencies"])
+    assert set(extras) - set(EXTRAS) == {"bench", "browser", "dev", "docs", "test", "train"}
+    for extra, packages in EXTRAS.items():
+        assert set(packages) == names(extras[extra])
+
+
+def test_the_documentation_installs_from_the_clone_until_the_package_is_published() -> None:
+    for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")]:
+        assert "install 'fpmatch" not in page.read_text("utf-8"), page
 
 
 def test_the_recipe_needs_what_the_package_needs(project: dict[str, Any]) -> None:

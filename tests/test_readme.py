@@ -16,7 +16,9 @@ from fpmatch.matching._local_kernel import COMPILED
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 GUIDES = [path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("docs/how-to/*.md"))]
-NOT_HERE = re.compile(r"\bfvc/|\b(probe|print|a|template|card|theirs)\.|\b(prints/\*|seized|hough)")
+NOT_HERE = re.compile(
+    r"\bfvc/|\b(probe|print|a|template|card|theirs)\.|\b(prints/\*|seized|hough|counted)"
+)
 """Files that are not part of the repository."""
 SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/cli/test_serve.py
 NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before it

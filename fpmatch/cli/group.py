@@ -30,6 +30,7 @@ SUMMARIES: Final = {
     "synth": "Make databases of synthetic prints with ground truth.",
     "calibrate": "Fit scores to the false match rates of your own prints.",
     "points": "Match, benchmark and draw bare point sets.",
+    "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
 EXIT_ERROR: Final = 2
 EXIT_INTERRUPTED: Final = 130  # 128 + SIGINT, as shells report it
@@ -90,6 +91,14 @@ class _Fpmatch(LazyGroup):
             raise _OneLineError(f"{error.filename or 'output'}: {error.strerror}") from error
 
 
+def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
+    if requested and not ctx.resilient_parsing:
+        from fpmatch.kernels import kernels_text
+
+        click.echo(f"fpmatch {__version__} ({kernels_text()})")
+        ctx.exit()
+
+
 @click.group(
     name="fpmatch",
     cls=_Fpmatch,
@@ -110,6 +119,13 @@ Exit status: 0 match or done, 1 no match or done but for some failures, 2 could 
 input, with one line on stderr).
 """,
 )
-@click.version_option(__version__, prog_name="fpmatch", message="%(prog)s %(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_version,
+    help="Show the version and whether the kernels are compiled, and exit.",
+)
 def fpmatch() -> None:
     """Verify fingerprints: two images in; a decision, its score and the transform out."""

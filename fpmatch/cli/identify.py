@@ -161,11 +161,12 @@ def identify(
     from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.search import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader, group_by_note
 
     if impressions and consolidate:
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
-    curve = load_calibration(matcher, calibration)
+    curve = load_calibration(matcher_name(matcher), calibration)
     files = find_prints(probes, dpi)
     reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
     done: list[_Found] = []
@@ -203,7 +204,7 @@ def identify(
     if as_json and done:
         document = {
             "gallery": name,
-            "matcher": matcher,
+            "matcher": search.matcher.name,
             "enrolled": len(search),
             "compared": done[0].result.compared,
             "fingers": done[0].result.fingers,

@@ -137,12 +137,13 @@ def score(
     from fpmatch.evaluation.batch import score as scoring
     from fpmatch.evaluation.batch.sources import open_source
     from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other")
     opened = partial(open_source, dpi=dpi, polarity=polarity, reader=PrintReader(quiet=True))
-    fitted = load_calibration(matcher, calibration) if calibration else None
+    fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
     try:
         with ProgressBars(_STAGES) as bars:
             done = scoring.score(

@@ -138,12 +138,13 @@ def _verify_claim(
     from fpmatch.gallery.claim import check_claim
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.matchers import matcher_name
     from fpmatch.matching.verify import DEFAULT_THRESHOLD
     from fpmatch.report import LABEL_WIDTH, as_dict, as_text
 
     options = pair_options_of(values)
     threshold = options.decision_score()
-    calibration = load_calibration(options.matcher, options.calibration)
+    calibration = load_calibration(matcher_name(options.matcher), options.calibration)
     with open_gallery(gallery) as opened:
         probe = open_side(values, "probe")
         checked = check_claim(

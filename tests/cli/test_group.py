@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import fpmatch
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
@@ -23,10 +22,6 @@ from fpmatch.pointset.random_sets import POINT_MODELS
 from fpmatch.synthesis.presets import PRESETS
 
 FPMATCH = [sys.executable, "-m", "fpmatch"]
-
-
-def test_version(run):
-    assert run("--version").output == f"fpmatch {fpmatch.__version__}\n"
 
 
 def test_help_lists_every_command_with_its_summary(run):

@@ -30,7 +30,7 @@ def matcher_names() -> list[str]:
     >>> "unit-circle" in matcher_names()
     True
     """
-    return sorted({*_own_names(), *plugin_names(MATCHERS)})
+    return sorted({*own_matcher_names(), *plugin_names(MATCHERS)})
 
 
 def matcher_failures() -> dict[str, str]:
@@ -38,7 +38,7 @@ def matcher_failures() -> dict[str, str]:
 
     All of them are imported.
     """
-    failures, own = load_plugins(MATCHERS).failures, _own_names()
+    failures, own = load_plugins(MATCHERS).failures, own_matcher_names()
     return {name: why for name, why in failures.items() if name not in own}
 
 
@@ -55,7 +55,7 @@ def get_matcher(name: str) -> Matcher:
     MatcherError
         If there is no matcher of that name, or that of another package cannot be loaded.
     """
-    if name in _own_names():
+    if name in own_matcher_names():
         module = importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
         own: Matcher = module.MATCHER
         return own
@@ -67,11 +67,17 @@ def get_matcher(name: str) -> Matcher:
     try:
         matcher: Matcher = load_plugin(MATCHERS, name)
     except PluginError as error:
-        raise MatcherError(f"matcher {name}: {error}", code="plug-in") from error
+        subject = "matcher" if ":" in name else f"matcher {name}:"
+        raise MatcherError(f"{subject} {error}", code="plug-in") from error
     return matcher
 
 
-def _own_names() -> set[str]:
+def matcher_name(name: str) -> str:
+    """Return the name of a matcher that is given by its name or its place; raises MatcherError."""
+    return get_matcher(name).name if ":" in name else name
+
+
+def own_matcher_names() -> set[str]:
     """Return the names of the matchers of this package."""
     modules = pkgutil.iter_modules(__path__)
     return {m.name.replace("_", "-") for m in modules if not m.name.startswith("_")}

@@ -1,0 +1,33 @@
+"""`fpmatch doctor`: what is installed."""
+
+from __future__ import annotations
+
+import click
+
+from fpmatch.cli.notes import json_text, say_errors
+from fpmatch.cli.options import json_option
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch doctor
+  fpmatch doctor --json
+
+Exit status: 0 when all is well, 1 when a package that fpmatch needs is missing or a plug-in cannot
+be used (a line on stderr names each). Kernels that are not compiled work, but slowly.
+"""
+)
+@json_option
+def doctor(as_json: bool) -> int:
+    """Show what is installed: versions, compiled kernels, extras, plug-ins, cores and memory.
+
+    Send it along when you report a problem: it contains no prints and no names of files of yours
+    other than the folder of the installation.
+    """
+    from fpmatch.installation import inspect_installation
+
+    found = inspect_installation()
+    click.echo(json_text(found.as_dict()) if as_json else found.as_text())
+    say_errors(found.problems)
+    return 1 if found.problems else 0

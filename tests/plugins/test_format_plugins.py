@@ -1,0 +1,128 @@
+"""Template formats of other packages: read and written wherever ours are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
+
+from fpmatch import load_template, save_template
+from fpmatch.errors import TemplateError
+from fpmatch.formats.files import is_template_file
+from fpmatch.formats.registry import CODECS, codec_of_name, known_codecs
+from fpmatch.gallery.prints import find_prints
+from fpmatch.plugins import FORMATS, forget_plugins
+
+GUIDE = "add_a_format.md"
+PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]
+CARELESS = """
+from fpmatch.formats.codec import Codec
+
+def fail(*given):
+    raise KeyError("fault")
+
+CODEC = Codec("careless", "Careless", (".careless",), fail, fail, fail)
+"""
+
+
+@pytest.fixture
+def deg(tmp_path, site):
+    """Install the package that the guide shows."""
+    install(shown_package(GUIDE, tmp_path / "fpmatch-deg"), site)
+    forget_plugins()
+
+
+@pytest.fixture
+def broken(site, deg):
+    """Install formats that cannot be loaded or that raise errors, and one of a known name."""
+    (site / "careless.py").write_text(CARELESS)
+    points = {
+        "absent": "no_such_module:CODEC",
+        "careless": "careless:CODEC",
+        "json": "careless:CODEC",
+    }
+    install_points(site, "broken", {FORMATS: points})
+    forget_plugins()
+
+
+@pytest.mark.usefixtures("deg")
+def test_a_template_is_written_and_read(template, tmp_path):
+    assert [codec.name for codec in known_codecs()] == [*(one.name for one in CODECS), "deg"]
+    path = tmp_path / "print.deg"
+    assert save_template(path, template) == ("kind, quality and the ridge field dropped",)
+    read = load_template(path)
+    assert np.allclose(read.minutiae.xy, template.minutiae.xy)
+    assert np.allclose(read.minutiae.angle, template.minutiae.angle)
+    assert find_prints([tmp_path])[0].path == path
+
+
+@pytest.mark.usefixtures("deg")
+def test_the_commands_of_the_guide_work(run):
+    commands = shown_commands(GUIDE)
+    assert [words[0] for words in commands] == ["convert", "verify"]
+    for words in commands:
+        result = run(*(ROOT / word if word.startswith("sample_data") else word for word in words))
+        assert result.exit_code == 0, result.stderr
+
+
+@pytest.mark.usefixtures("deg")
+def test_every_command_takes_it(run, tmp_path):
+    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
+    assert "Minutiae in degrees" in run("inspect", "templates/101_1.deg").stdout
+    assert run("convert", "templates/101_1.deg", "a.json", "--from", "deg").exit_code == 0
+    assert run("enrol", "prints.db", "templates").exit_code == 0
+    assert run("gallery", "export", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
+    assert sorted(path.name for path in (tmp_path / "work/out").iterdir()) == [
+        "101_1.deg",
+        "101_3.deg",
+    ]
+    score = ("score", "--references", "out", "--probes", "templates", "-o", "scores.csv")
+    assert run(*score).exit_code == 0
+    for command in ("convert", "extract"):
+        assert "|deg]" in "".join(run(command, "--help").stdout.split())
+    wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
+    assert wrong.exit_code == 2
+    assert "'deg'" in wrong.stderr
+
+
+def test_processes_find_it(site, deg, run, tmp_path):
+    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
+    words = ("--references", "templates", "--probes", "templates", "-o", "s.csv", "--workers", 2)
+    done = fpmatch("score", *words, cwd=tmp_path / "work", path=site)
+    assert done.returncode == 0, done.stderr
+    assert len((tmp_path / "work/s.csv").read_text().splitlines()) == 1 + 4
+
+
+@pytest.mark.usefixtures("deg")
+@pytest.mark.parametrize(
+    "text", ["#deg 1", "#deg a b c", "#deg 9 9 500\n1 2", "#deg 9 9 500\n1 2 x"]
+)
+def test_an_error_of_its_own_is_one_of_the_file(run, tmp_path, text):
+    path = tmp_path / "bad.deg"
+    path.write_text(text)
+    with pytest.raises(TemplateError, match="format deg: ValueError"):
+        load_template(path)
+    result = run("verify", path, path)
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"fpmatch: error: {path}: format deg: ")
+
+
+@pytest.mark.usefixtures("broken")
+def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, tmp_path):
+    save_template(tmp_path / "a.deg", template)
+    with pytest.warns(UserWarning, match="format careless: recognises: KeyError"):
+        assert is_template_file(tmp_path / "a.deg")
+    assert codec_of_name("json") is CODECS[2]
+    unknown = tmp_path / "a.unknown"
+    unknown.write_text("neither")
+    with (
+        pytest.warns(UserWarning, match="format careless"),
+        pytest.raises(TemplateError, match="known format; no_such_module:CODEC cannot be loaded"),
+    ):
+        load_template(unknown)
+    with pytest.raises(TemplateError, match="format absent: no_such_module:CODEC cannot be loaded"):
+        save_template(tmp_path / "a.json", template, file_format="absent")
+    with pytest.raises(TemplateError, match=r"a\.careless: format careless: KeyError: 'fault'"):
+        save_template(tmp_path / "a.careless", template)
+    assert not (tmp_path / "a.careless").exists()

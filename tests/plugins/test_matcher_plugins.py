@@ -1,0 +1,173 @@
+"""Matchers of other packages: found, used by every command, named where they fail."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from plugin_packages import (
+    ROOT,
+    fpmatch,
+    install,
+    install_points,
+    shown_commands,
+    shown_package,
+)
+
+from fpmatch import Minutiae, Template, verify
+from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import Calibration, Provenance
+from fpmatch.matching.matchers import get_matcher, matcher_failures, matcher_names
+from fpmatch.plugins import MATCHERS, forget_plugins
+
+GUIDE = "add_a_matcher.md"
+SAMPLES = ROOT / "sample_data"
+BROKEN = {
+    "absent": ("no_such_module:MATCHER", "No module named 'no_such_module' (install its package"),
+    "faulty": ("faulty:MATCHER", "RuntimeError: two lines"),
+    "nothing": ("counted:nothing", "has no attribute 'nothing'"),
+    "shapeless": ("counted:nothing_found", "has no 'name'"),
+    "other": ("counted:Counted", "is named 'counted', its entry point 'other'"),
+}
+
+
+@pytest.fixture
+def counted(tmp_path, site):
+    """Install the package that the guide shows."""
+    package = shown_package(GUIDE, tmp_path / "fpmatch-counted")
+    install(package, site)
+    forget_plugins()
+    return package
+
+
+@pytest.fixture
+def broken(site, counted):
+    """Install one with matchers that cannot be loaded, and one with a name of fpmatch's own."""
+    (site / "faulty.py").write_text("raise RuntimeError('two\\nlines')\n")
+    points = {name: place for name, (place, _) in BROKEN.items()}
+    install_points(site, "broken", {MATCHERS: points | {"unit-circle": "counted:Counted"}})
+    forget_plugins()
+
+
+@pytest.fixture(scope="module")
+def few_prints(tmp_path_factory):
+    """Return a folder with two impressions of each of two fingers."""
+    folder = tmp_path_factory.mktemp("few") / "prints"
+    folder.mkdir()
+    for name in ("101_1", "101_3", "102_1", "102_2"):
+        shutil.copy(SAMPLES / f"{name}.tif", folder)
+    return folder
+
+
+def test_the_package_that_the_guide_shows_is_short(counted):
+    lines = [line for file in counted.iterdir() for line in file.read_text().splitlines() if line]
+    assert len(lines) <= 20
+
+
+def test_it_is_found_by_its_name_and_by_its_place(counted):
+    assert {"counted", "paper", "unit-circle"} <= set(matcher_names())
+    assert get_matcher("counted") is get_matcher("counted") is get_matcher("counted:Counted")
+    p, q = (Template(Minutiae([1, 2, 3][:n], [1] * n, [0] * n), 9, 9) for n in (2, 3))
+    matcher = get_matcher("counted")
+    assert matcher.compare(matcher.prepare(p), matcher.prepare(q)).similarity == 2 / 3
+    with pytest.raises(MatcherError, match="'counted' has no calibration"):
+        verify(p, q, matcher="counted")
+
+
+def test_the_commands_of_the_guide_work_in_several_processes(site, counted, few_prints):
+    commands = shown_commands(GUIDE)
+    assert [words[-1] for words in commands] == ["counted", "all"]
+    for command in commands:
+        command[command.index("sample_data")] = few_prints
+        words = [*command, "--bootstrap", 0, "--workers", 2]
+        done = fpmatch(*words, cwd=counted.parent, path=site)
+        assert done.returncode == 0, done.stderr
+
+
+def test_a_place_is_taken_by_every_command(run, counted, few_prints):
+    pair = [few_prints / "101_1.tif", few_prints / "101_3.tif"]
+    knots = ((0.0, 0.0), (0.5, 40.0), (1.0, 60.0))
+    curve = Calibration(knots, 1.0, 0.0, Provenance(matcher="counted"))
+    Path("curve.json").write_text(curve.as_json())
+    place = ("--matcher", "counted:Counted")
+    verified = run("verify", *pair, *place, "--calibration", "curve.json", "--json")
+    assert verified.exit_code == 1, verified.stderr
+    assert json.loads(verified.stdout)["score"] > 40
+    assert run("enrol", "prints.db", few_prints).exit_code == 0
+    scored = ("--references", "prints.db", "--probes", few_prints, "-o", "scores.csv")
+    assert run("score", *scored, *place).exit_code == 0
+    assert run("calibrate", "scores.csv", "-o", "c.json", *place).exit_code == 2  # too few scores
+    found = run("identify", "prints.db", pair[0], *place, "--calibration", "curve.json", "--json")
+    assert json.loads(found.stdout)["matcher"] == "counted"
+    claim = ("verify", pair[0], "--gallery", "prints.db", "--subject", "101")
+    assert run(*claim, *place, "--calibration", "curve.json").exit_code in {0, 1}
+    for words in (["identify", "prints.db", pair[0]], ["overlay", *pair, "-o", "o.png"]):
+        refused = run(*words, *place)
+        assert refused.exit_code == 2
+        assert "matcher 'counted' has no calibration" in refused.stderr
+
+
+def test_nothing_is_imported_from_the_working_directory(counted, few_prints):
+    for words in (["--matcher", "counted:Counted"], ["--matcher", "counted"]):
+        done = fpmatch("evaluate", few_prints, *words, cwd=counted)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.count("\n") == 1
+    done = fpmatch("evaluate", few_prints, "--matcher", "counted:Counted", cwd=counted)
+    assert "nothing is imported from the working directory" in done.stderr
+    assert "PYTHONPATH" in done.stderr
+
+
+@pytest.mark.usefixtures("broken")
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_matcher_that_cannot_be_loaded_is_one_line_with_the_reason(name):
+    place, reason = BROKEN[name]
+    with pytest.raises(MatcherError) as caught:
+        get_matcher(name)
+    assert f"matcher {name}: {place}" in str(caught.value)
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.usefixtures("broken")
+def test_the_others_work_beside_it(run, few_prints):
+    assert set(matcher_failures()) == set(BROKEN)
+    assert get_matcher("unit-circle").name == "unit-circle"
+    result = run("evaluate", few_prints, "--matcher", "all", "--bootstrap", 0, "--workers", 1)
+    assert result.exit_code == 0
+    left_out = [line for line in result.stderr.splitlines() if "is left out" in line]
+    assert [line.split()[3] for line in left_out] == sorted(BROKEN)
+    assert all(name in result.stdout for name in ("counted", "paper", "unit-circle"))
+    found = run("doctor")
+    assert found.exit_code == 1
+    assert "counted (fpmatch-counted 1.0, counted:Counted)" in found.stdout
+    lines = found.stderr.splitlines()
+    assert len(lines) == len(BROKEN) + 1
+    assert any("unit-circle: the name is one of fpmatch's own" in line for line in lines)
+
+
+def test_a_name_of_two_packages_is_neither(site, counted):
+    install_points(site, "again", {MATCHERS: {"counted": "counted:Counted"}})
+    forget_plugins()
+    with pytest.raises(MatcherError, match=r"several packages .*: again, fpmatch-counted"):
+        get_matcher("counted")
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("setuptools") is None or importlib.util.find_spec("pip") is None,
+    reason="neither setuptools nor pip builds a package here",
+)
+def test_the_package_is_installed_by_pip(tmp_path, few_prints):
+    package, target = shown_package(GUIDE, tmp_path / "fpmatch-counted"), tmp_path / "target"
+    options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", "--target", target]
+    command = [sys.executable, "-m", "pip", "install", *options, package]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    done = fpmatch("doctor", "--json", cwd=tmp_path, path=target)
+    assert json.loads(done.stdout)["matchers"] == [
+        {"name": "counted", "source": "fpmatch-counted 1.0, counted:Counted", "problem": ""}
+    ]

@@ -6,6 +6,38 @@ person. Programming errors (a wrong type, say) stay the built-in exceptions they
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
+    """Return the message about a name that is none of the known ones, with the closest of these.
+
+    Examples
+    --------
+    >>> unknown_name("matcher", "unit-circl", ["paper", "unit-circle"])
+    "unknown matcher 'unit-circl'; known: paper, unit-circle. Did you mean 'unit-circle'?"
+    """
+    names = list(known)
+    question = did_you_mean(name, names)
+    return f"unknown {what} {name!r}; known: {', '.join(names)}{'.' * bool(question)}{question}"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return a space and the question whether the closest known name is meant, where one is close.
+
+    Examples
+    --------
+    >>> did_you_mean("verfy", ["verify", "overlay"]), did_you_mean("help", ["verify"])
+    (" Did you mean 'verify'?", '')
+    """
+    from difflib import get_close_matches  # noqa: PLC0415  (only after an error)
+
+    found = get_close_matches(name, list(known), n=1)
+    return f" Did you mean {found[0]!r}?" if found else ""
+
 
 class FpmatchError(Exception):
     """Base of every error that fpmatch raises on purpose.

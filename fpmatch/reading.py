@@ -16,7 +16,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.formats.codec import HEAD_BYTES, read_head
-from fpmatch.formats.record import TemplateRecord
+from fpmatch.formats.record import ReadingOptions, TemplateRecord
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.io.limits import DEFAULT_LIMITS
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.limits import ImageLimits
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
@@ -47,12 +48,14 @@ _STDERR: Final = 2
 class PrintReader:
     """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
 
-    With `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
+    `angles` is how tables of minutiae measure them, where they do not define it themselves. With
+    `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
     that read on one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
     quiet: bool = False
+    angles: AngleConvention | None = None
 
     def __call__(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
@@ -61,7 +64,7 @@ class PrintReader:
         if _contains_minutiae_only(read_head(path)):
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
 
-            return load_record(path)
+            return load_record(path, options=ReadingOptions(angles=self.angles))
         return self.image(path, polarity=polarity, dpi=dpi)
 
     def image(

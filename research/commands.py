@@ -123,6 +123,7 @@ research.add_command(
             "batches": ("checks.batches_command", "Batches with damaged files among them."),
             "calibration": ("checks.calibration", "False match rates at calibrated scores."),
             "conventions": ("checks.conventions", "Minutia directions against other extractors."),
+            "interrupts": ("checks.interrupts", "Ctrl-C at many moments of every command."),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "points": ("checks.points", "Results on random point sets against their targets."),

@@ -33,14 +33,15 @@ MAY_IMPORT = {
     "scale": {"matching"},
     "output": set(),
     "text_table": set(),
+    "npy": set(),
     "plugins": set(),
     "kernels": set(),
     "installation": {"engine", "formats", "kernels", "matching", "plugins"},
-    "pointset": set(),
+    "pointset": {"npy"},
     "binary_records": set(),
     "image": {"binary_records"},
     "matching": {"plugins", "pointset"},
-    "formats": {"binary_records", "plugins"},
+    "formats": {"binary_records", "npy", "plugins"},
     "drawing": {"matching"},
     "engine": set(),
     "synthesis": {"pointset", "engine"},
@@ -59,7 +60,7 @@ MAY_IMPORT = {
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
-NO_MINUTIAE = {"_version", "errors", "output", "binary_records", "pointset"}
+NO_MINUTIAE = {"_version", "errors", "output", "binary_records", "npy", "pointset"}
 WRITES_FILES = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
 

@@ -8,13 +8,18 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
+import sys
+import threading
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False  # importing `typing` takes longer than all of this, and is not guarded
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
 __all__ = ["main"]
+
+EXIT_INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 
 
 def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> None:
@@ -23,12 +28,27 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
     The commands are imported here, since worker processes import the script that calls this
     function but do not call it. `args` and `prog_name` are as for `click.Command.main`.
     """
-    from fpmatch.cli.group import fpmatch
-    from fpmatch.engine.threads import SAFE_PATH
+    try:
+        from fpmatch.cli.group import fpmatch
+        from fpmatch.cli.interrupt import repeat_swallowed_interrupts
+        from fpmatch.engine.threads import SAFE_PATH
 
-    os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
-    atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
-    fpmatch(args=args, prog_name=prog_name)
+        os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
+        atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
+        repeat_swallowed_interrupts()
+        fpmatch(args=args, prog_name=prog_name)
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
+    finally:
+        _end_at_interrupt()
+
+
+def _end_at_interrupt() -> None:
+    """Let Ctrl-C end this process, which has done its work, without a traceback."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler and (
+        threading.current_thread() is threading.main_thread()
+    ):
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.notes import count, say_notes
-from fpmatch.cli.options import FILE, FormatChoice, image_size
+from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from fpmatch.formats.angles import AngleConvention
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.image.io.raw import RawSize
 
@@ -33,6 +34,8 @@ Formats, with their suffixes:
   xyt .xyt         NIST's, as mindtct writes: y up, degrees, opposite direction
   xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
   min .min         NIST's, as mindtct writes
+  numbers          rows of x, y, angle, as np.savetxt writes: only read, with --angles
+  npy              the same as np.save writes
   an2              ANSI/NIST-ITL, type 9: only read
   and those of other packages, see docs/how-to/add_a_format.md
 
@@ -46,6 +49,7 @@ Examples:
   fpmatch convert print.json print.iso
   fpmatch convert card.an2 print.dat --format ansi2004 --view 2
   fpmatch convert print.xyt print.json --size 388x374 --dpi 500
+  fpmatch convert minutiae.npy print.json --angles rad,clockwise --size 388x374 --dpi 500
   fpmatch convert print.tif print.iso
 """
 )
@@ -71,6 +75,7 @@ Examples:
     type=image_size,
     help="Size of IN in pixels, where the file does not contain it.",
 )
+@angles_option
 def convert(
     source: Path,
     target: Path,
@@ -79,6 +84,7 @@ def convert(
     view: int | None,
     dpi: float | None,
     size: RawSize | None,
+    angles: AngleConvention | None,
 ) -> None:
     """Write the template IN, or that of the image IN, as OUT in another format.
 
@@ -89,7 +95,7 @@ def convert(
 
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
     if source_format or is_template_file(source):
-        record = _template(source, source_format, dpi, size)
+        record = _template(source, source_format, dpi, size, angles)
     else:
         record = _extracted(source, dpi)
     if view is not None:
@@ -105,7 +111,11 @@ def convert(
 
 
 def _template(
-    path: Path, file_format: str | None, dpi: float | None, size: RawSize | None
+    path: Path,
+    file_format: str | None,
+    dpi: float | None,
+    size: RawSize | None,
+    angles: AngleConvention | None,
 ) -> TemplateRecord:
     """Return the record of a template file, at `dpi` where that is given."""
     from fpmatch.formats.files import load_record
@@ -114,7 +124,7 @@ def _template(
     from fpmatch.reading import ASSUMED_DPI
 
     sides = None if size is None else (size.width, size.height)
-    options = ReadingOptions(dpi=None if dpi is None else check_dpi(dpi), size=sides)
+    options = ReadingOptions(None if dpi is None else check_dpi(dpi), sides, angles)
     record = load_record(path, file_format=file_format, options=options)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)

@@ -10,6 +10,7 @@ import click
 from fpmatch.cli.notes import json_text, say_errors, say_note, say_notes
 from fpmatch.cli.options import (
     FormatChoice,
+    angles_option,
     enhance_option,
     files_argument,
     json_option,
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
@@ -59,6 +61,7 @@ Examples:
   fpmatch extract print.tif -o templates
   fpmatch extract prints/*.tif -o templates --format json --dpi 569
   fpmatch extract prints/*.tif -o templates --format iso2005
+  fpmatch extract minutiae/*.csv -o templates --angles rad,clockwise
   fpmatch extract prints/*.tif -o templates --json
 
 \b
@@ -81,6 +84,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @polarity_option
 @enhance_option
 @raw_option
+@angles_option
 @json_option
 def extract(
     images: tuple[Path, ...],
@@ -90,6 +94,7 @@ def extract(
     polarity: Polarity,
     enhance: str,
     raw: tuple[RawSize, ...],
+    angles: AngleConvention | None,
     as_json: bool,
 ) -> int:
     """Write the template of each IMAGE, or template file, into a folder, under its name.
@@ -106,7 +111,7 @@ def extract(
         check_dpi(dpi)
     _refuse_shared_names(images)
     make_folder(output)
-    reader = PrintReader(raw, quiet=True)
+    reader = PrintReader(raw, quiet=True, angles=angles)
     polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
     of_folder = PolarityReader(reader, polarities, dpi)
     failures: list[FpmatchError] = []

@@ -10,7 +10,8 @@ from typing import IO, Any, Final, cast
 import click
 
 from fpmatch._version import __version__
-from fpmatch.errors import FpmatchError
+from fpmatch.cli import EXIT_INTERRUPTED
+from fpmatch.errors import FpmatchError, did_you_mean
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
 # runs: `fpmatch --help` imports none of them.
@@ -33,7 +34,6 @@ SUMMARIES: Final = {
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
 EXIT_ERROR: Final = 2
-EXIT_INTERRUPTED: Final = 130  # 128 + SIGINT, as shells report it
 EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
 
 
@@ -65,6 +65,15 @@ class LazyGroup(click.Group):
             return None
         name = f"{self._prefix}{cmd_name}"
         return cast("click.Command", getattr(import_module(f"fpmatch.cli.{name}"), name))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the sub-command that is named first; suggest one for a name that is unknown."""
+        name = click.utils.make_str(args[0])
+        if not ctx.resilient_parsing and name not in self._summaries and name[:1].isalpha():
+            ctx.fail(f"No such command {name!r}.{did_you_mean(name, self._summaries)}")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the summaries."""

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.errors import did_you_mean
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
+    from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.raw import RawSize
 
 # Of fpmatch.image.quality.polarity and fpmatch.image.enhancement.enhancers, which import OpenCV.
@@ -20,6 +22,15 @@ ENHANCEMENTS: Final = ("learned", "filters")
 FILE: Final = click.Path(path_type=Path)
 FROM_0: Final = click.IntRange(min=0)
 FROM_1: Final = click.IntRange(min=1)
+
+
+class Name(click.Choice[str]):
+    """One of some names; the closest is suggested for another."""
+
+    def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
+        """Return the message about an unknown name."""
+        message = super().get_invalid_choice_message(value, ctx)
+        return f"{message}{did_you_mean(str(value), self.choices)}"
 
 
 def image_size(text: str) -> RawSize:
@@ -33,18 +44,29 @@ def image_size(text: str) -> RawSize:
         raise click.BadParameter(str(error)) from error
 
 
+def angle_convention(text: str) -> AngleConvention:
+    """Return the convention of angles that a text on the command line means."""
+    from fpmatch.errors import TemplateError
+    from fpmatch.formats.angles import AngleConvention
+
+    try:
+        return AngleConvention.parse(text)
+    except TemplateError as error:
+        raise click.BadParameter(str(error)) from error
+
+
 def old_names(**names: str) -> dict[str, Any]:
     """Return context settings with which a command accepts old names of options, without dashes."""
     return {"token_normalize_func": lambda name: names.get(name, name)}
 
 
-class FormatChoice(click.Choice[str]):
+class FormatChoice(Name):
     """One of some names, or of the formats of other packages, which are looked for if need be."""
 
-    def _with_plugins(self) -> click.Choice[str]:
+    def _with_plugins(self) -> Name:
         from fpmatch.plugins import FORMATS, plugin_names
 
-        return click.Choice(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
+        return Name(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str | None:
         """Return all the names, for help texts."""
@@ -84,6 +106,13 @@ matcher_option: Final = click.option(
     metavar="NAME",
     default=DEFAULT_MATCHER,
     help="Matcher to use, by its name or its place, package.module:OBJECT.",
+)
+angles_option: Final = click.option(
+    "--angles",
+    metavar="deg|rad[,clockwise][,opposite]",
+    type=angle_convention,
+    help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
+    "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
 )
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"

@@ -10,6 +10,7 @@ import click
 from fpmatch.cli.notes import say_note
 from fpmatch.cli.options import (
     FILE,
+    angles_option,
     enhance_option,
     file_option,
     matcher_option,
@@ -61,6 +62,7 @@ _OPTIONS: Final = (
     polarity_option,
     enhance_option,
     raw_option,
+    angles_option,
 )
 
 
@@ -105,5 +107,6 @@ def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
 
     path, dpi = values[side], values[f"{side}_dpi"]
     dpi = values["dpi"] if dpi is None else dpi
-    found = PrintReader(values["raw"], quiet=True)(path, polarity=values["polarity"], dpi=dpi)
+    reader = PrintReader(values["raw"], quiet=True, angles=values["angles"])
+    found = reader(path, polarity=values["polarity"], dpi=dpi)
     return make_given_print(found, str(path), dpi=dpi, enhance=values["enhance"])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import say_note
-from fpmatch.cli.options import FROM_0, FROM_1, file_option
+from fpmatch.cli.options import FROM_0, FROM_1, Name, file_option
 from fpmatch.cli.progress import ProgressBars
 
 if TYPE_CHECKING:
@@ -56,14 +56,14 @@ Examples:
     "--matcher",
     "matchers",
     multiple=True,
-    type=click.Choice(_MATCHERS),
+    type=Name(_MATCHERS),
     help="Matcher to try (repeatable).  [default: all]",
 )
 @click.option(
     "--model",
     "models",
     multiple=True,
-    type=click.Choice(_MODELS),
+    type=Name(_MODELS),
     help="Model of the experiment (repeatable).  [default: both]",
 )
 @click.option("--seed", type=FROM_0, default=0, help="Seed of the sets.")

@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from fpmatch.cli.notes import say_note
-from fpmatch.cli.options import file_option
+from fpmatch.cli.options import Name, file_option
 from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
 from fpmatch.output import atomic_write, check_writable
@@ -83,7 +83,7 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 @click.argument("q", metavar="Q.csv", type=_CSV)
 @click.option(
     "--matcher",
-    type=click.Choice(POINT_MATCHERS),
+    type=Name(POINT_MATCHERS),
     default="triangles",
     help="Matcher to use; the others are there to compare with.",
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import count, json_text
-from fpmatch.cli.options import FILE, json_option, workers_option
+from fpmatch.cli.options import FILE, Name, json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.synthesis.presets import PRESETS
@@ -73,7 +73,7 @@ Examples:
 @click.option("--impressions", metavar="M", type=int, default=8, help="Of each finger.")
 @click.option(
     "--preset",
-    type=click.Choice(list(PRESETS)),
+    type=Name(list(PRESETS)),
     default="normal",
     help="How carefully fingers are placed on the sensor.",
 )
@@ -82,7 +82,7 @@ Examples:
     "--sensor",
     "sensors",
     metavar="NAME",
-    type=click.Choice(list(SENSORS)),
+    type=Name(list(SENSORS)),
     multiple=True,
     help=f"What takes the impressions; several take them in turn.  [default: {DEFAULT_SENSOR}]",
 )

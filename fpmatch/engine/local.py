@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import sys
-import threading
 from collections import deque
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.engine.task import init_worker, pack_task, run_chunk, task_file
 from fpmatch.engine.threads import (
+    interrupt_deferred,
     loaded_single_threaded,
     main_hidden,
     safe_import_path,
@@ -21,7 +20,7 @@ from fpmatch.engine.threads import (
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator
+    from collections.abc import Callable, Generator, Iterable
     from concurrent.futures import Future, ProcessPoolExecutor
     from typing import Self
 
@@ -63,13 +62,9 @@ def start_fork_server(workers: int | None, *modules: str) -> None:
 
     context = multiprocessing.get_context(_START_METHOD)
     context.set_forkserver_preload([*_EVERY_WORKER_NEEDS, *modules])
-    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C is not for it
-    try:
-        # no threads in a process that forks
-        with safe_import_path(), loaded_single_threaded():
-            forkserver.ensure_running()
-    finally:
-        signal.signal(signal.SIGINT, on_interrupt)
+    # no threads in a process that forks
+    with interrupt_deferred(), safe_import_path(), loaded_single_threaded():
+        forkserver.ensure_running()
 
 
 class Serial:
@@ -124,7 +119,7 @@ class Processes:
             with task_file(packed) as task:
                 for chunk in chunks:
                     # submitting may start a worker
-                    with _interrupt_deferred(), safe_import_path(), start():
+                    with interrupt_deferred(), safe_import_path(), start():
                         waiting.append(executor.submit(run_chunk, task, chunk))
                     if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
                         yield waiting.popleft().result()
@@ -147,22 +142,6 @@ class Processes:
         if self._held and self._executor is None:
             self._executor, self._has_main = executor, needs_main
         return executor
-
-
-@contextmanager
-def _interrupt_deferred() -> Iterator[None]:
-    """Delay Ctrl-C until the block ends: a half-started pool neither works nor ends."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    received: list[int] = []
-    usual = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, usual)
-    if received:
-        signal.raise_signal(signal.SIGINT)
 
 
 def _start(workers: int) -> ProcessPoolExecutor:

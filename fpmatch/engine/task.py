@@ -51,13 +51,13 @@ def run_chunk(task: Path, chunk: object) -> Any:
 
 def init_worker() -> None:
     """Prepare this worker process: one thread for libraries, and an end with its parent."""
+    # Ctrl-C reaches the whole process group: the parent reports it and ends its workers. A worker
+    # that died in the middle of an answer would leave the parent waiting for the rest.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     import cv2  # noqa: PLC0415
     import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
-    # Ctrl-C reaches the whole process group: the parent reports it and ends its workers. A worker
-    # that died in the middle of an answer would leave the parent waiting for the rest.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
     cv2.setNumThreads(1)
     threadpool_limits(1)

@@ -1,8 +1,9 @@
-"""What new processes inherit: one thread for numpy and OpenCV, and a safe import path."""
+"""What new processes inherit: one thread for numpy and OpenCV, a safe import path, no Ctrl-C."""
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import threading
 from contextlib import contextmanager
@@ -55,6 +56,66 @@ def main_hidden() -> Iterator[None]:
                 setattr(main, name, value)
             if kept["__file__"] is None:
                 del main.__file__
+
+
+@contextmanager
+def interrupt_deferred() -> Iterator[None]:
+    """Delay Ctrl-C until the block ends; processes that start in it never receive it.
+
+    It reaches the whole process group: the parent reports it and ends its workers. A half-started
+    pool neither works nor ends, and a process that is importing would print a traceback.
+    """
+    with _interrupt_blocked():
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        received: list[int] = []
+        usual = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, usual)
+            if received:  # instead of any error, which is a consequence
+                signal.raise_signal(signal.SIGINT)
+
+
+@contextmanager
+def interrupt_kept_from_children() -> Iterator[None]:
+    """Let processes that the main thread starts in the block never receive Ctrl-C.
+
+    Another thread receives it for this process, and its handler runs in the main thread as usual.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    ended = threading.Event()
+    receiver = threading.Thread(target=ended.wait, daemon=True)
+    receiver.start()
+    try:
+        with _interrupt_blocked():
+            yield
+    finally:
+        ended.set()
+
+
+@contextmanager
+def _interrupt_blocked() -> Iterator[None]:
+    """Block Ctrl-C in this thread and in processes that it starts, where systems know such masks.
+
+    Python's tracker of shared resources is started before, since its start ends the block.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker  # noqa: PLC0415
+
+    with safe_import_path():
+        resource_tracker.ensure_running()
+    kept = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, kept)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import DatasetError
+from fpmatch.errors import DatasetError, unknown_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,7 +74,7 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     [(2, 4), (2, 1)]
     """
     if protocol not in PROTOCOLS:
-        raise DatasetError(f"unknown protocol {protocol!r}; known: {', '.join(PROTOCOLS)}")
+        raise DatasetError(unknown_name("protocol", protocol, PROTOCOLS))
     finger = np.array([i.finger for i in impressions])
     probe, reference = np.triu_indices(len(impressions), k=1)
     genuine = finger[probe] == finger[reference]

@@ -1,40 +1,33 @@
-"""Two CSV formats: fpmatch's own, readable and editable, and a plain one for other programs.
+"""fpmatch's own CSV format, readable and editable.
 
-Files of fpmatch's own format look like this::
+Files look like this::
 
     # fpmatch-template 1 width=388 height=374 dpi=500
     # pixels from the top left, y down; angle_deg counter-clockwise on screen from +x
     x,y,angle_deg,kind,quality
     101,57.5,278.4,ending,90
 
-and plain ones like this::
-
-    x,y,theta,type,quality
-    101,57.5,278.4,E,90
-
 Directions, in degrees, are those of ISO/IEC 19794-2: for an ending, from the minutia back along its
 ridge; for a bifurcation, along the valley between its two close branches. Kinds are other, ending
-and bifurcation, types U, E and B; quality runs from 0 to 100. The ridge field is not kept.
-
-A plain file contains neither size nor resolution. On reading, its type and quality may be missing,
-its columns may have any order, and other columns are ignored.
+and bifurcation; quality runs from 0 to 100. The ridge field is not kept.
 """
 
 from __future__ import annotations
 
 import csv
 import re
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, minutiae_from_columns, side
+from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, minutiae_from_columns
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from fpmatch.minutiae import Minutiae
 
@@ -45,11 +38,8 @@ CONVENTION: Final = (
     "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
 )
 COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
-PLAIN_COLUMNS: Final = ["x", "y", "theta", "type", "quality"]
 KINDS: Final = {kind.name.lower(): kind.value for kind in MinutiaKind}
-TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
-_ABSENT: Final = {"type": "U", "quality": "100"}  # in plain files without these columns
-_BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
+BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -58,17 +48,17 @@ def encode(record: TemplateRecord) -> Encoded:
     template, m = view.template, view.template.minutiae
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
-    for place, kind, quality in zip(_places(m), m.kind, m.quality, strict=True):
+    for place, kind, quality in zip(places_of(m), m.kind, m.quality, strict=True):
         lines.append(f"{place},{MinutiaKind(kind).name.lower()},{quality}")
     return Encoded(("\n".join(lines) + "\n").encode(), tuple(dropped_notes(view, field=True)))
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file of fpmatch's own format, or raise TemplateError."""
-    lines = _lines(data)
+    lines = text_lines(data)
     width, height, dpi = _frame(lines[0] if lines else "")
     rows = (
-        (number, _cells(number, line))
+        (number, cells_of(number, line))
         for number, line in enumerate(lines, start=1)
         if line.strip() and not line.startswith("#")
     )
@@ -76,49 +66,12 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if header != COLUMNS:
         raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
     options.limits.check_size(width, height)
-    x, y, degrees, kind, quality = _table(rows, header, COLUMNS, KINDS, options)
+    x, y, degrees, kind, quality = read_table(rows, header, COLUMNS, KINDS, options)
     minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)
     return TemplateRecord(CODEC.name, (View(Template(minutiae, width, height, dpi)),))
 
 
-def encode_plain(record: TemplateRecord) -> Encoded:
-    """Return a record as bytes of the plain format, and notes on what they cannot hold."""
-    view = record.single()
-    m = view.template.minutiae
-    notes = ["size and resolution dropped", *dropped_notes(view, field=True)]
-    letters = {kind: letter.upper() for letter, kind in TYPES.items()}
-    lines = [",".join(PLAIN_COLUMNS if view.quality_known else PLAIN_COLUMNS[:-1])]
-    for place, kind, quality in zip(_places(m), m.kind, m.quality, strict=True):
-        cells = [place, letters[MinutiaKind(kind)]]
-        lines.append(",".join([*cells, str(quality)] if view.quality_known else cells))
-    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
-
-
-def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
-    """Return the minutiae in a plain file, or raise TemplateError."""
-    lines = _lines(data)
-    header = [name.lower() for name in _cells(1, lines[0])] if lines else []
-    if not set(PLAIN_COLUMNS[:3]) <= set(header) or len(set(header)) < len(header):
-        raise TemplateError(f"line 1: expected the columns {','.join(PLAIN_COLUMNS)}, each once")
-    rows = (
-        (number, _cells(number, line))
-        for number, line in enumerate(lines[1:], start=2)
-        if line.strip()
-    )
-    x, y, theta, kind, quality = _table(rows, header, PLAIN_COLUMNS, TYPES, options)
-    width, height = options.size or (side(x), side(y))
-    options.limits.check_size(width, height)
-    minutiae = minutiae_from_columns(x, y, np.radians(theta), kind, quality)
-    view = View(
-        Template(minutiae, width, height, options.assumed_dpi),
-        dpi_known=False,
-        size_known=False,
-        quality_known="quality" in header,
-    )
-    return TemplateRecord(PLAIN_CODEC.name, (view,))
-
-
-def _lines(data: bytes) -> list[str]:
+def text_lines(data: bytes) -> list[str]:
     """Return the lines of a file; raises TemplateError unless it is UTF-8 text."""
     try:
         return data.decode("utf-8-sig").splitlines()
@@ -126,10 +79,11 @@ def _lines(data: bytes) -> list[str]:
         raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
 
 
-def _cells(number: int, line: str) -> list[str]:
+def cells_of(number: int, line: str, delimiter: str = ",") -> list[str]:
     """Return the cells of line `number`, stripped."""
     try:
-        return [cell.strip() for cell in next(csv.reader([line]))]
+        reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+        return [cell.strip() for cell in next(reader)]
     except csv.Error as error:
         raise TemplateError(f"line {number}: {error}") from error
 
@@ -145,37 +99,55 @@ def _frame(line: str) -> tuple[int, int, float]:
         raise TemplateError("line 1: expected width=, height= and dpi= as numbers") from error
 
 
-def _table(
+def read_table(
     rows: Iterable[tuple[int, list[str]]],
     header: list[str],
-    columns: list[str],
+    columns: Sequence[str],
     kinds: Mapping[str, int],
     options: ReadingOptions,
+    absent: Mapping[str, str] = MappingProxyType({}),
 ) -> Any:
-    """Return the numbers in `columns`, shape (5, N), of rows given by number and cells."""
+    """Return the numbers in `columns`, shape (5, N), of rows given by number and cells.
+
+    The columns are x, y, angle, kind and quality by the names of the file, which are also those of
+    `header`; `absent` has the values of those that may be missing.
+    """
     table: list[list[float]] = []
     for number, cells in rows:
         options.limits.check_minutiae(len(table) + 1)
         if len(cells) != len(header):
             raise TemplateError(f"line {number}: expected {len(header)} values, found {len(cells)}")
-        row = _ABSENT | dict(zip(header, cells, strict=True))
-        x, y, angle, kind, quality = (row[name] for name in columns)
+        row = {**absent, **dict(zip(header, cells, strict=True))}
+        kind = row[columns[3]]
         if kind.lower() not in kinds:
             raise TemplateError(
                 f"line {number}: unknown {columns[3]} of minutia {kind!r} (known: "
                 f"{', '.join(kinds)})"
             )
-        try:
-            values = [*map(float, (x, y, angle)), kinds[kind.lower()], float(quality)]
-        except ValueError as error:
-            raise TemplateError(f"line {number}: {error}") from error
-        if not all(abs(value) <= LARGEST for value in values[:3]) or not 0 <= values[4] <= 100:
-            raise TemplateError(f"line {number}: a value is not finite, or a quality not in 0..100")
-        table.append(values)
+        x, y, angle, quality = (
+            parse_number(row[name], number, name) for name in (*columns[:3], columns[4])
+        )
+        if not 0 <= quality <= 100:
+            raise TemplateError(f"line {number}, column {columns[4]}: {quality:g} is not in 0..100")
+        table.append([x, y, angle, kinds[kind.lower()], quality])
     return np.array(table, dtype=np.float64).reshape(-1, len(columns)).T
 
 
-def _places(minutiae: Minutiae) -> Iterator[str]:
+def parse_number(text: str, line: int, column: str) -> float:
+    """Return a finite number that float32 can hold; raises TemplateError that names its place."""
+    try:
+        value = float(text)
+    except ValueError as error:
+        shown = repr(text) if text else "nothing"
+        raise TemplateError(
+            f"line {line}, column {column}: expected a number, found {shown}"
+        ) from error
+    if not abs(value) <= LARGEST:
+        raise TemplateError(f"line {line}, column {column}: {value:g} is not finite")
+    return value
+
+
+def places_of(minutiae: Minutiae) -> Iterator[str]:
     """Yield x, y and direction in degrees of each minutia, separated by commas."""
     degrees = np.degrees(minutiae.angle.astype(np.float64))
     for place in zip(minutiae.x, minutiae.y, degrees, strict=True):
@@ -183,22 +155,7 @@ def _places(minutiae: Minutiae) -> Iterator[str]:
 
 
 def _recognises(data: bytes) -> bool:
-    return data.removeprefix(_BYTE_ORDER_MARK).startswith(MAGIC.encode())
-
-
-def _recognises_plain(data: bytes) -> bool:
-    """Return whether the first line names the columns."""
-    first = data.removeprefix(_BYTE_ORDER_MARK).split(b"\n", 1)[0][:1000]
-    names = {name.strip().strip('"').lower() for name in first.decode("latin-1").split(",")}
-    return set(PLAIN_COLUMNS[:3]) <= names
+    return data.removeprefix(BYTE_ORDER_MARK).startswith(MAGIC.encode())
 
 
 CODEC: Final = Codec("csv", "fpmatch CSV 1", (".csv",), _recognises, decode, encode)
-PLAIN_CODEC: Final = Codec(
-    "minutiae-csv",
-    "CSV of x, y, theta",
-    (".csv",),
-    _recognises_plain,
-    decode_plain,
-    encode_plain,
-)

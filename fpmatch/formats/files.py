@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats import plain_csv
 from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
+from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.output import atomic_write_bytes
@@ -16,7 +18,10 @@ from fpmatch.output import atomic_write_bytes
 if TYPE_CHECKING:
     import os
 
+    from fpmatch.formats.codec import Codec
     from fpmatch.minutiae import Template
+
+ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
 
 
 def load_template(path: str | os.PathLike[str]) -> Template:
@@ -82,8 +87,7 @@ def decode_record(
     if len(data) > options.limits.max_bytes:
         raise TemplateError(f"{source}: too large for a template file")
     try:
-        codec = codec_of_name(file_format) if file_format else codec_of_content(data)
-        return codec.decode(data, options)
+        return _codec_of(data, file_format, options).decode(data, options)
     except FpmatchError as error:
         raise TemplateError(f"{source}: {error}") from error
 
@@ -171,6 +175,16 @@ def _begins_as_template(head: bytes) -> bool:
     except TemplateError:
         return head.startswith(MAGIC)
     return True
+
+
+def _codec_of(data: bytes, file_format: str | None, options: ReadingOptions) -> Codec:
+    """Return the codec for some bytes; `options.angles` must not contradict it."""
+    codec = codec_of_name(file_format) if file_format else codec_of_content(data)
+    if options.angles is None or codec in ANGLES_BY_OPTION:
+        return codec
+    if not file_format and recognises_text(data):  # whole numbers, which pass for XYT
+        return TEXT_CODEC
+    raise TemplateError(f"{codec.title} defines how its angles are measured: --angles excludes it")
 
 
 def _read(path: str | os.PathLike[str], most: int) -> bytes:

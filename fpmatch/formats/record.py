@@ -9,6 +9,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
+    from fpmatch.formats.angles import AngleConvention
     from fpmatch.minutiae import Template
 
 # Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
@@ -80,12 +81,15 @@ class ReadingOptions:
         Resolution where the file has none; None for 500.
     size : tuple of int or None
         Width and height in pixels where the file has none; None for the span of the minutiae.
+    angles : AngleConvention or None
+        How angles are measured where the file does not define it.
     limits : ReadLimits
         Files beyond them are refused.
     """
 
     dpi: float | None = None
     size: tuple[int, int] | None = None
+    angles: AngleConvention | None = None
     limits: ReadLimits = ReadLimits()
 
     @property

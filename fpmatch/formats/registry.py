@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
     an2,
     csv_format,
@@ -15,6 +15,8 @@ from fpmatch.formats import (
     fmr_2011,
     json_format,
     min_format,
+    number_table,
+    plain_csv,
     xyt,
 )
 from fpmatch.formats.codec import Codec
@@ -31,7 +33,6 @@ Result = TypeVar("Result")
 # another package, see `fpmatch.plugins`.
 CODECS: Final = (
     csv_format.CODEC,
-    csv_format.PLAIN_CODEC,
     json_format.CODEC,
     fmr_2005.ISO_CODEC,
     fmr_2011.ISO_CODEC,
@@ -42,7 +43,11 @@ CODECS: Final = (
     min_format.CODEC,
     xyt.M1_CODEC,
     xyt.CODEC,
+    number_table.NPY_CODEC,
+    plain_csv.CODEC,
+    number_table.TEXT_CODEC,
 )
+_GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may be narrower
 
 
 def codec_of_content(data: bytes) -> Codec:
@@ -80,8 +85,8 @@ def codec_of_name(name: str) -> Codec:
         if codec.name == name:
             return codec
     if name not in plugin_names(FORMATS):
-        known = ", ".join([*(codec.name for codec in CODECS), *plugin_names(FORMATS)])
-        raise TemplateError(f"unknown template format {name!r} (known: {known})")
+        known = [*(codec.name for codec in CODECS), *plugin_names(FORMATS)]
+        raise TemplateError(unknown_name("template format", name, known))
     try:
         return _guarded(load_plugin(FORMATS, name))
     except PluginError as error:
@@ -94,12 +99,16 @@ def written_formats() -> list[str]:
 
 
 def known_codecs() -> Iterator[Codec]:
-    """Yield the codecs of this package, then those of others, which are imported only then."""
-    yield from CODECS
+    """Yield the codecs of this package, then those of others, which are imported only then.
+
+    Those of tables, which recognise most, come last.
+    """
+    yield from CODECS[: -len(_GENERAL)]
     own = {codec.name for codec in CODECS}
     for name, codec in load_plugins(FORMATS).loaded.items():
         if name not in own:
             yield _guarded(codec)
+    yield from _GENERAL
 
 
 def _guarded(codec: Codec) -> Codec:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.pointset.point_match import PointMatch, check_rho
 from fpmatch.pointset.triangles.matcher import GivenSet, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
@@ -80,8 +80,7 @@ def match_points(
     True
     """
     if matcher not in POINT_MATCHERS:
-        known = ", ".join(POINT_MATCHERS)
-        raise PointSetError(f"unknown matcher {matcher!r}: expected one of {known}")
+        raise PointSetError(unknown_name("matcher", matcher, POINT_MATCHERS))
     if rho is not None and matcher == "triangles":
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
     if area_tolerance is not None and matcher != "paper":

@@ -1,13 +1,14 @@
-"""Bare points from CSV, as spreadsheets, star catalogues and scripts write them.
+"""Bare points from files, as spreadsheets, star catalogues, scripts and numpy write them.
 
 A table has columns x and y by these names, in any case and place among others::
 
     name,X,Y
     Vega,279.23,38.78
 
-or no header and two columns of numbers. Columns are separated by comma, semicolon or tab; numbers
-have a decimal point; values may stand in quotes. Blank lines, rows without a value and lines that
-start with # are left out. The text is UTF-8, with or without a byte order mark.
+or no header and two columns of numbers, as `np.savetxt` writes them. Columns are separated by
+comma, semicolon, tab or spaces; numbers have a decimal point; values may stand in quotes. Blank
+lines, rows without a value and lines that start with # are left out. The text is UTF-8, with or
+without a byte order mark. A `.npy` file, recognised by its content, has an array of shape (N, 2).
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import FpmatchError, PointSetError
+from fpmatch.npy import decode_npy, is_npy
 
 if TYPE_CHECKING:
     import os
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 
     Record = tuple[int, list[str]]
 
-DELIMITERS: Final = (",", ";", "\t")
+DELIMITERS: Final = (",", ";", "\t", " ")
 MAX_BYTES: Final = 2**30  # some twenty million points
 _SHOWN_LETTERS: Final = 40  # of a value that an error quotes
 _SHOWN_CELLS: Final = 5
@@ -39,7 +41,7 @@ _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 
 
 def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    r"""Load the points (N, 2) of a CSV file, or of a pipe, in the form that this module describes.
+    r"""Load the points (N, 2) of a CSV or `.npy` file, or of a pipe, as this module describes them.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """
     try:
         if Path(path).is_dir():
-            raise PointSetError(f"{path}: is a folder, not a CSV file")
+            raise PointSetError(f"{path}: is a folder, not a file of points")
         with Path(path).open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except FileNotFoundError as error:
@@ -69,10 +71,12 @@ def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 
 
 def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
-    """Return the points (N, 2) of a CSV file's content; no rows for a header alone.
+    """Return the points (N, 2) of a file's content; no rows for a header alone.
 
-    What is no such table is refused with a `PointSetError`, which gives `name` and line.
+    What is no such table is refused with a `PointSetError`, which gives `name` and line, or row.
     """
+    if is_npy(data):
+        return _decode_array(data, name)
     _check_text(data, name)
     table = _find_table(data, name)
     records = _records(data, table.delimiter, name)
@@ -89,6 +93,23 @@ def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
         except ValueError as error:
             raise _error(name, line, str(error)) from error
     return np.array(values, dtype=np.float64).reshape(-1, 2)
+
+
+def _decode_array(data: bytes, name: str) -> NDArray[np.float64]:
+    """Return the points of a `.npy` file."""
+    try:
+        points = decode_npy(data)
+    except FpmatchError as error:
+        raise PointSetError(f"{name}: {error}") from error
+    if points.shape[1] != 2:
+        raise PointSetError(
+            f"{name}: expected an array of 2 columns, x and y, found {points.shape[1]}"
+        )
+    finite = np.isfinite(points)
+    if not finite.all():
+        row, column = np.argwhere(~finite)[0].tolist()
+        raise PointSetError(f"{name}, row {row + 1}: expected a finite number for {'xy'[column]}")
+    return points
 
 
 class _Table(NamedTuple):
@@ -168,7 +189,8 @@ def _find_table(data: bytes, name: str) -> _Table:
         raise refusal
     line, cells = max(firsts, key=lambda first: len(first[1]))
     found = ", ".join(map(_shown, cells[:_SHOWN_CELLS])) + ", …" * (len(cells) > _SHOWN_CELLS)
-    form = "a header with columns x and y, or two numbers, separated by comma, semicolon or tab"
+    by = "comma, semicolon, tab or spaces"
+    form = f"a header with columns x and y, or two numbers, separated by {by}"
     raise _error(name, line, f"expected {form}; found {found}")
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import ImageError, unknown_name
 from fpmatch.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.synthesis.warp import PlacementParameters
 
@@ -70,4 +70,4 @@ def preset_named(name: str) -> Preset:
     try:
         return PRESETS[name]
     except KeyError:
-        raise ImageError(f"no preset {name!r}: there are {', '.join(PRESETS)}") from None
+        raise ImageError(unknown_name("preset", name, PRESETS)) from None

@@ -8,6 +8,7 @@ import socket
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.engine.threads import interrupt_kept_from_children
 from fpmatch.errors import FpmatchError
 from fpmatch.output import reason
 from fpmatch.web.access import Client, Role, check_token, digest_of
@@ -104,7 +105,8 @@ def serve(
         server_header=False,
         timeout_graceful_shutdown=_GRACE_S,
     )
-    Server(config).run(sockets=[bound.listener])
+    with interrupt_kept_from_children():  # the server stops its workers
+        Server(config).run(sockets=[bound.listener])
 
 
 def _shown(host: str, own: str) -> str:

@@ -96,6 +96,30 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        ("verfy a b", "Error: No such command 'verfy'. Did you mean 'verify'?"),
+        ("points mach a b", "Error: No such command 'mach'. Did you mean 'match'?"),
+        ("verify a b --overly c", "Did you mean '--overlay'?"),
+        ("convert a b --format iso", "Did you mean 'iso2005'?"),
+        ("convert a b --from xty", "Did you mean 'xyt'?"),
+        ("synth x --preset clen", "Did you mean 'clean'?"),
+        ("points match a b --matcher triangle", "Did you mean 'triangles'?"),
+        ("calibrate x -o c.json --matcher unit-circl", "Did you mean 'unit-circle'?"),
+    ],
+)
+def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, suggestion):
+    monkeypatch.chdir(tmp_path)
+    result = run(*words.split())
+    assert result.exit_code == 2
+    assert suggestion in " ".join(result.stderr.split())
+
+
+def test_nothing_is_suggested_for_a_name_like_none(run):
+    assert "Error: No such command 'zzz'.\n" in run("zzz").stderr
+
+
 def failing(monkeypatch, error):
     """Make `fpmatch stages` raise `error`."""
 

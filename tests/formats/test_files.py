@@ -191,7 +191,7 @@ def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path: Path, template: Te
         save_template(tmp_path / "gone" / "print.csv", template)
     with pytest.raises(TemplateError, match=r"suffix '\.doc' \(known: \.csv, \.json, \.iso, "):
         save_template(tmp_path / "print.doc", template)
-    with pytest.raises(TemplateError, match="unknown template format 'iso' "):
+    with pytest.raises(TemplateError, match="unknown template format 'iso'; known: "):
         save_template(tmp_path / "print.dat", template, file_format="iso")
     with pytest.raises(TemplateError, match="type 9 is only read, not written"):
         save_template(tmp_path / "print.an2", template, file_format="an2")

@@ -6,6 +6,7 @@ import csv
 import io
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -86,6 +87,9 @@ def test_two_columns_need_no_header(points: NDArray[np.float64], delimiter: str)
         'x,y,note\n1.5,2,"a; b, and\n\n# c, ""d"""\n-3,400,5 "\n',
         "+1.5,2.\n-3.0,4E+02\n",
         "x;y;note\n1.5;2;1,5\n-3;400;\n",
+        "1.500e+00 2.000e+00\n-3.000e+00 4.000e+02\n",
+        "# x y\n  1.5   2\n -3  400 \n",
+        "x y\n1.5 2\n-3 400\n",
     ],
     ids=repr,
 )
@@ -119,7 +123,7 @@ def test_every_form_of_the_same_points(text: str) -> None:
         ("\nlon,lat\n1,2\n", ", line 2: expected a header with columns x and y, or two numbers"),
         ("x,z\n1,2\n", "found 'x', 'z'"),
         ("1,2,3,4,5,6\n", "found '1', '2', '3', '4', '5', …"),
-        ("1.0 2.0\n", "separated by comma, semicolon or tab; found '1.0 2.0'"),
+        ("1.0|2.0\n", "separated by comma, semicolon, tab or spaces; found '1.0|2.0'"),
         ("1;2,3\n", ", line 1: expected a header"),
         ("", ": the file is empty"),
         ("\n# a\n\n", ": no points, only blank lines and comments"),
@@ -184,7 +188,7 @@ def test_files_and_pipes_are_read(tmp_path: Path) -> None:
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text("1,2\n3\n")
     for name, reason in {
-        "": ": is a folder, not a CSV file",
+        "": ": is a folder, not a file of points",
         "gone.csv": ": no such file",
         "bad.csv": ", line 2: expected a number for y, found nothing",
         "bad.csv/x": ": cannot be read: not a directory",
@@ -201,3 +205,33 @@ def test_absurdly_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.Mo
     path.write_bytes(b"1,2\n" * 2**18 + b"\n")
     with pytest.raises(PointSetError, match="more than 1 MiB"):
         load_points(path)
+
+
+@given(any_finite_points, st.sampled_from("CF"))
+def test_an_array_of_numpy_is_read_to_the_last_bit(points: NDArray[np.float64], order: Any) -> None:
+    stream = io.BytesIO()
+    np.save(stream, np.array(points, order=order))
+    assert decode_points(stream.getvalue()).tobytes() == points.tobytes()
+
+
+@given(any_finite_points.filter(len))
+def test_a_text_of_numpy_is_read_to_the_last_bit(points: NDArray[np.float64]) -> None:
+    stream = io.BytesIO()
+    np.savetxt(stream, points)
+    assert decode_points(stream.getvalue()).tobytes() == points.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("array", "reason"),
+    [
+        (np.zeros((3, 3)), ": expected an array of 2 columns, x and y, found 3"),
+        (np.array([[1, 2], [3, np.inf]]), ", row 2: expected a finite number for y"),
+        (np.array([[object(), 1]]), ": expected an array of numbers, found one of Python objects"),
+    ],
+)
+def test_other_arrays_are_refused(array: NDArray[Any], reason: str) -> None:
+    stream = io.BytesIO()
+    np.save(stream, array)
+    with pytest.raises(PointSetError) as caught:
+        decode_points(stream.getvalue(), "stars.npy")
+    assert str(caught.value).startswith(f"stars.npy{reason}")

@@ -195,7 +195,7 @@ def test_what_is_in_the_way_is_not_overwritten(tmp_path, name):
         ({"fingers": 0}, "0 fingers from number 101", DatasetError),
         ({"fingers": 10**8}, "numbered within 1 to", DatasetError),
         ({"first_finger": 0}, "from number 0", DatasetError),
-        ({"preset": "x"}, "no preset 'x'", ImageError),
+        ({"preset": "x"}, "unknown preset 'x'", ImageError),
     ],
 )
 def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, changes, reason, error):

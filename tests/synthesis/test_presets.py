@@ -13,7 +13,7 @@ from fpmatch.synthesis.sensor import SENSORS, Sensor
 def test_there_are_four_from_easy_to_hard_and_stretched_prints():
     assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
     assert all(preset_named(name) is preset for name, preset in PRESETS.items())
-    with pytest.raises(ImageError, match=r"^no preset 'harder': there are clean, easy, [^\n]*$"):
+    with pytest.raises(ImageError, match=r"^unknown preset 'harder'; known: clean, easy, [^\n]*$"):
         preset_named("harder")
 
 

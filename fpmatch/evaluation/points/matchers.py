@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, unknown_name
 from fpmatch.pointset.pairing import greedy_pairs
 from fpmatch.pointset.point_match import PointMatch, rms_distance
 from fpmatch.pointset.similarity import Similarity
@@ -69,7 +69,7 @@ class BenchMatcher:
 def matcher_named(name: str) -> BenchMatcher:
     """Return the matcher of that name; MatcherError if there is none or it is not installed."""
     if name not in _MATCHERS:
-        raise MatcherError(f"unknown matcher {name!r}: expected one of {', '.join(MATCHER_NAMES)}")
+        raise MatcherError(unknown_name("matcher", name, MATCHER_NAMES))
     if not is_installed(name):
         raise MatcherError(f"matcher {name} is not installed: pip install 'fpmatch[bench]'")
     return _MATCHERS[name]

@@ -11,7 +11,7 @@ import importlib
 import pkgutil
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, did_you_mean
 from fpmatch.plugins import MATCHERS, PluginError, load_plugin, load_plugins, plugin_names
 
 if TYPE_CHECKING:
@@ -60,9 +60,10 @@ def get_matcher(name: str) -> Matcher:
         own: Matcher = module.MATCHER
         return own
     if ":" not in name and name not in plugin_names(MATCHERS):
+        question = did_you_mean(name, matcher_names())
         raise MatcherError(
             f"unknown matcher {name!r}; known: {', '.join(matcher_names())}, and any "
-            "package.module:OBJECT"
+            f"package.module:OBJECT{'.' * bool(question)}{question}"
         )
     try:
         matcher: Matcher = load_plugin(MATCHERS, name)

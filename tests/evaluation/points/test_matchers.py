@@ -66,7 +66,7 @@ def test_the_baseline_gives_up_after_its_steps():
 
 
 def test_matchers_that_are_unknown_or_not_installed(monkeypatch):
-    with pytest.raises(MatcherError, match="unknown matcher 'his': expected one of tri"):
+    with pytest.raises(MatcherError, match="unknown matcher 'his'; known: tri"):
         matcher_named("his")
     monkeypatch.setattr(point_matchers, "find_spec", lambda _: None)
     assert not is_installed("astroalign")

@@ -23,7 +23,7 @@ SUMMARIES: Final = {
     "inspect": "Show what files contain: format, size, minutiae, quality.",
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
-    "identify": "Rank the fingers of a gallery by how well they match a probe.",
+    "identify": "Rank the subjects of a gallery by how well they match a probe.",
     "gallery": "Show and change a gallery: info, list, check, remove, export.",
     "score": "Compare all probes with all references, scores into a file.",
     "serve": "Serve a web interface to compare prints, and an HTTP API.",

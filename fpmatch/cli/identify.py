@@ -72,7 +72,8 @@ Columns:
   score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
   FMR        share of comparisons with other fingers, of as many impressions, that score as high
   by chance  number of searched fingers expected to score as high if the finger is not enrolled
-  print      subject, finger and impression; of a finger, its most similar impression
+  print      subject, finger and impression: of a subject its best finger, of a finger its most
+             similar impression
   number     of the entry, as `fpmatch gallery list` shows it
   picture    that was enrolled
 
@@ -81,6 +82,7 @@ Examples:
   fpmatch identify prints.db probe.tif
   fpmatch identify prints.db probes -k 3 --threshold 40 --json
   fpmatch identify postgresql://me@host/prints probe.tif --transform
+  fpmatch identify prints.db probe.tif --all
   fpmatch identify prints.db probe.tif --impressions
   fpmatch identify touches.db probe.tif --consolidate
 
@@ -104,9 +106,15 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     "--transform", "transforms", is_flag=True, help="Show the transform to each candidate."
 )
 @click.option(
+    "--all",
+    "all_fingers",
+    is_flag=True,
+    help="List all fingers, not each subject once with the best of its fingers.",
+)
+@click.option(
     "--impressions",
     is_flag=True,
-    help="List impressions, each with its own score, instead of fingers, with the score of all "
+    help="List all impressions, each with its own score, instead of fingers, with the score of all "
     "their impressions together.",
 )
 @click.option(
@@ -144,13 +152,14 @@ def identify(
     raw: tuple[RawSize, ...],
     matcher: str,
     calibration: Path | None,
+    all_fingers: bool,
     impressions: bool,
     consolidate: bool,
     as_json: bool,
     workers: int | None,
     **limits: Any,
 ) -> int:
-    """Rank the fingers of GALLERY by how well they match each PROBE: image, template or folder.
+    """Rank the subjects of GALLERY by how well they match each PROBE: image, template or folder.
 
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
     prepared by the first search, and by the first one after a change.
@@ -164,6 +173,7 @@ def identify(
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader, group_by_note
 
+    listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"
     if impressions and consolidate:
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     curve = load_calibration(matcher_name(matcher), calibration)
@@ -176,6 +186,10 @@ def identify(
         with ProgressBars({"prepare": "preparing prints"}) as bars:
             engine = processes(workers)
             search = open_search(opened, matcher, engine=engine, progress=bars.show)
+
+        def subject_of(number: int) -> str:
+            return opened.entry(number).label.subject
+
         consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
         for file in files:
             try:
@@ -191,6 +205,7 @@ def identify(
                 calibration=curve,
                 impressions=impressions,
                 consolidated=consolidated,
+                subject_of=subject_of if listed == "subjects" else None,
                 **limits,
             )
             seconds = time.perf_counter() - start
@@ -208,7 +223,7 @@ def identify(
             "enrolled": len(search),
             "compared": done[0].result.compared,
             "fingers": done[0].result.fingers,
-            "listed": "impressions" if impressions else "fingers",
+            "listed": listed,
             "probes": [found.as_dict() for found in done],
             "failures": list(map(str, failures)),
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -13,7 +14,7 @@ from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_f
 from fpmatch.matching.finger import fused_scores
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -95,6 +96,7 @@ def identify(
     candidate_list: CandidateListSize = "auto",
     impressions: bool = False,
     consolidated: ConsolidatedFingers | None = None,
+    subject_of: Callable[[int], str] | None = None,
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
@@ -122,6 +124,9 @@ def identify(
     consolidated : ConsolidatedFingers, optional
         Compares each candidate also with the consolidated template of its impressions and ranks
         the candidates again; the same fingers are candidates (default: this is not done).
+    subject_of : callable, optional
+        Returns the subject of the entry with a number: each subject is then a candidate once, by
+        its best finger or impression (default: as often as it has any).
 
     Raises
     ------
@@ -168,8 +173,10 @@ def identify(
     found_of, local = np.unique(finger[places], return_inverse=True)
     scores = fused_scores(singles, local.ravel(), sizes[found_of])[local.ravel()]
     candidates = []
-    best = _best(scores, similarities, search.numbers[places], finger[places], count)
-    for rank, k in enumerate(best.tolist(), start=1):
+    best = _ranked(scores, similarities, search.numbers[places], finger[places])
+    if subject_of is not None:
+        best = _once_a_subject(best, search.numbers[places], subject_of)
+    for rank, k in enumerate(islice(best, count), start=1):
         score = float(scores[k])
         fmr = score_to_fmr(score)
         wanted = transforms and (score >= threshold or consolidated is not None)
@@ -220,15 +227,26 @@ def candidate_list_size(search: Search, requested: CandidateListSize = "auto") -
     return requested if requested < total else None
 
 
-def _best(
+def _ranked(
     scores: NDArray[np.float64],
     similarities: NDArray[np.float64],
     numbers: NDArray[np.int64],
     finger: NDArray[np.intp],
-    count: int,
-) -> NDArray[np.intp]:
-    """Return the most similar impression of each of the `count` fingers of highest score."""
+) -> Iterator[int]:
+    """Yield the most similar impression of each finger, those of highest score first."""
     order = np.lexsort((numbers, -similarities, -scores))
     _, first = np.unique(finger[order], return_index=True)
-    best: NDArray[np.intp] = order[np.sort(first)[:count]]
-    return best
+    for place in np.sort(first):
+        yield int(order[place])
+
+
+def _once_a_subject(
+    ranked: Iterator[int], numbers: NDArray[np.int64], subject_of: Callable[[int], str]
+) -> Iterator[int]:
+    """Yield the first impression of each subject."""
+    found = set()
+    for place in ranked:
+        subject = subject_of(int(numbers[place]))
+        if subject not in found:
+            found.add(subject)
+            yield place

@@ -34,7 +34,7 @@ def test_candidates_as_json(run, gallery, prints, tmp_path):
     document = json.loads(result.stdout)
     assert document["compared"] == 3
     assert document["failures"] == [f"{folder}/empty.png: the file is empty"]
-    assert (document["fingers"], document["listed"]) == (2, "fingers")
+    assert (document["fingers"], document["listed"]) == (2, "subjects")
     (probe,) = document["probes"]
     assert probe["probe"] == f"{folder}/probe.png"
     assert {c["subject"] for c in probe["candidates"]} == {"1"}
@@ -45,6 +45,27 @@ def test_candidates_as_json(run, gallery, prints, tmp_path):
     assert best["extrapolated"] is True
     assert best["transform"]["rotation_deg"] == pytest.approx(0, abs=0.1)
     assert best["pairs"] > 10
+
+
+def test_a_person_is_listed_once_or_with_all_fingers(run, prints, tmp_path):
+    folder = tmp_path / "people"
+    folder.mkdir()
+    for name, source in {"ada_left_1": "1_1", "ada_right_1": "2_1", "ada_right_2": "2_1"}.items():
+        data = (prints / f"{source}.png").read_bytes() + name.encode()
+        (folder / f"{name}.png").write_bytes(data)
+    pattern = r"(?P<subject>[a-z]+)_(?P<finger>[a-z]+)_(?P<impression>\d+)"
+    db = tmp_path / "people.db"
+    assert run("enrol", db, folder, "--pattern", pattern, "--workers", 1).exit_code == 0
+
+    def listed(*more):
+        words = ("identify", db, prints / "1_1.png", "--json", "--workers", 1, *more)
+        document = json.loads(run(*words).stdout)
+        found = document["probes"][0]["candidates"]
+        return document["listed"], [(one["rank"], one["finger"]) for one in found]
+
+    assert listed() == ("subjects", [(1, "left")])
+    assert listed("--all") == ("fingers", [(1, "left"), (2, "right")])
+    assert listed("--impressions") == ("impressions", [(1, "left"), (2, "right"), (3, "right")])
 
 
 def test_consolidated_templates_change_scores_of_fingers_alone(run, gallery, prints):

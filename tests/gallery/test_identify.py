@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_prints import FAKE, entries_of, scattered, template_at
@@ -61,6 +63,31 @@ def test_the_most_similar_come_first_with_their_rates(fill):
 
 def test_of_equals_the_first_enrolled_comes_first(fill):
     assert numbers_of(identify_at(fill(7, 3, 7, 3, 7, 3), 5, count=4)) == [1, 2, 3, 4]
+
+
+def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
+    labels = [("ada", "left", "1"), ("ada", "right", "1"), ("bob", "1", "1"), ("ada", "right", "2")]
+    templates = map(template_at, (40, 48, 45, 49))
+    entries = [
+        replace(entry, label=Label(*label))
+        for entry, label in zip(entries_of(*templates), labels, strict=True)
+    ]
+    gallery.add(entries)
+    search = open_search(gallery, FAKE)
+
+    def subject_of(number):
+        return gallery.entry(number).label.subject
+
+    def found(**options):
+        return numbers_of(identify_at(search, 50, **options))
+
+    assert found(subject_of=subject_of) == [4, 3]
+    assert found(subject_of=subject_of, count=1) == [4]
+    assert found(subject_of=subject_of, impressions=True) == [4, 3]
+    assert found() == [4, 3, 1]
+    assert found(impressions=True) == [4, 2, 3, 1]
+    once, each = (identify_at(search, 50, **o).candidates for o in ({"subject_of": subject_of}, {}))
+    assert once == each[:2]
 
 
 def test_an_empty_gallery_has_no_candidate(fill):

@@ -68,8 +68,25 @@ class VerifiedPrints(Verification):
         default=(None, None), repr=False, compare=False
     )
 
-    def overlay(self, *, side_by_side: bool = False) -> Overlay:
-        """Draw the probe, moved by the transform, over the reference; see `fpmatch.draw`."""
+    def overlay(
+        self, *, side_by_side: bool = False, ridges: bool = False, warp: bool = False
+    ) -> Overlay:
+        """Draw the probe, moved by the transform, over the reference; see `fpmatch.draw`.
+
+        Parameters
+        ----------
+        side_by_side : bool
+            Draw the prints beside each other.
+        ridges : bool
+            Draw the agreement of the ridges over the reference; see `Verification.ridge_map`.
+        warp : bool
+            Draw the probe as the mesh of the pairs bends it: for looking, not for measuring.
+
+        Raises
+        ------
+        OutputError
+            If more than one of the three is set.
+        """
         from fpmatch.drawing.ink import ridge_picture  # noqa: PLC0415  (after the decision)
         from fpmatch.drawing.overlay.draw import draw  # noqa: PLC0415
 
@@ -77,7 +94,9 @@ class VerifiedPrints(Verification):
             ridge_picture(template) if image is None else image
             for image, template in zip(self.images, (self.probe, self.reference), strict=True)
         )
-        return Overlay(draw(probe, reference, self, side_by_side=side_by_side))
+        return Overlay(
+            draw(probe, reference, self, side_by_side=side_by_side, ridges=ridges, warp=warp)
+        )
 
     @cached_property
     def _overlay(self) -> Overlay:

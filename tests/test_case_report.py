@@ -54,9 +54,19 @@ def test_it_states_files_settings_evidence_and_limits(match):
         "@page",
     ):
         assert words in html
-    assert html.count("data:image/png;base64,") == 4
+    assert html.count("data:image/png;base64,") == 5
+    assert "cell by cell on the reference" in html
+    assert "for looking" not in html
     assert len(re.findall(r'<tr><td class="n">\d+</td>', html)) == len(match.verification.pairs)
     assert page(match) == page(match)
+
+
+def test_the_warped_overlay_says_what_it_is(match):
+    html = page(match, warp=True)
+    assert html.count("data:image/png;base64,") == 6
+    words = f"warped through {len(match.verification.pairs)} pairs: for looking, not for measuring"
+    assert words in html
+    assert "moved by the similarity transform" in html
 
 
 def test_no_match_states_the_reason_and_has_no_pairs():

@@ -15,7 +15,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
 from fpmatch.drawing.files import png_bytes
-from fpmatch.drawing.overlay.draw import overlay_file
+from fpmatch.drawing.overlay.draw import View, overlay_file
+from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.words import odds, verdict
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
@@ -124,6 +125,7 @@ def case_report(
     notes: str = "",
     marks: Sequence[CaseMark] = (),
     made: datetime | None = None,
+    warp: bool = False,
 ) -> str:
     """Return the report on a comparison as HTML, which prints to PDF on A4 paper.
 
@@ -143,6 +145,8 @@ def case_report(
         What the examiner marked.
     made : datetime, optional
         Time of the report (default: now).
+    warp : bool
+        Show the overlay warped through the pairs, too.
 
     Raises
     ------
@@ -165,6 +169,7 @@ def case_report(
         lstrip_blocks=True,
     )
     scored = not math.isnan(v.score)
+    bent, drawn = pair_warp(v) if warp and v.transform is not None else (None, "")
     html = environment.get_template("page.html.j2").render(
         title=title or f"{files[0].name} and {files[1].name}",
         made=(made or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC"),
@@ -180,8 +185,11 @@ def case_report(
         rows=as_rows(v, pair.scale, pair.quality),
         settings=settings,
         sides=sides,
-        overlay=_picture(pair, images, side_by_side=False) if v.transform is not None else "",
-        beside=_picture(pair, images, side_by_side=True),
+        overlay=_picture(pair, images, View()) if v.transform is not None else "",
+        warped=_picture(pair, images, View(warp=True)) if bent else "",
+        drawn=drawn,
+        ridges=_picture(pair, images, View(ridges=True)) if v.ridge_map is not None else "",
+        beside=_picture(pair, images, View(side_by_side=True)),
         pairs=_pairs(pair),
         notes=notes.strip(),
         marks=marks,
@@ -189,8 +197,8 @@ def case_report(
     return html.lstrip()
 
 
-def _picture(pair: ComparedPair, images: tuple[object, object], *, side_by_side: bool) -> str:
-    content = overlay_file(".png", *images, pair.verification, side_by_side=side_by_side)
+def _picture(pair: ComparedPair, images: tuple[object, object], view: View) -> str:
+    content = overlay_file(".png", *images, pair.verification, view)
     return _data_url(content, "png")
 
 

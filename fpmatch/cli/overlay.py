@@ -8,7 +8,7 @@ import click
 
 from fpmatch.cli.notes import say_notes_on
 from fpmatch.cli.options import output_option
-from fpmatch.cli.pair import compare_files, pair_options
+from fpmatch.cli.pair import compare_files, pair_options, save_view, view_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,25 +19,43 @@ if TYPE_CHECKING:
 Examples:
   fpmatch overlay probe.tif reference.tif -o overlay.png
   fpmatch overlay probe.tif reference.tif -o pairs.svg --side-by-side
+  fpmatch overlay probe.tif reference.tif -o ridges.png --ridges
+  fpmatch overlay probe.tif reference.tif -o warped.png --warp
 
 Exit status: 0 when the picture is written, whatever the decision; 2 on bad input.
 """
 )
 @pair_options()
 @output_option(metavar="OUT.png|.svg", help="Where to write the picture.")
-@click.option("--side-by-side", is_flag=True, help="Draw the prints beside each other.")
-def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
+@view_options
+@click.option("--side-by-side", is_flag=True, help="The same as --view side-by-side.")
+@click.option("--ridges", is_flag=True, help="The same as --view ridges.")
+def overlay(
+    output: Path,
+    view: str | None,
+    warp: bool,
+    side_by_side: bool,
+    ridges: bool,
+    **values: Any,
+) -> None:
     """Draw PROBE, moved by the recovered transform, over REFERENCE.
 
     The picture shows where ridges agree, the paired minutiae with their directions, the unpaired
     ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
     transform is found, the prints are drawn beside each other.
+
+    With --ridges, the picture shows how well the ridges of both prints agree, on the cells that the
+    score compared. With --warp, the probe is bent on the mesh of the pairs, as the matcher does to
+    compare the ridges; what is seen there must be measured in the picture without it. The picture
+    contains which of the two it is.
     """
-    from fpmatch.drawing.overlay.draw import save_overlay
     from fpmatch.drawing.words import verdict
 
+    given = {view, "side-by-side" if side_by_side else None, "ridges" if ridges else None} - {None}
+    if len(given) > 1:
+        raise click.UsageError("--view, --side-by-side and --ridges exclude each other")
     pair = compare_files(values)
     say_notes_on((pair.probe, pair.reference))
-    verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
-    save_overlay(output, *pixels, verification, side_by_side=side_by_side)
+    save_view(output, pair, next(iter(given), None), warp=warp)
+    verification = pair.verification
     click.echo(f"{verdict(verification.match)}, score {verification.score:.1f}: {output}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -20,6 +20,7 @@ from fpmatch.cli.options import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from pathlib import Path
 
     from fpmatch.pair import ComparedPair, PairOptions
     from fpmatch.reading import GivenPrint
@@ -66,6 +67,22 @@ _OPTIONS: Final = (
 )
 
 
+_VIEW_OPTIONS: Final = (
+    click.option(
+        "--view",
+        type=click.Choice(["overlay", "side-by-side", "ridges"]),
+        help="Draw the probe over the reference, the prints beside each other, or where their "
+        "ridges agree.  [default: overlay]",
+    ),
+    click.option(
+        "--warp",
+        is_flag=True,
+        help="Draw the probe as the matcher bends it, on the mesh of the pairs: for looking, not "
+        "for measuring.",
+    ),
+)
+
+
 def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
     """Return the decorator that gives a command PROBE, REFERENCE and the comparison's options."""
     reference = click.argument("reference", type=FILE, required=reference_required)
@@ -76,6 +93,26 @@ def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
         return command
 
     return decorate
+
+
+def view_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options about what an overlay shows."""
+    for option in reversed(_VIEW_OPTIONS):
+        command = option(command)
+    return command
+
+
+def save_view(target: Path, pair: ComparedPair, view: str | None, *, warp: bool) -> None:
+    """Draw a comparison as `view_options` say; print a note where another picture is drawn."""
+    from fpmatch.drawing.overlay.draw import View, save_overlay
+
+    if warp and view not in {None, "overlay"}:
+        raise click.UsageError(f"--warp cannot be combined with --view {view}")
+    chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges", warp=warp)
+    verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
+    save_overlay(target, *pixels, verification, **asdict(chosen))
+    if missing := chosen.missing(verification):
+        say_note(f"{target}: {missing}")
 
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:

@@ -8,7 +8,14 @@ import click
 
 from fpmatch.cli.notes import json_text, say_notes_on
 from fpmatch.cli.options import file_option, json_option
-from fpmatch.cli.pair import compare_files, open_side, pair_options, pair_options_of
+from fpmatch.cli.pair import (
+    compare_files,
+    open_side,
+    pair_options,
+    pair_options_of,
+    save_view,
+    view_options,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,6 +31,7 @@ _OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
 Examples:
   fpmatch verify probe.tif reference.tif
   fpmatch verify probe.tif reference.tif --fmr 0.001 --overlay overlay.png
+  fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
   fpmatch verify probe.iso reference.tif
   fpmatch verify probe.tif reference.tif --matcher paper --rho 0.6
@@ -47,20 +55,29 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     metavar="OUT.png|.svg",
     help="Draw the probe, moved by the recovered transform, over the reference.",
 )
+@view_options
 @file_option(
     "--case-report",
     metavar="OUT.html",
     help="Write a page to print: files with hashes, settings, evidence, pictures, pairs, limits.",
 )
 @click.option("--notes", metavar="TEXT", default="", help="Notes of the examiner, for that page.")
+@click.option(
+    "--ridge-map",
+    is_flag=True,
+    help="With --json: add the agreement of the ridges of each cell, in pixels of REFERENCE.",
+)
 @json_option
 def verify(
     gallery: str | None,
     subject: str | None,
     finger: str | None,
     overlay_file: Path | None,
+    view: str | None,
+    warp: bool,
     case_report: Path | None,
     notes: str,
+    ridge_map: bool,
     as_json: bool,
     **values: Any,
 ) -> int:
@@ -82,29 +99,35 @@ def verify(
     if gallery is not None or subject is not None or finger is not None:
         if overlay_file is not None or case_report is not None:
             raise click.UsageError("--overlay and --case-report cannot be combined with --gallery")
+        if view is not None or warp or ridge_map:
+            raise click.UsageError("--view, --warp and --ridge-map compare two files")
         return _verify_claim(gallery, subject, finger, values, as_json=as_json)
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
+    if overlay_file is None and (view is not None or (warp and case_report is None)):
+        raise click.UsageError("--view and --warp are of --overlay; --warp of --case-report, too")
+    if ridge_map and not as_json:
+        raise click.UsageError("--ridge-map is of --json")
     from fpmatch.report import as_text
 
     pair = compare_files(values)
     match = pair.verification.match
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
     if overlay_file is not None:
-        from fpmatch.drawing.overlay.draw import save_overlay
-
-        save_overlay(overlay_file, pair.probe.pixels, pair.reference.pixels, pair.verification)
+        save_view(overlay_file, pair, view, warp=warp)
     if case_report is not None:
-        _write_case_report(case_report, pair, values, notes)
+        _write_case_report(case_report, pair, values, notes, warp=warp)
     if as_json:
-        click.echo(json_text(pair.as_dict()))
+        found = pair.verification.ridge_map if ridge_map else None
+        cells = {"ridge_map": None if found is None else found.as_dict()} if ridge_map else {}
+        click.echo(json_text(pair.as_dict() | cells))
     else:
         click.echo(as_text(pair.verification, pair.scale, pair.quality))
     return 0 if match else 1
 
 
 def _write_case_report(
-    target: Path, pair: ComparedPair, values: Mapping[str, Any], notes: str
+    target: Path, pair: ComparedPair, values: Mapping[str, Any], notes: str, *, warp: bool
 ) -> None:
     """Write the report on a comparison of two files."""
     from fpmatch.case_report.page import CaseFile, case_report, settings_of
@@ -116,7 +139,7 @@ def _write_case_report(
     dpi = tuple(values[f"{side}_dpi"] or values["dpi"] for side in ("probe", "reference"))
     reading = dpi, values["enhance"], values["polarity"]
     settings = settings_of(pair_options_of(values), pair.verification, *reading)
-    html = case_report(pair, (probe, reference), settings=settings, notes=notes)
+    html = case_report(pair, (probe, reference), settings=settings, notes=notes, warp=warp)
     atomic_write_bytes(target, html.encode())
 
 

@@ -69,7 +69,7 @@ def thinned_off_print(coverage: Pixels, field: RidgeField, factor: float = 1.0) 
     cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
     start = (0.5 / factor - 0.5) / field.step - 0.5
     beyond = cv2.BORDER_REPLICATE
-    on_print = _at_pixels(cells, 1 / (factor * field.step), start, coverage.shape, beyond)
+    on_print = at_pixels(cells, 1 / (factor * field.step), start, coverage.shape, beyond)
     return np.rint(coverage * (_OFF_PRINT + (1 - _OFF_PRINT) * on_print)).astype(np.uint8)
 
 
@@ -81,11 +81,11 @@ def ridge_picture(template: Template) -> Pixels:
     bits = field.bits.astype(np.float32)
     # Bit k of a row of cells covers the pixels from k * step / 8 on.
     scale = CELL_BITS / field.step
-    ridges = _at_pixels(bits, scale, 0.5 * scale - 0.5, shape, cv2.BORDER_CONSTANT)
+    ridges = at_pixels(bits, scale, 0.5 * scale - 0.5, shape, cv2.BORDER_CONSTANT)
     return np.rint(_PAPER - (_PAPER - _RIDGE) * ridges).astype(np.uint8)
 
 
-def _at_pixels(
+def at_pixels(
     cells: NDArray[Any], scale: float, start: float, shape: tuple[int, ...], beyond: int
 ) -> NDArray[np.float32]:
     """Interpolate a grid of cells at pixels: pixel k lies at the cell `start` + k * `scale`."""

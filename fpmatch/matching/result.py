@@ -223,6 +223,15 @@ class Verification:
         """Where the ridges agree; None where they were not compared. Its mean is scored."""
         return None if self.rematch is None else self.rematch.ridge_map(self.evidence)
 
+    @cached_property
+    def mesh_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """The pairs where the matcher's mesh has them, in pixels of probe and reference, (K, 2).
+
+        They lie between the minutiae, which are not located exactly, and what their neighbours
+        predict. None where the matcher has no mesh.
+        """
+        return None if self.rematch is None else self.rematch.mesh_points(self.evidence)
+
     @property
     def matched_share(self) -> float:
         """Pairs over minutiae of the template that has fewer; 0 where it has none."""
@@ -265,6 +274,15 @@ class PreparedPair:
         found: RidgeMap | None = None
         if hasattr(self.matcher, "ridge_map"):
             found = self.matcher.ridge_map(self.probe, self.reference, evidence)
+        return found
+
+    def mesh_points(
+        self, evidence: Comparison
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return the pairs where the matcher's mesh has them; None where it has none."""
+        found: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        if hasattr(self.matcher, "mesh_points"):
+            found = self.matcher.mesh_points(self.probe, self.reference, evidence)
         return found
 
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:

@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.case_report.page import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.files import png_bytes, webp_bytes
 from fpmatch.drawing.ink import ridge_picture, shrunk
-from fpmatch.drawing.overlay.draw import overlay_file
+from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.scene.placement import zoomed
@@ -68,11 +68,11 @@ def verify_pair(request: PairRequest) -> dict[str, Any]:
     return request.compare().as_dict()
 
 
-def draw_pair(request: PairRequest, file_format: str, side_by_side: bool) -> bytes:
+def draw_pair(request: PairRequest, file_format: str, view: View) -> bytes:
     """Return the overlay of two prints as the content of a "png" or "svg" file."""
     pair = request.compare()
     pixels = _pixels(pair.probe), _pixels(pair.reference)
-    return overlay_file(f".{file_format}", *pixels, pair.verification, side_by_side=side_by_side)
+    return overlay_file(f".{file_format}", *pixels, pair.verification, view)
 
 
 def report_pair(request: PairRequest, notes: str, marks: list[dict[str, Any]]) -> str:

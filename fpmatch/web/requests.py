@@ -10,6 +10,7 @@ from typing import Annotated, Any, Final, Literal, cast
 from fastapi import Depends, File, Form, Request, Security, UploadFile, params
 from fastapi.security import HTTPBearer
 
+from fpmatch.drawing.overlay.draw import View
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.pair import PairOptions
 from fpmatch.web.access import Client, Role
@@ -144,10 +145,12 @@ async def _enrolled_pair(
 async def _drawing(
     file_format: Annotated[Literal["png", "svg"], Form(alias="format")] = "png",
     side_by_side: Annotated[bool, Form(description="Draw the prints beside each other")] = False,
-) -> tuple[str, bool]:
-    return file_format, side_by_side
+    ridges: Annotated[bool, Form(description="Draw where the ridges agree")] = False,
+    warp: Annotated[bool, Form(description="Draw the probe bent on the mesh of pairs")] = False,
+) -> tuple[str, View]:
+    return file_format, View(side_by_side, ridges, warp)
 
 
-Drawing = Annotated[tuple[str, bool], Depends(_drawing)]
+Drawing = Annotated[tuple[str, View], Depends(_drawing)]
 UploadedPair = Annotated[PairRequest, Depends(_uploaded_pair)]
 EnrolledPair = Annotated[PairRequest, Depends(_enrolled_pair)]

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from fpmatch.matching.calibration import Calibration, Provenance
 from fpmatch.reading import ASSUMED_DPI
 
 from .conftest import assert_refused
+
+SAMPLES = Path(__file__).parents[2] / "sample_data"
 
 KEYS = [
     "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho", "pairs",
@@ -180,6 +183,66 @@ def test_overlay_writes_a_picture_whatever_the_decision(run, prints, tmp_path):
             assert opened.width > 280
         drawn.append(picture.read_bytes())
     assert drawn[0] != drawn[1]
+
+
+def test_overlays_of_ridges_and_warped_ones(run, tmp_path):
+    prints = [SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"]
+    drawn = []
+    for words in (
+        ("overlay", "-o"),
+        ("overlay", "--ridges", "-o"),
+        ("overlay", "--view", "ridges", "-o"),
+        ("verify", "--view", "ridges", "--overlay"),
+        ("overlay", "--warp", "-o"),
+        ("verify", "--warp", "--overlay"),
+    ):
+        picture = tmp_path / "drawn.svg"
+        result = run(words[0], *prints, *words[1:], picture)
+        assert (result.exit_code, result.stderr) == (0, "")
+        drawn.append(picture.read_text())
+    assert drawn[1] == drawn[2] == drawn[3] != drawn[0] != drawn[4] == drawn[5]
+    assert "similarity transform" in drawn[0]
+    assert "for looking, not for measuring" in drawn[4]
+
+
+def test_what_cannot_be_drawn_is_noted(run, prints, tmp_path):
+    picture = tmp_path / "drawn.png"
+    for view, reason in (("--warp", "no transform was found"), ("--ridges", "no transform")):
+        result = run("overlay", prints / "blank.png", prints / "1_1.png", view, "-o", picture)
+        assert result.exit_code == 0
+        assert f"fpmatch: note: {picture}: {reason}" in result.stderr
+
+
+def test_the_map_of_ridges_is_in_the_json_if_requested(run, prints):
+    pair = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
+    assert "ridge_map" not in decision(run("verify", *pair, "--json"))
+    document = decision(run("verify", *pair, "--json", "--ridge-map"))
+    found = document["ridge_map"]
+    assert found["mean"] == pytest.approx(document["compared"]["ridge_agreement"], rel=1e-12)
+    assert np.mean([value for _, _, value in found["cells"]]) == pytest.approx(
+        found["mean"], abs=1e-4
+    )
+    blank = run("verify", prints / "blank.png", prints / "1_1.png", "--json", "--ridge-map")
+    assert decision(blank)["ridge_map"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("overlay {a} {b} -o o.png --ridges --side-by-side", "exclude each other"),
+        ("overlay {a} {b} -o o.png --ridges --view overlay", "exclude each other"),
+        ("overlay {a} {b} -o o.png --ridges --warp", "--warp cannot be combined"),
+        ("verify {a} {b} --view ridges", "--overlay"),
+        ("verify {a} {b} --warp", "--overlay"),
+        ("verify {a} {b} --ridge-map", "--json"),
+        ("verify {a} --gallery g.db --subject 1 --ridge-map --json", "compare two files"),
+    ],
+)
+def test_views_that_contradict_one_another_are_refused(run, prints, words, reason):
+    sides = {"a": prints / "1_1.png", "b": prints / "1_2.png"}
+    result = run(*(word.format(**sides) for word in words.split()))
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert reason in result.stderr
 
 
 def test_a_claimed_identity_is_checked_against_all_its_impressions(run, gallery, prints):

@@ -1,6 +1,7 @@
 import base64
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -10,12 +11,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fpmatch import extract, read_image, verify
 from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
-from fpmatch.drawing.overlay.draw import draw, overlay_file, save_overlay
+from fpmatch.drawing.overlay.draw import NO_RIDGES, View, draw, overlay_file, save_overlay
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
 from fpmatch.drawing.overlay.side_by_side import place_numbers
-from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
+from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK, agreement, hexadecimal
 from fpmatch.drawing.scene.items import Box
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.minutiae import Minutiae, Template
@@ -44,8 +46,7 @@ def panel_of(picture):
 
 
 def svg_of(sides, verification, **options):
-    options = {"side_by_side": False} | options
-    return ElementTree.fromstring(overlay_file(".svg", *sides, verification, **options))
+    return ElementTree.fromstring(overlay_file(".svg", *sides, verification, View(**options)))
 
 
 def of_class(root, tag, *words):
@@ -251,3 +252,62 @@ def test_numbers_of_neighbours_do_not_cover_each_other(rng):
     boxes = boxes_of(points)
     assert len(boxes) == len(points)
     assert not [1 for i, a in enumerate(boxes) for b in boxes[:i] if a.overlap(b) > 1]
+
+
+@pytest.fixture(scope="module")
+def sample_pair():
+    """Return the pixels of two sample prints, and their verification."""
+    samples = Path(__file__).parents[2] / "sample_data"
+    images = [read_image(samples / f"101_{k}.tif") for k in (1, 3)]
+    return [image.pixels for image in images], verify(*map(extract, images))
+
+
+def texts_of(root):
+    return " | ".join(element.text or "" for element in root.iter(SVG + "text"))
+
+
+def test_ridges_colour_each_cell_that_was_compared(sample_pair):
+    sides, found = sample_pair
+    root = svg_of(sides, found, ridges=True)
+    cells = of_class(root, "polygon", "cell")
+    assert len(cells) == found.ridge_map.cells
+    values = found.ridge_map.correlation[found.ridge_map.compared]
+    for cell, value in zip(cells, values, strict=True):
+        assert cell.get("fill") == hexadecimal(agreement(value))
+        assert cell.find(SVG + "title").text == f"ridge agreement {value:.2f}"
+    area = f"{found.compared.ridge_area_mm2:.0f} mm2"
+    assert f"{found.compared.ridge_agreement:.2f} on {area}" in texts_of(root)
+    assert draw(*sides, found, ridges=True).shape[2] == 3
+
+
+def test_colours_of_agreement_grow_lighter():
+    """So that they are told apart without colours, too."""
+    lightness = [np.dot(agreement(value), (0.3, 0.59, 0.11)) for value in np.linspace(0, 1, 21)]
+    assert (np.diff(lightness) > 1).all()
+    assert agreement(-0.5) == agreement(0.0)
+
+
+def test_ridges_that_were_not_compared_leave_the_overlay(sides, compared):
+    view = View(ridges=True)
+    assert view.missing(compared()) == NO_RIDGES
+    assert overlay_file(".svg", *sides, compared(), view) == overlay_file(
+        ".svg", *sides, compared(), View()
+    )
+
+
+def test_an_overlay_states_by_what_the_probe_is_drawn(sample_pair, sides, compared):
+    assert "Probe drawn by | similarity transform |" in texts_of(svg_of(*sample_pair))
+    root = svg_of(*sample_pair, warp=True)
+    words = f"warped through {len(sample_pair[1].pairs)} pairs: for looking, not for measuring"
+    assert words in texts_of(root)
+    assert View(warp=True).missing(sample_pair[1]) == ""
+    assert len(of_class(root, "line", "pair")) == len(sample_pair[1].pairs)
+    few = compared(pairs=NO_PAIRS)
+    assert "fewer than three pairs" in texts_of(svg_of(sides, few, warp=True))
+    assert "fewer than three pairs" in View(warp=True).missing(few)
+    assert "Probe drawn by" not in texts_of(svg_of(*sample_pair, side_by_side=True))
+
+
+def test_views_exclude_each_other(sides, compared):
+    with pytest.raises(OutputError, match="exclude"):
+        draw(*sides, compared(), ridges=True, warp=True)

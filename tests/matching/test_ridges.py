@@ -193,7 +193,7 @@ def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
     assert found.mean == pytest.approx(correlation, rel=1e-12)
     assert found.correlation.shape == a.region.code.shape
     assert np.isnan(found.x[~found.compared]).all()
-    assert a.region.code[found.compared].min() != 0
+    assert a.region.code[found.compared].all()
     sides = np.linalg.norm(found.corners - np.roll(found.corners, 1, axis=1), axis=2)
     assert sides == pytest.approx(np.full((cells, 4), found.cell_px))
     if swapped:

@@ -43,8 +43,11 @@ def evidence(verification: Verification) -> list[Fact]:
     return [*found, ("Matcher", v.matcher)]
 
 
-def transform_facts(verification: Verification) -> list[Fact]:
-    """Return the transform of the probe, as (label, value); empty where none was found."""
+def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
+    """Return the transform of the probe, as (label, value); empty where none was found.
+
+    The last fact is how the probe is drawn, where that is given.
+    """
     v = verification
     if v.transform is None:
         return []
@@ -55,6 +58,7 @@ def transform_facts(verification: Verification) -> list[Fact]:
         ("Scale", f"{v.transform.scale:.3f}"),
         ("Shift x, y", f"{v.transform.tx:+.1f}, {v.transform.ty:+.1f} px"),
         ("Residual", f"{v.rms_px:.1f} px rms" if math.isfinite(v.rms_px) else "-"),
+        *([("Probe drawn by", drawn)] if drawn else []),
     ]
 
 
@@ -62,12 +66,15 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if math.isfinite(share) else "-"
 
 
-def header(verification: Verification, width: float) -> tuple[list[Item], float]:
-    """Compose the band for a page of `width`; returns its items, and its height in pixels."""
+def header(verification: Verification, width: float, drawn: str = "") -> tuple[list[Item], float]:
+    """Compose the band for a page of `width`; returns its items, and its height in pixels.
+
+    `drawn` is how the probe is drawn, in words.
+    """
     y = MARGIN
     items = _first_row(verification, width, y)
     y += _BADGE_HEIGHT + 16
-    placed, y = _flow([evidence(verification), transform_facts(verification)], width, y)
+    placed, y = _flow([evidence(verification), transform_facts(verification, drawn)], width, y)
     items += placed
     if verification.reason:
         y += 4

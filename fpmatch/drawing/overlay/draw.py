@@ -1,14 +1,17 @@
-"""The overlay of two prints, one over the other or side by side, as pixels or as a file."""
+"""The overlay of two prints: superposed, beside each other, or their ridge agreement."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.overlay.page import Print
+from fpmatch.drawing.overlay.ridge_page import ridge_page
 from fpmatch.drawing.overlay.side_by_side import side_by_side_page
-from fpmatch.drawing.overlay.superposed import superposed_page
+from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
+from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError
@@ -23,7 +26,33 @@ if TYPE_CHECKING:
     from fpmatch.drawing.scene.items import Scene
     from fpmatch.matching.result import Verification
 
+NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
+NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"
 SUFFIXES: Final = (".png", ".svg")
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Hold what `draw` draws; the options exclude each other."""
+
+    side_by_side: bool = False
+    ridges: bool = False
+    warp: bool = False
+
+    def __post_init__(self) -> None:
+        if self.side_by_side + self.ridges + self.warp > 1:
+            raise OutputError("side by side, ridges and warp exclude each other")
+
+    def missing(self, verification: Verification) -> str:
+        """Return why another picture is drawn instead, in one line; "" where it is not."""
+        if self.side_by_side:
+            return ""
+        if verification.transform is None:
+            return NO_TRANSFORM
+        if self.ridges:
+            return "" if verification.ridge_map is not None else NO_RIDGES
+        warp, words = pair_warp(verification) if self.warp else (None, "")
+        return words if self.warp and warp is None else ""
 
 
 def draw(
@@ -32,6 +61,8 @@ def draw(
     verification: Verification,
     *,
     side_by_side: bool = False,
+    ridges: bool = False,
+    warp: bool = False,
 ) -> NDArray[np.uint8]:
     """Draw the probe, moved by the recovered transform, over the reference.
 
@@ -47,6 +78,12 @@ def draw(
         Their comparison.
     side_by_side : bool
         Draw the prints beside each other, with the pairs numbered and linked.
+    ridges : bool
+        Draw the reference, its cells coloured by the agreement of the ridges (see
+        `Verification.ridge_map`); the overlay where the ridges were not compared.
+    warp : bool
+        Draw the probe as the mesh of the pairs bends it, to look at; by the transform where that
+        cannot be. The caption says which it is.
 
     Returns
     -------
@@ -70,7 +107,8 @@ def draw(
     >>> draw(image, image, nothing).shape[2]
     3
     """
-    return paint(_scene(probe_image, reference_image, verification, side_by_side))
+    view = View(side_by_side, ridges, warp)
+    return paint(_scene(probe_image, reference_image, verification, view))
 
 
 def save_overlay(
@@ -80,6 +118,8 @@ def save_overlay(
     verification: Verification,
     *,
     side_by_side: bool = False,
+    ridges: bool = False,
+    warp: bool = False,
 ) -> None:
     """Write the picture of `draw` as a PNG, or as an SVG with vector marks and text.
 
@@ -87,7 +127,7 @@ def save_overlay(
     ----------
     path : path
         The file; its ending is ``.png`` or ``.svg``.
-    probe_image, reference_image, verification, side_by_side
+    probe_image, reference_image, verification, side_by_side, ridges, warp
         As for `draw`.
 
     Raises
@@ -101,23 +141,26 @@ def save_overlay(
     suffix = target.suffix.lower()
     if suffix not in SUFFIXES:
         raise OutputError(f"{target}: an overlay is written as .png or .svg")
-    images = probe_image, reference_image
-    atomic_write_bytes(
-        target, overlay_file(suffix, *images, verification, side_by_side=side_by_side)
-    )
+    view = View(side_by_side, ridges, warp)
+    content = overlay_file(suffix, probe_image, reference_image, verification, view)
+    atomic_write_bytes(target, content)
 
 
 def overlay_file(
-    suffix: str, probe: Any, reference: Any, verification: Verification, *, side_by_side: bool
+    suffix: str, probe: Any, reference: Any, verification: Verification, view: View
 ) -> bytes:
     """Return the content of the file that `save_overlay` writes, for one of `SUFFIXES`."""
-    scene = _scene(probe, reference, verification, side_by_side)
+    scene = _scene(probe, reference, verification, view)
     return svg_text(scene).encode() if suffix == ".svg" else png_bytes(paint(scene))
 
 
-def _scene(probe: Any, reference: Any, verification: Verification, beside: bool) -> Scene:
+def _scene(probe: Any, reference: Any, verification: Verification, view: View) -> Scene:
     ours = Print.of("probe image", probe, verification.probe)
     theirs = Print.of("reference image", reference, verification.reference)
-    if beside or verification.transform is None:
+    transform = verification.transform
+    if view.side_by_side or transform is None:
         return side_by_side_page(ours, theirs, verification)
-    return superposed_page(ours, theirs, verification, verification.transform)
+    if view.ridges and verification.ridge_map is not None:
+        return ridge_page(theirs, verification, verification.ridge_map)
+    warp, drawn = pair_warp(verification) if view.warp else (None, SIMILARITY)
+    return superposed_page(ours, theirs, verification, transform, warp, drawn)

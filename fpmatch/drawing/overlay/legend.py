@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from fpmatch.drawing import palette
@@ -20,7 +21,7 @@ from fpmatch.drawing.overlay.marks import (
     MarkStyle,
     mark,
 )
-from fpmatch.drawing.scene.items import Item, Path, Pen, Point, Text
+from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Point, Text
 from fpmatch.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
@@ -30,14 +31,20 @@ _Entry: TypeAlias = tuple[str, Callable[[float, float], list[Item]]]
 
 _SIZE, _ROW, _SAMPLE, _GAP = 14.0, 30.0, 34.0, 24.0
 _RIGHT: Final[Point] = (1.0, 0.0)
+_STEPS: Final = 64  # of the scale of colours
+_AGREEMENTS: Final = (
+    *((0.0, "0"), (0.2, "0.2: usual of different fingers")),
+    *((0.6, "0.6"), (0.8, "0.8"), (1.0, "1: the ridges coincide")),
+)
 
 
-def overlay_legend(width: float, top: float) -> tuple[list[Item], float]:
+def overlay_legend(width: float, top: float, *, warped: bool = False) -> tuple[list[Item], float]:
     """Compose the legend of an overlay from `top` down; returns its items and its height."""
     both = palette.mixed((palette.PROBE_INK, palette.REFERENCE_INK))
+    probe = "probe ridges, warped" if warped else "probe ridges, moved"
     entries: list[_Entry] = [
         ("reference ridges", partial(_ridges, ink=palette.REFERENCE_INK)),
-        ("probe ridges, moved", partial(_ridges, ink=palette.PROBE_INK)),
+        (probe, partial(_ridges, ink=palette.PROBE_INK)),
         ("both together", partial(_ridges, ink=both)),
         ("paired minutiae", _pair),
         ("unpaired, of reference", partial(_mark, style=UNPAIRED["reference"])),
@@ -58,6 +65,46 @@ def side_by_side_legend(width: float, top: float, *, paired: bool) -> tuple[list
             ("unpaired", partial(_mark, style=BESIDE_UNPAIRED["probe"])),
         ]
     return _rows([*entries, *_kinds()], width, top)
+
+
+def ridge_legend(
+    width: float, top: float, *, mean: float, area_mm2: float
+) -> tuple[list[Item], float]:
+    """Compose the scale of colours of the ridge agreement; returns its items and its height."""
+    bar = Box(MARGIN + 70, top + 30, width - 2 * MARGIN - 140, 16)
+    steps = [bar.x + bar.width * k / _STEPS for k in range(_STEPS + 1)]
+    items: list[Item] = []
+    for k, (left, right) in enumerate(pairwise(steps)):
+        colour = palette.agreement((k + 0.5) / _STEPS)
+        box = Box(left, bar.y, right - left, bar.height)
+        items.append(Path(box.corners, Pen(colour, colour), closed=True))
+    items.append(Path(bar.corners, Pen(palette.TEXT_MUTED), closed=True))
+    above = f"agreement of the ridges of this comparison: {mean:.2f} on {area_mm2:.0f} mm2"
+    items += _tick(bar, mean, above, bar.y - 12, palette.TEXT)
+    for value, words in _AGREEMENTS:
+        items += _tick(bar, value, words, bar.bottom + 22, palette.TEXT_MUTED)
+    entries: list[_Entry] = [
+        ("reference ridges", partial(_ridges, ink=palette.NEUTRAL_INK)),
+        ("paired minutia of reference", partial(_mark, style=BESIDE_PAIRED["reference"])),
+        ("not compared", partial(_not_compared)),
+    ]
+    rows, height = _rows(entries, width, bar.bottom + 32)
+    return [*items, *rows], bar.bottom + 32 + height - top
+
+
+def _not_compared(x: float, y: float) -> list[Item]:
+    box = Box(x + 8, y - 8, 16, 16)
+    return [Path(box.corners, Pen(palette.PANEL_EDGE, palette.PAPER), closed=True)]
+
+
+def _tick(bar: Box, value: float, words: str, baseline: float, colour: Colour) -> list[Item]:
+    """Mark a value of a scale of 0 to 1, with words above or below it."""
+    x = bar.x + bar.width * min(max(value, 0.0), 1.0)
+    half = text_width(words, _SIZE) / 2
+    middle = min(max(x, MARGIN + half), bar.right + 70 - half)
+    ends = (bar.y - 8, bar.bottom) if baseline < bar.y else (bar.y, bar.bottom + 6)
+    line = Path(((x, ends[0]), (x, ends[1])), Pen(palette.TEXT, width=2.0))
+    return [line, Text(middle, baseline, words, _SIZE, colour, "middle")]
 
 
 def _rows(entries: list[_Entry], width: float, top: float) -> tuple[list[Item], float]:

@@ -1,8 +1,11 @@
-"""The page of an overlay: the probe moved onto the reference, in two inks."""
+"""The page of an overlay: the probe moved or warped onto the reference, in two inks."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from fpmatch.drawing.overlay.legend import overlay_legend
 from fpmatch.drawing.overlay.marks import (
@@ -16,77 +19,122 @@ from fpmatch.drawing.overlay.marks import (
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Scene
+from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Point, Scene
 from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.overlay.warp import PairWarp
     from fpmatch.matching.result import Verification
     from fpmatch.pointset.similarity import Similarity
 
     Matrix = NDArray[np.float64]
 
+SIMILARITY: Final = "similarity transform"
 _REACH: Final = 0.75  # of the reference's longer side: how far beyond it the probe is shown
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
+_SIDE_POINTS: Final = 24  # of the edge of a warped image, along each side
 
 
 def superposed_page(
-    probe: Print, reference: Print, verification: Verification, transform: Similarity
+    probe: Print,
+    reference: Print,
+    verification: Verification,
+    transform: Similarity,
+    warp: PairWarp | None = None,
+    drawn: str = "",
 ) -> Scene:
-    """Compose the page; `transform` maps the probe's pixels to the reference's."""
+    """Compose the page; `transform`, or a warp, maps the probe's pixels to the reference's.
+
+    `drawn` says which of the two it is.
+    """
     probe_to_reference = of_transform(transform)
-    view = _view(probe, reference, probe_to_reference)
+    outline = probe_outline(probe, probe_to_reference, warp)
+    view = view_of(reference, outline)
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
 
     def panel(place: Box) -> list[Item]:
         to_page = zoomed(zoom, (view.x, view.y), (place.x, place.y))
         moving = to_page @ probe_to_reference
         inside: tuple[Item, ...] = (
-            *inks(probe, reference, moving, to_page),
-            _edge(reference, to_page, "reference"),
-            _edge(probe, moving, "probe"),
-            *minutiae_and_pairs(verification, moving, to_page, place),
+            *inks(probe, reference, moving, to_page, warp, place),
+            _edge(moved(to_page, _corners(reference)), "reference"),
+            _edge(moved(to_page, outline), "probe"),
+            *minutiae_and_pairs(verification, moving, to_page, place, warp),
         )
         return [Group(inside, place, "prints"), frame(place)]
 
     size = (round(view.width * zoom), round(view.height * zoom))
-    return page(verification, size, panel, overlay_legend)
+    legend = partial(overlay_legend, warped=warp is not None)
+    return page(verification, size, panel, legend, drawn or SIMILARITY)
 
 
-def _view(probe: Print, reference: Print, probe_to_reference: Matrix) -> Box:
-    """Return the part of the reference's plane to show: both images, up to `_REACH`."""
+def _corners(side: Print) -> Matrix:
+    return corners(side.template.width, side.template.height)
+
+
+def probe_outline(
+    probe: Print, probe_to_reference: Matrix, warp: PairWarp | None = None
+) -> list[Point]:
+    """Return the edge of the probe's image in pixels of the reference."""
+    ends = _corners(probe)
+    if warp is None:
+        return moved(probe_to_reference, ends)
+    along = np.linspace(0.0, 1.0, _SIDE_POINTS, endpoint=False)[:, None]
+    sides = [a + along * (b - a) for a, b in zip(ends, np.roll(ends, -1, axis=0), strict=True)]
+    return moved(np.eye(3), warp.to_reference(np.vstack(sides)))
+
+
+def view_of(reference: Print, outline: list[Point]) -> Box:
+    """Return the part of the reference's plane to show: its image and an outline, to `_REACH`."""
     t = reference.template
     own = Box(-0.5, -0.5, t.width, t.height)
-    other = bounds(moved(probe_to_reference, corners(probe.template.width, probe.template.height)))
+    other = bounds(outline)
     limit = own.grown(_REACH * max(own.width, own.height))
     both = bounds([*own.corners, *other.corners])
     return both.intersection(limit).grown(_BORDER_PX)
 
 
-def inks(probe: Print, reference: Print, probe_to_page: Matrix, to_page: Matrix) -> list[Item]:
-    """Return the ridges of both prints in their inks, without one that cannot be drawn."""
+def inks(
+    probe: Print,
+    reference: Print,
+    probe_to_page: Matrix,
+    to_page: Matrix,
+    warp: PairWarp | None = None,
+    place: Box | None = None,
+) -> list[Item]:
+    """Return the ridges of both prints in their inks, without one that cannot be drawn.
+
+    A warped probe is drawn inside `place` on the page.
+    """
     lower = ink_of(reference, to_page, REFERENCE_INK, "reference ridges")
     upper = ink_of(probe, probe_to_page, PROBE_INK, "probe ridges")
+    if upper and warp and place:
+        upper = warp.ink(upper, to_page, place)
     return [Overprint(lower, upper)] if lower and upper else [i for i in (lower, upper) if i]
 
 
-def _edge(side: Print, matrix: Matrix, role: str) -> Path:
-    outline = moved(matrix, corners(side.template.width, side.template.height))
+def _edge(outline: list[Point], role: str) -> Path:
     return Path(tuple(outline), EDGES[role], closed=True, role=f"{role} edge")
 
 
 def minutiae_and_pairs(
-    verification: Verification, probe_to_page: Matrix, to_page: Matrix, place: Box
+    verification: Verification,
+    probe_to_page: Matrix,
+    to_page: Matrix,
+    place: Box,
+    warp: PairWarp | None = None,
 ) -> list[Item]:
     """Draw the unpaired minutiae, over them the pairs: reference, link, probe."""
     ours, theirs = verification.probe.minutiae, verification.reference.minutiae
     i, j = verification.pairs.reshape(-1, 2).T.tolist()
-    starts, ends = moved(probe_to_page, ours.xy), moved(to_page, theirs.xy)
+    drawn, onto = (ours, probe_to_page) if warp is None else (warp.minutiae(ours), to_page)
+    starts, ends = moved(onto, drawn.xy), moved(to_page, theirs.xy)
+    words = {a: described(ours, a) for a in range(len(ours))}
     titles = {
-        b: f"pair {n}: probe {described(ours, a)}; reference {described(theirs, b)}"
+        b: f"pair {n}: probe {words[a]}; reference {described(theirs, b)}"
         for n, (a, b) in enumerate(zip(i, j, strict=True), start=1)
     }
     links = [
@@ -96,8 +144,8 @@ def minutiae_and_pairs(
     ]
     return [
         *marks(theirs, unpaired(theirs, j), to_page, UNPAIRED["reference"], place),
-        *marks(ours, unpaired(ours, i), probe_to_page, UNPAIRED["probe"], place),
+        *marks(drawn, unpaired(ours, i), onto, UNPAIRED["probe"], place, words),
         *marks(theirs, j, to_page, PAIRED["reference"], place, titles),
         *links,
-        *marks(ours, i, probe_to_page, PAIRED["probe"], place),
+        *marks(drawn, i, onto, PAIRED["probe"], place, words),
     ]

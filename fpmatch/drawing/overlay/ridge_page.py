@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from fpmatch.drawing import palette
 from fpmatch.drawing.overlay.legend import ridge_legend
 from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, marks
@@ -13,7 +15,6 @@ from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene
 from fpmatch.drawing.scene.placement import bounds, corners, moved, zoomed
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.matching.result import Verification
@@ -27,9 +28,8 @@ _INK: Final[palette.Colour] = (70, 72, 76)
 def ridge_page(reference: Print, verification: Verification, found: RidgeMap) -> Scene:
     """Compose the page of the reference with the cells of `found`."""
     t = reference.template
-    own = [tuple(point) for point in corners(t.width, t.height).tolist()]
-    cells = [tuple(point) for point in found.corners.reshape(-1, 2).tolist()]
-    view = bounds([*own, *cells]).grown(_BORDER_PX)
+    shown = np.vstack([corners(t.width, t.height), found.corners.reshape(-1, 2)])
+    view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
 
     def panel(place: Box) -> list[Item]:

@@ -54,9 +54,9 @@ class PairWarp:
         to_shares = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
         shares = np.einsum("tij,ntj->nti", to_shares, found[:, None, :] - corners[:, 0])
         shares = np.concatenate([1.0 - shares.sum(2, keepdims=True), shares], axis=2)
-        inside = (shares >= -_ROUNDING).all(axis=2)
-        chosen = np.flatnonzero(inside.any(axis=1))
-        triangle = inside[chosen].argmax(axis=1)
+        inside: NDArray[np.bool_] = np.all(shares >= -_ROUNDING, axis=2)
+        chosen = np.flatnonzero(np.any(inside, axis=1))
+        triangle = np.argmax(inside[chosen], axis=1)
         there = self.after[self.mesh.simplices[triangle]]
         found[chosen] = np.einsum("ni,nij->nj", shares[chosen, triangle], there)
         return found
@@ -74,8 +74,9 @@ class PairWarp:
         ahead = _STEP_PX * np.column_stack([np.cos(minutiae.angle), -np.sin(minutiae.angle)])
         here = self.to_reference(xy)
         dx, dy = (self.to_reference(xy + ahead) - here).T
-        angle = np.arctan2(-dy, dx) % (2 * math.pi)
-        return Minutiae(here[:, 0], here[:, 1], angle, minutiae.kind, minutiae.quality)
+        angle = (np.arctan2(-dy, dx) % (2 * math.pi)).astype(np.float32)
+        x, y = here.T.astype(np.float32)
+        return Minutiae(x, y, angle, minutiae.kind, minutiae.quality)
 
     def ink(self, ink: Ink, to_page: NDArray[np.float64], panel: Box) -> Ink:
         """Return the warped ink of the probe inside a panel of the page.
@@ -135,7 +136,8 @@ def _frame(points: Points, margin: float) -> Points:
     low, high = points.min(axis=0), points.max(axis=0)
     radius = 0.5 * float(np.hypot(*(high - low))) + margin
     angles = 2 * math.pi / _FRAME * np.arange(_FRAME)
-    return (low + high) / 2 + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    around: Points = (low + high) / 2 + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    return around
 
 
 def _without_folds(

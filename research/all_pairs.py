@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.impostors import ImpostorSet
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 

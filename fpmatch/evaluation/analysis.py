@@ -9,7 +9,8 @@ from fpmatch.evaluation import tables
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.evaluation.intervals import rate_intervals
 from fpmatch.evaluation.run_comparison import compare_runs
-from fpmatch.evaluation.scores import choose_matcher, scores_of
+from fpmatch.evaluation.scores import choose_matcher
+from fpmatch.evaluation.scores_set import scores_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.intervals import ReportIntervals
     from fpmatch.evaluation.report import EvaluationReport
     from fpmatch.evaluation.run_comparison import RunComparison
-    from fpmatch.evaluation.scores import ScoresSet
+    from fpmatch.evaluation.scores_set import ScoresSet
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,8 @@
 The comparisons of a database are not independent: a poor finger affects all its pairs. Fingers are
 therefore drawn with replacement, as many as there are, never single comparisons. A finger drawn w
 times counts w times in each of its genuine pairs; a pair of fingers drawn v and w times counts v·w
-times as an impostor pair. A finger is never an impostor to a copy of itself.
+times as an impostor pair. A finger is never an impostor to a copy of itself. Where the fingers are
+not known, as in scores without names, single comparisons are drawn; rates then scatter too little.
 
 References
 ----------
@@ -21,14 +22,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.random import default_rng
 
-from fpmatch.evaluation.rates import FMR_LIMITS, ROUNDING, error_rates
+from fpmatch.evaluation.ranked_trials import RankedTrials, Trials
+from fpmatch.evaluation.rates import FMR_LIMITS, error_rates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
+    from numpy.random import Generator
     from numpy.typing import NDArray
-
-    Weights = NDArray[np.integer[Any]]
 
 
 BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
@@ -36,32 +37,18 @@ BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
 DEFAULT_BOOTSTRAP: Final = 1000
 
 _WEIGHTS_AT_A_TIME: Final = 2_000_000
+_DENSE_FINGERS: Final = 2000  # of a database, whose pairs of fingers fit a dense matrix
 # Impostors are first ranked down to the score where FMR is 0.05 plus twice the EER.
 _EERS_KEPT: Final = 2
 _SHARE_KEPT: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trials:
-    """Hold the comparisons of one database: similarity and the two fingers, numbered from 0."""
-
-    similarity: NDArray[np.float64]
-    probe: NDArray[np.intp]
-    reference: NDArray[np.intp]
-    fingers: int
-
-    @property
-    def genuine(self) -> NDArray[np.bool_]:
-        """Whether both prints show the same finger."""
-        return np.asarray(self.probe == self.reference)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Replicates:
     """Hold the rates of every draw of fingers; NaN where a draw left no pairs of a kind.
 
-    `sets` has shape (databases, draws, rates), with the rates of `BOOTSTRAPPED`; `pooled` has shape
-    (draws, rates), of all databases' scores under one threshold.
+    `sets` has shape (databases, draws, rates): the EER, then the FNMR at some FMRs; `pooled` has
+    shape (draws, rates), of all databases' scores under one threshold.
     """
 
     sets: NDArray[np.float64]
@@ -82,22 +69,37 @@ def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) ->
     return default_rng([seed, set_index]).multinomial(fingers, chances, size=bootstrap)
 
 
-def bootstrap_rates(trials: Sequence[Trials], bootstrap: int, seed: int) -> Replicates:
-    """Compute the rates of `BOOTSTRAPPED` for draws of each database's fingers.
+def bootstrap_rates(
+    trials: Sequence[Trials],
+    bootstrap: int,
+    seed: int,
+    limits: Sequence[float] = tuple(FMR_LIMITS.values()),
+) -> Replicates:
+    """Compute the EER, and the FNMR at each FMR of `limits`, for draws of each database's fingers.
 
     The same seed draws the same fingers, whatever the similarities, so that two runs over the same
-    prints can be compared draw by draw.
+    prints can be compared draw by draw. Where the fingers of a database are not known, the single
+    comparisons of all are drawn.
     """
-    counts = [draw_fingers(t.fingers, bootstrap, seed, k) for k, t in enumerate(trials)]
     result = Replicates(
-        sets=np.empty((len(trials), bootstrap, len(BOOTSTRAPPED))),
-        pooled=np.empty((bootstrap, len(BOOTSTRAPPED))),
+        sets=np.empty((len(trials), bootstrap, 1 + len(limits))),
+        pooled=np.empty((bootstrap, 1 + len(limits))),
     )
     together = _together(trials)
-    lowest = [_lowest_needed(t) for t in (*trials, together)]
-    left = _replicate(trials, counts, lowest, np.arange(bootstrap), result)
+    if not all(t.fingers for t in trials):
+        for k, t in enumerate(trials):
+            result.sets[k] = _draw_comparisons(t, bootstrap, [seed, k], limits)
+        result.pooled[:] = (
+            result.sets[0]
+            if len(trials) == 1
+            else _draw_comparisons(together, bootstrap, [seed, len(trials)], limits)
+        )
+        return result
+    counts = [draw_fingers(t.fingers, bootstrap, seed, k) for k, t in enumerate(trials)]
+    lowest = [_lowest_needed(t, limits) for t in (*trials, together)]
+    left = _replicate(trials, counts, lowest, np.arange(bootstrap), limits, result)
     everything = [-np.inf] * len(lowest)
-    _replicate(trials, counts, everything, left, result)
+    _replicate(trials, counts, everything, left, limits, result)
     return result
 
 
@@ -113,12 +115,13 @@ def _together(trials: Sequence[Trials]) -> Trials:
     )
 
 
-def _lowest_needed(trials: Trials) -> float:
+def _lowest_needed(trials: Trials, limits: Sequence[float]) -> float:
     """Return a similarity below which the thresholds of few draws lie."""
     genuine = trials.genuine
     impostor = trials.similarity[~genuine]
     eer = error_rates(trials.similarity[genuine], impostor).eer
-    share = 1.0 if eer is None else _SHARE_KEPT + _EERS_KEPT * eer
+    least = max([_SHARE_KEPT, *(2 * limit for limit in limits)])
+    share = 1.0 if eer is None else least + _EERS_KEPT * eer
     return float(np.quantile(impostor, 1.0 - share)) if share < 1.0 else -math.inf
 
 
@@ -127,11 +130,12 @@ def _replicate(
     counts: Sequence[NDArray[np.int64]],
     lowest: Sequence[float],
     draws: NDArray[np.intp],
+    limits: Sequence[float],
     result: Replicates,
 ) -> NDArray[np.intp]:
     """Fill in the rates of draws from scores above `lowest`; return draws that need lower ones."""
     kept = zip((*trials, _together(trials)), lowest, strict=True)
-    *ranked, together = (_RankedTrials.of(t, low) for t, low in kept)
+    *ranked, together = (RankedTrials.of(t, low) for t, low in kept)
     between = [_impostors_between(t) for t in trials]
     complete = np.ones(draws.size, bool)
     for part in _slices(draws.size, together.genuine.size + together.impostor.size):
@@ -139,134 +143,66 @@ def _replicate(
         drawn = [c[rows] for c in counts]
         totals = [_impostor_weight(b, c) for b, c in zip(between, drawn, strict=True)]
         for k, total in enumerate(totals):
-            result.sets[k, rows], known = ranked[k].rates(drawn[k], total)
+            weights = ranked[k].finger_weights(drawn[k])
+            result.sets[k, rows], known = ranked[k].rates(weights, total, limits)
             complete[part] &= known
         if len(trials) == 1:
             result.pooled[rows] = result.sets[0, rows]
             continue
         of_all, total = np.concatenate(drawn, axis=1), np.sum(totals, axis=0)
-        result.pooled[rows], known = together.rates(of_all, total)
+        weights = together.finger_weights(of_all)
+        result.pooled[rows], known = together.rates(weights, total, limits)
         complete[part] &= known
     return draws[~complete]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _RankedTrials:
-    """Hold the order of scores, so that rates of draws need only the weights of the pairs.
+def _draw_comparisons(
+    trials: Trials, bootstrap: int, seed: list[int], limits: Sequence[float]
+) -> NDArray[np.float64]:
+    """Return the rates of draws of as many genuine, and as many impostor, comparisons as there are.
 
-    Impostors below a lowest score may be left out; of them only the total weight must be known.
-    Pairs are indices by increasing score. A threshold is every distinct score from the lowest on,
-    then infinity: `genuine_below` and `impostor_below` count the scores below each. For each
-    impostor score, `genuine_up_to` counts the genuine scores that are at most as high.
+    Of the impostors below all thresholds only the number drawn matters.
     """
-
-    trials: Trials
-    genuine: NDArray[np.intp]
-    impostor: NDArray[np.intp]
-    genuine_below: NDArray[np.intp]
-    impostor_below: NDArray[np.intp]
-    genuine_up_to: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, trials: Trials, lowest: float) -> _RankedTrials:
-        """Rank scores; impostors below `lowest` are left out."""
-        similarity, kept = trials.similarity, trials.similarity >= lowest
-        pairs = np.flatnonzero(trials.genuine), np.flatnonzero(~trials.genuine & kept)
-        ours, theirs = (k[np.argsort(similarity[k], kind="stable")] for k in pairs)
-        threshold = np.append(np.unique(similarity[kept]), np.inf)
-        return cls(
-            trials=trials,
-            genuine=ours,
-            impostor=theirs,
-            genuine_below=np.searchsorted(similarity[ours], threshold, side="left"),
-            impostor_below=np.searchsorted(similarity[theirs], threshold, side="left"),
-            genuine_up_to=np.searchsorted(similarity[ours], similarity[theirs], side="right"),
-        )
-
-    def rates(
-        self, counts: NDArray[np.int64], total_i: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Return the rates of draws, and whether the ranked scores determine them.
-
-        `counts` holds how often each finger was drawn, and `total_i` the weight of all impostors,
-        those left out included. Rates are NaN where a draw has no pairs of a kind.
-        """
-        below_g, below_i = self._cumulated_weights(counts)
-        total_g, total_ranked = below_g[:, -1], below_i[:, -1]
-        rows = np.arange(len(counts))
-        rates = np.full((rows.size, len(BOOTSTRAPPED)), np.nan)
-        usable = (total_g > 0) & (total_i > 0)
-        if not usable.any():
-            return rates, np.ones(rows.size, bool)
-        if not self.impostor.size:
-            return rates, ~usable
-        nonzero_g, nonzero_i = np.maximum(total_g, 1), np.maximum(total_i, 1)
-
-        def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            matched = total_ranked - below_i[rows, self.impostor_below[t]]
-            return np.asarray(matched / nonzero_i)
-
-        def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return np.asarray(below_g[rows, self.genuine_below[t]] / nonzero_g)
-
-        after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
-        complete = after > 0
-        before = np.maximum(after - 1, 0)
-        fall, rise = fmr(before) - fnmr(before), fnmr(after) - fmr(after)
-        way = fall / np.maximum(fall + rise, np.finfo(np.float64).tiny)
-        rates[:, 0] = fmr(before) + way * (fmr(after) - fmr(before))
-        for column, limit in enumerate(FMR_LIMITS.values(), start=1):
-            needed = total_ranked - np.floor(limit * total_i + ROUNDING)
-
-            def reaches(k: NDArray[np.intp], needed: NDArray[Any] = needed) -> NDArray[np.bool_]:
-                return np.asarray(below_i[rows, k] >= needed)
-
-            kept = _first(reaches, self.impostor.size, rows.size)
-            complete &= kept > 0
-            rejected = self.genuine_up_to[np.maximum(kept - 1, 0)]
-            rates[:, column] = below_g[rows, rejected] / nonzero_g
-        rates[~usable] = np.nan
-        return rates, complete | ~usable
-
-    def _cumulated_weights(self, counts: NDArray[np.int64]) -> tuple[Weights, Weights]:
-        """Return the weights of the first 0, 1, 2, … genuine, and impostor, pairs in each draw."""
-        t = self.trials
-        highest = t.similarity.size * int(counts.max()) ** 2
-        drawn = counts.astype(np.int32 if highest <= np.iinfo(np.int32).max else np.int64)
-        genuine = np.take(drawn, t.probe[self.genuine], axis=1)
-        impostor = np.take(drawn, t.probe[self.impostor], axis=1)
-        impostor *= np.take(drawn, t.reference[self.impostor], axis=1)
-        return _cumulated(genuine), _cumulated(impostor)
+    impostors = int((~trials.genuine).sum())
+    for lowest in (_lowest_needed(trials, limits), -math.inf):
+        ranked, random = RankedTrials.of(trials, lowest), default_rng(seed)
+        rates = np.empty((bootstrap, 1 + len(limits)))
+        complete = np.ones(bootstrap, bool)
+        for rows in _slices(bootstrap, ranked.genuine.size + ranked.impostor.size):
+            size = rows.stop - rows.start
+            weights = (
+                _draw(random, ranked.genuine.size, ranked.genuine.size, size),
+                _draw(random, impostors, ranked.impostor.size, size),
+            )
+            rates[rows], complete[rows] = ranked.rates(weights, np.full(size, impostors), limits)
+        if complete.all():
+            break
+    return rates
 
 
-def _cumulated(weights: Weights) -> Weights:
-    sums = np.zeros((len(weights), weights.shape[1] + 1), weights.dtype)
-    np.cumsum(weights, axis=1, out=sums[:, 1:])
-    return sums
+def _draw(random: Generator, total: int, ranked: int, size: int) -> NDArray[np.int64]:
+    """Return how often each of the `ranked` of `total` comparisons is drawn, (size, ranked)."""
+    if not total:
+        return np.zeros((size, 0), np.int64)
+    chances = np.append(np.full(ranked, 1 / total), max(0.0, 1 - ranked / total))
+    return random.multinomial(total, chances / chances.sum(), size=size)[:, :ranked]
 
 
-def _first(
-    holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
-) -> NDArray[np.intp]:
-    """Return for each row the first index of 0..last at which `holds`; at `last` it does."""
-    low, high = np.full(rows, -1, np.intp), np.full(rows, last, np.intp)
-    while (high - low > 1).any():
-        middle = np.maximum((low + high) // 2, 0)
-        found = holds(middle)
-        high = np.where(found, middle, high)
-        low = np.where(found, low, middle)
-    return high
-
-
-def _impostors_between(trials: Trials) -> NDArray[np.float64]:
-    """Return the number of impostor pairs of each two fingers, shape (fingers, fingers)."""
+def _impostors_between(trials: Trials) -> Any:
+    """Return the number of impostor pairs of each two fingers, (fingers, fingers), maybe sparse."""
     impostor = ~trials.genuine
+    if trials.fingers > _DENSE_FINGERS:
+        from scipy.sparse import coo_array  # noqa: PLC0415
+
+        places = trials.probe[impostor], trials.reference[impostor]
+        ones = np.ones(places[0].size)
+        return coo_array((ones, places), shape=(trials.fingers, trials.fingers)).tocsr()
     flat = trials.probe[impostor] * trials.fingers + trials.reference[impostor]
     counted = np.bincount(flat, minlength=trials.fingers**2).astype(np.float64)
     return counted.reshape(trials.fingers, trials.fingers)
 
 
-def _impostor_weight(between: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+def _impostor_weight(between: Any, counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the weight of all impostor pairs in each draw."""
     drawn = counts.astype(np.float64)
     return np.asarray(np.einsum("bi,bi->b", drawn @ between, drawn), np.int64)

@@ -19,12 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Impression
-    from fpmatch.evaluation.protocol import Pairs
+    from fpmatch.evaluation.scores_set import ScoresSet
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,18 +47,18 @@ class Identification:
         return np.cumsum(counts) / self.rank.size
 
 
-def identify_all(
-    impressions: Sequence[Impression], pairs: Pairs, similarity: NDArray[np.float64]
-) -> Identification | None:
+def identify_all(scores: ScoresSet) -> Identification | None:
     """Search each impression of a database among all others, by the similarities of all pairs.
 
-    The result is None where not all pairs were compared (protocol "fvc"), or where there are not
-    two fingers, one of them with two impressions.
+    The result is None where not all pairs were compared (protocol "fvc"), each once, or where there
+    are not two fingers, one of them with two impressions.
     """
-    count = len(impressions)
-    if len(pairs) != count * (count - 1) // 2:
+    count, pairs = len(scores.prints), scores.probe.size
+    if not count or pairs != count * (count - 1) // 2:
         return None
-    fingers = np.array([i.finger for i in impressions])
+    fingers = np.zeros(count, np.intp)
+    fingers[scores.probe] = scores.trials.probe
+    fingers[scores.reference] = scores.trials.reference
     order = np.argsort(fingers, kind="stable")
     _, starts, finger, sizes = np.unique(
         fingers[order], return_index=True, return_inverse=True, return_counts=True
@@ -70,7 +67,8 @@ def identify_all(
     if sizes.size < 2 or not probes.size:
         return None
     table = np.full((count, count), -np.inf)
-    table[pairs.probe, pairs.reference] = table[pairs.reference, pairs.probe] = similarity
+    similarity = scores.trials.similarity
+    table[scores.probe, scores.reference] = table[scores.reference, scores.probe] = similarity
     best = np.maximum.reduceat(table[np.ix_(order, order)], starts, axis=1)[probes]
     own = best[np.arange(probes.size), finger[probes]]
     rank = np.count_nonzero(best >= own[:, np.newaxis], axis=1)  # the own finger is one of them

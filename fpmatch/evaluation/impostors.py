@@ -10,15 +10,16 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores import choose_matcher, read_scores, scores_of
+from fpmatch.evaluation.scores import choose_matcher, read_scores
+from fpmatch.evaluation.scores_set import scores_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
 
-    from fpmatch.evaluation.bootstrap import Trials
     from fpmatch.evaluation.extraction import Extractor
+    from fpmatch.evaluation.ranked_trials import Trials
     from fpmatch.evaluation.report import EvaluationReport
     from fpmatch.matching.result import Matcher
 

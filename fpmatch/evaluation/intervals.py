@@ -10,7 +10,6 @@ import numpy as np
 from fpmatch.evaluation.bootstrap import (
     BOOTSTRAPPED,
     DEFAULT_BOOTSTRAP,
-    Trials,
     bootstrap_rates,
     draw_fingers,
 )
@@ -18,10 +17,12 @@ from fpmatch.evaluation.bootstrap import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.evaluation.ranked_trials import Trials
     from fpmatch.evaluation.rates import Rates
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.report import RatesReport, SetRates
 
 MIN_FINGERS: Final = 5  # of a database
+MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
 CONFIDENCE: Final = 0.95
 
 
@@ -54,7 +55,7 @@ class RateIntervals:
 
 @dataclass(frozen=True, slots=True)
 class ReportIntervals:
-    """Hold the intervals of an `EvaluationReport`, and number and seed of bootstrap replicates."""
+    """Hold the intervals of a `RatesReport`, and number and seed of bootstrap replicates."""
 
     bootstrap: int
     seed: int
@@ -68,18 +69,18 @@ class ReportIntervals:
 
 
 def rate_intervals(
-    report: EvaluationReport, *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
+    report: RatesReport, *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
 ) -> ReportIntervals:
     """Estimate 95 % intervals of an evaluation's rates.
 
     The interval leaves out 2.5 % of the bootstrap replicates on either side. It describes how the
     rates scatter with other fingers on the same sensor. With ten fingers it is rough, with fewer
     than `MIN_FINGERS` in a database there is none, and where no error was seen it is 0 to 0, which
-    does not mean that there are none.
+    does not mean that there are none. Where the fingers are not known, comparisons are drawn.
     """
-    trials = [trials_of(row) for row in report.sets]
+    trials = [row.scores.trials for row in report.sets]
     replicates = bootstrap_rates(trials, bootstrap, seed)
-    enough = [t.fingers >= MIN_FINGERS for t in trials]
+    enough = [enough_for_interval(t) for t in trials]
     ranks = [_rank_one(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
     sets = tuple(
         _rate_intervals(row.rates, replicates.sets[k], ranks[k]) if enough[k] else RateIntervals()
@@ -94,6 +95,14 @@ def rate_intervals(
     return ReportIntervals(bootstrap, seed, sets, mean, pooled)
 
 
+def enough_for_interval(trials: Trials) -> bool:
+    """Return whether there are enough fingers or, where they are not known, comparisons."""
+    if trials.fingers:
+        return trials.fingers >= MIN_FINGERS
+    genuine = int(trials.genuine.sum())
+    return min(genuine, trials.genuine.size - genuine) >= MIN_COMPARISONS
+
+
 def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     """Return the limits that leave out 2.5 % of the draws on either side.
 
@@ -106,16 +115,8 @@ def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     return Interval(float(low), float(high))
 
 
-def trials_of(row: SetResult) -> Trials:
-    """Return a database's comparisons with their fingers numbered from 0."""
-    names = [i.finger for i in row.extracted.dataset.impressions]
-    fingers, number = np.unique(names, return_inverse=True)
-    probe, reference = number[row.pairs.probe], number[row.pairs.reference]
-    return Trials(row.outcomes["similarity"], probe, reference, int(fingers.size))
-
-
 def _rank_one(
-    row: SetResult, bootstrap: int, seed: int, set_index: int
+    row: SetRates, bootstrap: int, seed: int, set_index: int
 ) -> NDArray[np.float64] | None:
     """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
     if row.identification is None:

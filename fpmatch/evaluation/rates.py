@@ -48,6 +48,8 @@ class Rates:
         FNMR at the lowest threshold that no impostor score reaches.
     zero_fnmr : float or None
         FMR at the highest threshold that every genuine score reaches.
+    d_prime : float or None
+        Decidability; no rate, see `d_prime`.
     """
 
     eer: float | None
@@ -56,6 +58,7 @@ class Rates:
     fmr10000: float | None
     zero_fmr: float | None
     zero_fnmr: float | None
+    d_prime: float | None = None
 
 
 NO_RATES: Final = Rates(None, None, None, None, None, None)
@@ -99,7 +102,47 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
         **{name: _fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
         zero_fmr=_fnmr_at_fmr(g, i, 0.0),
         zero_fnmr=float((i.size - np.searchsorted(i, g[0], side="left")) / i.size),
+        d_prime=d_prime(g, i),
     )
+
+
+def d_prime(genuine: ArrayLike, impostor: ArrayLike) -> float | None:
+    """Compute the decidability d': the distance of the means in units of the mean deviation.
+
+    It is |mean(g) - mean(i)| / sqrt((var(g) + var(i)) / 2), which describes normal scores well and
+    others poorly; None where a side is empty or no score varies.
+
+    References
+    ----------
+    Daugman, "The importance of being random: statistical principles of iris recognition", Pattern
+    Recognition 36 (2003).
+
+    Examples
+    --------
+    >>> d_prime([3, 5], [0, 2])
+    3.0
+    """
+    g, i = np.asarray(genuine, np.float64), np.asarray(impostor, np.float64)
+    if not g.size or not i.size:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        deviation = float(np.sqrt((g.var() + i.var()) / 2))
+        distance = abs(float(g.mean() - i.mean()))
+    return distance / deviation if 0 < deviation < math.inf else None
+
+
+def fnmr_at_fmr(genuine: ArrayLike, impostor: ArrayLike, fmr: float) -> float | None:
+    """Return the FNMR at the lowest threshold whose FMR is at most `fmr`.
+
+    None without genuine scores, or where `fmr` is less than one of the impostor scores.
+
+    Examples
+    --------
+    >>> fnmr_at_fmr([1, 2, 3, 4], [0, 1, 2, 3], 0.25)
+    0.5
+    """
+    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
+    return _fnmr_at_fmr(g, i, fmr) if g.size and i.size else None
 
 
 def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:

@@ -184,7 +184,7 @@ def evaluate_templates(
         probes=probes,
         enrolled=enrolled,
     )
-    rows = [summarise_set(*row) for row in zip(sets, pairs, outcomes, strict=True)]
+    rows = [summarise_set(chosen.name, *row) for row in zip(sets, pairs, outcomes, strict=True)]
     return summarise(chosen.name, protocol, rows)
 
 

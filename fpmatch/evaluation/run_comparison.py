@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTRAP, Trials, bootstrap_rates
+from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTRAP, bootstrap_rates
 from fpmatch.evaluation.intervals import MIN_FINGERS, Interval, interval_of
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import FMR_LIMITS, error_rates, threshold_at_fmr
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.scores import ScoresSet
+    from fpmatch.evaluation.scores_set import ScoresSet
 
 DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions are compared at the first of these that the pairs allow."""
@@ -207,7 +208,7 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     size = len(now.prints)
     keys = _keys(renumbered[before.probe[earlier]], renumbered[before.reference[earlier]], size)
     _, at_before, at_now = np.intersect1d(
-        keys, _keys(now.probe, now.reference, size), assume_unique=True, return_indices=True
+        keys, _keys(now.probe, now.reference, size), return_indices=True
     )
     t, count = now.trials, at_now.size
     both = np.concatenate([t.probe[at_now], t.reference[at_now]])

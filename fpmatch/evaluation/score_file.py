@@ -8,47 +8,54 @@ The columns are found by their names:
 - ``similarity``: the matcher's own measure; empty where a print has no template;
 - ``score``: calibrated, 0 to 100; empty without calibration;
 - the columns `DETAILS`, which only `evaluate` writes: number of pairs, transform, agreement;
-- ``reason``: why there is no similarity, or, in `evaluate`, why the prints do not match.
+- ``reason``: why there is no similarity, or, in `evaluate`, why the prints do not match;
+- ``probe_quality``, ``reference_quality``: quality of the two images, 0 to 100; empty where it is
+  not known, as of templates.
 
-A file of `score` may also be Parquet.
+A file of `score` may also be Parquet. `fpmatch.evaluation.scores` reads these files.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import DatasetError, OutputError
+from fpmatch.errors import OutputError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.decision import calibration_of, decide
-from fpmatch.output import atomic_write, check_writable, reason
+from fpmatch.evaluation.score_table import PARQUET, is_parquet
+from fpmatch.output import atomic_write, check_writable
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterable, Iterator, Sequence
+    from pathlib import Path
 
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
 
 COLUMNS: Final = (
     *("matcher", "set", "probe", "reference", "genuine", "similarity", "score", "reason"),
+    *("probe_quality", "reference_quality"),
 )
+_BEFORE_DETAILS: Final = COLUMNS.index("reason")
 DETAILS: Final = (
     *("pairs", "scale", "rotation_deg", "tx", "ty", "rms_px", "agreement", "overlap"),
 )
-PARQUET: Final = ".parquet"
 FORMATS: Final = (".csv", PARQUET)
 _BLOCK_BYTES: Final = 8 << 20  # of CSV that become one row group of Parquet, at least
 
 
 def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
     """Return rows as lines of a CSV file."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    kept, text = list(rows), io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(kept)
+    if "\r" in text.getvalue():  # which the writer leaves without quotes
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC).writerows(kept)
     return text.getvalue().encode()
 
 
@@ -66,7 +73,8 @@ def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> No
     """
     check_writable(path)
     with atomic_write(path) as stream:
-        stream.write(csv_lines([(*COLUMNS[:-1], *DETAILS, COLUMNS[-1])]))
+        head = (*COLUMNS[:_BEFORE_DETAILS], *DETAILS, *COLUMNS[_BEFORE_DETAILS:])
+        stream.write(csv_lines([head]))
         for report in reports:
             for row in report.sets:
                 stream.write(csv_lines(_rows(row, report.matcher)))
@@ -85,6 +93,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
     why = np.where(decide(matcher, similarity), "", outcomes["reason"])
     for k in np.flatnonzero(failed).tolist():
         why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])
+    quality = ["" if e.quality is None else e.quality for e in result.extracted.extractions]
     columns = (
         *([impressions[i].path.name for i in side] for side in (pairs.probe, pairs.reference)),
         pairs.genuine.astype(int).tolist(),
@@ -93,6 +102,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
         outcomes["pairs"].tolist(),
         *([_short(value) for value in outcomes[column].tolist()] for column in DETAILS[1:]),
         why.tolist(),
+        *([quality[i] for i in side] for side in (pairs.probe, pairs.reference)),
     )
     for values in zip(*columns, strict=True):
         yield (matcher, result.name, *values)
@@ -101,59 +111,6 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
 def _short(value: float) -> str:
     """Return a measured value with six digits; "" where there is none."""
     return "" if np.isnan(value) else f"{value:.6g}"
-
-
-def read_rows(
-    path: str | os.PathLike[str], columns: Sequence[str], optional: Sequence[str] = ()
-) -> Iterator[tuple[int, list[Any]]]:
-    """Yield line number and cells of each row of a file of scores, CSV or Parquet.
-
-    The cells are those of `columns`, in this order, "" where they are empty or where a column that
-    is `optional`, too, is missing. Raises a `DatasetError` if the file cannot be read or lacks one.
-    """
-    source = Path(path)
-    rows = _parquet_rows(source) if is_parquet(source) else _csv_rows(source)
-    try:
-        _, head = next(rows, (0, []))
-        for name in columns:
-            if name not in head and name not in optional:
-                raise DatasetError(
-                    f"{path}: not a file of scores (of fpmatch evaluate --scores or fpmatch "
-                    f"score): no column {name!r}"
-                )
-        places = [head.index(name) if name in head else -1 for name in columns]
-        for line, row in rows:
-            row.extend([""] * (len(head) - len(row)))
-            yield line, [row[k] if k >= 0 else "" for k in places]
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be read: {reason(error)}") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise DatasetError(f"{path}: not a CSV file of scores") from error
-
-
-def _csv_rows(path: Path) -> Iterator[tuple[int, list[Any]]]:
-    with path.open(newline="", encoding="utf-8") as stream:
-        reader = csv.reader(stream)
-        for row in reader:
-            if row:
-                yield reader.line_num, row
-
-
-def _parquet_rows(path: Path) -> Iterator[tuple[int, list[Any]]]:
-    check_format(path)
-    from pyarrow import ArrowInvalid, parquet  # noqa: PLC0415
-
-    line = 1
-    try:
-        with parquet.ParquetFile(path) as file:
-            names = file.schema_arrow.names
-            yield line, names
-            for block in file.iter_batches():
-                for row in block.to_pylist():
-                    line += 1
-                    yield line, ["" if row[name] is None else row[name] for name in names]
-    except ArrowInvalid as error:
-        raise DatasetError(f"{path}: not a Parquet file of scores") from error
 
 
 def check_format(path: Path) -> None:
@@ -169,18 +126,14 @@ def check_format(path: Path) -> None:
             ) from error
 
 
-def is_parquet(path: Path) -> bool:
-    """Return whether the name of a file is that of a Parquet file."""
-    return path.suffix.lower() == PARQUET
-
-
 def convert_to_parquet(source: Path, target: Path) -> None:
     """Convert a CSV file of `COLUMNS` to Parquet, a block at a time; numbers are kept exactly."""
     from pyarrow import csv as arrow_csv  # noqa: PLC0415
-    from pyarrow import float64, parquet, string  # noqa: PLC0415
+    from pyarrow import float64, int64, parquet, string  # noqa: PLC0415
 
     types: dict[str, Any] = dict.fromkeys(COLUMNS, string())
     types |= {"similarity": float64(), "score": float64()}
+    types |= {"probe_quality": int64(), "reference_quality": int64()}
     with (
         arrow_csv.open_csv(
             source,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.text_table import text_table
@@ -11,7 +12,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.intervals import Interval, ReportIntervals
     from fpmatch.evaluation.rates import Rates
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.report import RatesReport, SetRates
     from fpmatch.evaluation.run_comparison import (
         ChangedPair,
         DecisionChange,
@@ -40,6 +41,11 @@ def percent(rate: float | None) -> str:
     return "-" if rate is None else f"{100 * rate:.2f} %"
 
 
+def decidability(rates: Rates) -> str:
+    """Write d', "-" where there is none."""
+    return "-" if rates.d_prime is None else f"{rates.d_prime:.2f}"
+
+
 def limits(interval: Interval | None) -> str:
     """Write an interval in percent, "-" where there is none."""
     return f"{100 * interval.low:.2f} - {100 * interval.high:.2f} %" if interval else "-"
@@ -62,7 +68,7 @@ def defined_rates(rates: Iterable[Rates]) -> list[str]:
     return [name for name in RATE_TITLES if any(getattr(r, name) is not None for r in every)]
 
 
-def format_report(report: EvaluationReport) -> str:
+def format_report(report: RatesReport) -> str:
     """Return a line a database, their mean, and all scores pooled; rates in percent.
 
     FMR10000 is left out where no database has enough pairs for it.
@@ -71,26 +77,28 @@ def format_report(report: EvaluationReport) -> str:
     names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
     titles = [RATE_TITLES[name] for name in names]
 
-    def cells(title: str, row: SetResult | EvaluationReport, rates: Rates) -> list[str]:
+    def cells(title: str, row: SetRates | RatesReport, rates: Rates) -> list[str]:
         counts = title, str(row.genuine), str(row.impostor)
-        return [*counts, *_cells(rates, names), percent(row.rank_one), str(len(row.failures))]
+        ranks = percent(row.rank_one), str(len(row.failures))
+        return [*counts, *_cells(rates, names), decidability(rates), *ranks]
 
     times = [(f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs") for row in report.sets]
-    return text_table(
-        [
-            ("database", "genuine", "impostor", *titles, "rank-1", "failed", "extract", "match"),
-            *((*cells(r.name, r, r.rates), *t) for r, t in zip(report.sets, times, strict=True)),
-            ("mean", "", "", *_cells(report.mean, names), "", "", "", ""),
-            (*cells("pooled", report, report.pooled), "", ""),
-        ]
-    )
+    head = ("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")
+    rows = [
+        (*head, "extract", "match"),
+        *((*cells(r.name, r, r.rates), *t) for r, t in zip(report.sets, times, strict=True)),
+        ("mean", "", "", *_cells(report.mean, names), decidability(report.mean), *[""] * 4),
+        (*cells("pooled", report, report.pooled), "", ""),
+    ]
+    timed = any(math.isfinite(row.extract_ms) for row in report.sets)
+    return text_table(rows if timed else [row[: len(head)] for row in rows])
 
 
 def _cells(rates: Rates, names: Sequence[str]) -> list[str]:
     return [percent(getattr(rates, name)) for name in names]
 
 
-def format_matchers(reports: Sequence[EvaluationReport]) -> str:
+def format_matchers(reports: Sequence[RatesReport]) -> str:
     """Return a line a matcher: mean EER, and the rates of all scores pooled."""
     names = defined_rates(report.pooled for report in reports)
     head = ("side by side", "mean EER", *(f"pooled {RATE_TITLES[n]}" for n in names), "rank-1")
@@ -101,7 +109,7 @@ def format_matchers(reports: Sequence[EvaluationReport]) -> str:
     return text_table([head, *rows])
 
 
-def format_intervals(report: EvaluationReport, intervals: ReportIntervals) -> str:
+def format_intervals(report: RatesReport, intervals: ReportIntervals) -> str:
     """Return the lines of `format_report` with the intervals of the rates that have one."""
     rows = [
         *((row.name, one) for row, one in zip(report.sets, intervals.sets, strict=True)),

@@ -40,11 +40,15 @@ class PrintFile:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a print, whether its resolution was assumed, and notes on reading it."""
+    """Hold the template of a print, whether its resolution was assumed, and notes on reading it.
+
+    `quality` is that of the image, 0 to 100; None where it was not measured.
+    """
 
     template: Template
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
+    quality: int | None = None
 
     @property
     def all_notes(self) -> tuple[str, ...]:
@@ -113,11 +117,16 @@ def folder_reader(
 
 
 def extract_print(
-    file: PrintFile, reader: Reader | None = None, min_quality: int = 0
+    file: PrintFile,
+    reader: Reader | None = None,
+    min_quality: int = 0,
+    *,
+    graded: bool = False,
 ) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or read from a template file.
 
-    `reader` reads the file (default: `PrintReader`). Raises TemplateError, ImageReadError or
+    `reader` reads the file (default: `PrintReader`), and an image is `graded` with its quality.
+    Raises TemplateError, ImageReadError or
     ImageError if it cannot be read, cannot contain a fingerprint, has no minutiae, or contains
     several prints; QualityError if the quality of an image, 0 to 100, is below `min_quality`.
     """
@@ -135,7 +144,8 @@ def extract_print(
         raise QualityError(why, path=file.path)
     if not len(given.template.minutiae):
         raise ImageError("no minutiae found", path=file.path, code="no minutiae")
-    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes)
+    quality = given.quality.score if graded and given.quality is not None else None
+    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes, quality)
 
 
 def _files(place: Path) -> list[Path]:

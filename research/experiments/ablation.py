@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, Trials, bootstrap_rates
+from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, bootstrap_rates
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.intervals import interval_of
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.matching import score

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 
 from fpmatch.evaluation.bootstrap import (
     BOOTSTRAPPED,
-    Trials,
     bootstrap_fmr,
     bootstrap_rates,
     draw_fingers,
 )
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fpmatch.evaluation import calibration_report
-from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.calibrate import calibrate_on
 from fpmatch.evaluation.calibration_report import report_calibration
 from fpmatch.evaluation.impostors import ImpostorSet
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.matching.calibration import Calibration
 
 

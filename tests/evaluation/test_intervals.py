@@ -3,8 +3,9 @@ import json
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.bootstrap import Trials, bootstrap_rates
-from fpmatch.evaluation.intervals import Interval, interval_of, rate_intervals, trials_of
+from fpmatch.evaluation.bootstrap import bootstrap_rates
+from fpmatch.evaluation.intervals import Interval, interval_of, rate_intervals
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import evaluate
 
@@ -48,7 +49,7 @@ def test_draws_without_a_rate_are_left_out_until_too_many():
 
 
 def test_trials_number_the_fingers_from_0(report):
-    found = trials_of(report.sets[0])
+    found = report.sets[0].scores.trials
     assert (found.fingers, set(found.probe)) == (8, set(range(8)))
     assert (found.genuine == report.sets[0].pairs.genuine).all()
 

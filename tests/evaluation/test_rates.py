@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -62,7 +63,8 @@ def test_fmr100_and_fmr1000_agree_with_the_definition(genuine, seed, count, high
 @given(few_scores, few_scores)
 def test_rates_depend_on_the_order_alone(genuine, impostor):
     stretched = error_rates(np.exp(genuine), np.exp(impostor))
-    assert stretched == error_rates(genuine[::-1], impostor[::-1])
+    as_given = error_rates(genuine[::-1], impostor[::-1])
+    assert replace(stretched, d_prime=None) == replace(as_given, d_prime=None)
 
 
 @given(few_scores, few_scores)

@@ -6,10 +6,10 @@ import pytest
 from scipy.stats import binomtest
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.bootstrap import Trials
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run_comparison import compare_runs
-from fpmatch.evaluation.scores import ScoresSet
+from fpmatch.evaluation.scores_set import ScoresSet
 from fpmatch.evaluation.tables import format_comparison
 
 

@@ -1,11 +1,11 @@
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.evaluation import score_file
-from fpmatch.evaluation.intervals import trials_of
 from fpmatch.evaluation.score_file import COLUMNS, DETAILS, write_scores
 from fpmatch.evaluation.scores import choose_matcher, read_scores
 from fpmatch.matching.calibration import Calibration
@@ -84,7 +84,7 @@ def test_what_was_written_is_read(report, scores):
     found = read_scores(scores)
     assert [(s.matcher, s.name) for s in found] == [("fake", "set, one"), ("fake", "b")]
     for row, again in zip(report.sets, found, strict=True):
-        expected = trials_of(row)
+        expected = row.scores.trials
         assert again.trials.similarity.tolist() == expected.similarity.tolist()
         assert again.trials.genuine.tolist() == row.pairs.genuine.tolist()
         assert again.trials.fingers == expected.fingers
@@ -96,48 +96,19 @@ def test_what_was_written_is_read(report, scores):
         choose_matcher(found, "paper", "s.csv")
 
 
-HEAD = "set,probe,reference,genuine,similarity\n"
-GOOD = "a,1_1.tif,1_2.tif,1,0.5\n"
-
-
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        ("", "no column 'probe'"),
-        (HEAD.replace("similarity", "score"), "no column 'similarity'"),
-        (HEAD, "holds no comparison"),
-        (HEAD + GOOD + "\na,1_1.tif,2_1.tif,yes,1\n", "line 4: genuine must be 0 or 1, not 'yes'"),
-        (HEAD + "a,1_1.tif,2_1.tif,1,0.5\n", "line 2: genuine is 1, which 1_1.tif and 2_1.tif"),
-        (HEAD + "a,left.tif,2_1.tif,0,0.5\n", "line 2: 'left.tif' is not named FFF_M"),
-        (HEAD + "a,1_1.tif,2_1.tif,0,high\n", "line 2: could not convert string to float"),
-        (HEAD + "a,1_1.tif,2_1.tif,0,nan\n", "line 2: similarity must be a finite number"),
-        (HEAD + GOOD + "a,1_2.tif,1_1.tif,1,0\n", "1_2.tif and 1_1.tif are compared twice"),
-        (b"\xff\xfe\x00", "not a CSV file of scores"),
-        (HEAD + 'a,"' + "x" * 200_000 + '",2,0,1\n', "not a CSV file of scores"),
-        (None, "cannot be read: no such file"),
-    ],
-    ids=str,
-)
-def test_a_file_that_is_none_is_named(tmp_path, content, reason):
-    path = tmp_path / "scores.csv"
-    if content is not None:
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    with pytest.raises(DatasetError, match=r"^.*scores\.csv: ") as caught:
-        read_scores(path)
-    assert reason in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_file_of_score_has_each_pair_once(tmp_path):
-    path = tmp_path / "db.csv"
-    path.write_text(
-        "probe,reference,similarity,score,reason\n"
-        "1_1,1_1,9,9,\n1_1,1_2,3,3,\n1_2,1_1,3,3,\n1_2,2_1,,,reference: torn\n"
-    )
+def test_the_quality_of_both_images_is_written_last(report, tmp_path):
+    (row, _), head = report.sets, (*COLUMNS[:7], *DETAILS, *COLUMNS[7:])
+    graded = [replace(e, quality=k) for k, e in enumerate(row.extracted.extractions)]
+    extracted = replace(row.extracted, extractions=tuple(graded))
+    path = tmp_path / "graded.csv"
+    write_scores(path, replace(report, sets=(replace(row, extracted=extracted),)))
+    rows = rows_of(path)
+    assert tuple(rows[0]) == head
+    assert head[-2:] == ("probe_quality", "reference_quality")
+    for row, i, j in zip(
+        rows, report.sets[0].pairs.probe, report.sets[0].pairs.reference, strict=True
+    ):
+        assert (row["probe_quality"], row["reference_quality"]) == (str(i), str(j))
     (found,) = read_scores(path)
-    assert (found.name, found.matcher, found.prints) == ("db", "", ("1_1", "1_2", "2_1"))
-    assert found.trials.similarity.tolist() == [3, 0]
-    assert found.compared.tolist() == [True, False]
-    assert choose_matcher([found], "any", path) == [found]
-    with pytest.raises(DatasetError, match="cannot be read: is a directory"):
-        read_scores(tmp_path)
+    assert found.quality.tolist() == list(range(24))
+    assert np.nanmax(found.overlap) == 1.0

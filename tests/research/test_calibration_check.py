@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.comparison import NO_TEMPLATE, OUTCOME
 from fpmatch.evaluation.impostors import ImpostorSet
+from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.calibration import Calibration
 from research.experiments.calibration_check import (

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ScoringError
-from fpmatch.evaluation.score_file import csv_lines, read_rows
+from fpmatch.evaluation.score_file import csv_lines
+from fpmatch.evaluation.score_table import read_columns
 from fpmatch.gallery.entry import NamePattern
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.output import atomic_write_bytes
@@ -64,7 +65,7 @@ def write_fingers(
     shape = (len(probes), len(names))
     ratio, best = np.zeros(shape), np.zeros(shape)
     count = np.zeros(shape, np.int32)
-    for _, (probe, reference, cell) in read_rows(scores, ("probe", "reference", "score")):
+    for _, (probe, reference, cell) in read_columns(scores, ("probe", "reference", "score")):
         i, j = probe_number[probe], reference_number[reference]
         if cell != "" and not (same and i == j):
             at, score = (i, finger[j]), float(cell)

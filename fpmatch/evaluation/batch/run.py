@@ -19,8 +19,8 @@ from fpmatch.evaluation.score_file import (
     convert_to_parquet,
     csv_lines,
     failure_reason,
-    is_parquet,
 )
+from fpmatch.evaluation.score_table import is_parquet
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -42,11 +42,12 @@ HEADER: Final = csv_lines([COLUMNS])
 
 
 class SideRows(NamedTuple):
-    """Names and fingers of the prints of one side, and why some have no template."""
+    """Names and fingers of the prints of one side, why some have no template, and qualities."""
 
     names: Sequence[str]
     fingers: Sequence[str]
     failures: Mapping[int, str]
+    quality: Mapping[int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,8 @@ class RowWriter:
             reason = failure_reason(probes.failures.get(i, ""), references.failures.get(j, ""))
         names = probes.names[i], references.names[j]
         numbers = ["" if math.isnan(value) else value for value in (similarity, score)]
-        return (self.matcher, self.database, *names, genuine, *numbers, reason)
+        quality = probes.quality.get(i, ""), references.quality.get(j, "")
+        return (self.matcher, self.database, *names, genuine, *numbers, reason, *quality)
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "3"  # of the state of an unfinished run
+_FORMAT: Final = "4"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +181,8 @@ def score(
         noted = group_by_note(
             (_full_name(sides[k], n), notes) for k in needed for n, notes in store.notes(k).items()
         )
-        rows_of = {k: SideRows(s.names, s.fingers, failed[k]) for k, s in sides.items()}
+        graded = {side: store.qualities(key[side]) for side in sides}
+        rows_of = {k: SideRows(s.names, s.fingers, failed[k], graded[k]) for k, s in sides.items()}
         comparing = Comparing(
             store=store,
             plan=plan,

@@ -39,12 +39,16 @@ _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 
 @dataclass(frozen=True, slots=True)
 class StoredTemplate:
-    """Hold the template of one print in bytes, for `unpack`, or the reason why there is none."""
+    """Hold the template of one print in bytes, for `unpack`, or the reason why there is none.
+
+    `quality` is that of its image, 0 to 100; None where there is none.
+    """
 
     data: bytes | None
     reason: str = ""
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
+    quality: int | None = None
 
 
 class PrintSource(Protocol):
@@ -207,8 +211,9 @@ def _extract(opened: OpenedPrint) -> StoredTemplate:
     file, found = opened
     if isinstance(found, FpmatchError):
         raise found
-    extracted = extract_print(file, reader=lambda _: found)
-    return StoredTemplate(pack(extracted.template), "", extracted.dpi_assumed, extracted.notes)
+    extracted = extract_print(file, reader=lambda _: found, graded=True)
+    beside = extracted.dpi_assumed, extracted.notes, extracted.quality
+    return StoredTemplate(pack(extracted.template), "", *beside)
 
 
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:

@@ -35,7 +35,7 @@ CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT);
 CREATE TABLE IF NOT EXISTS item (
     side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
-    notes TEXT NOT NULL, PRIMARY KEY (side, number)
+    notes TEXT NOT NULL, quality INT, PRIMARY KEY (side, number)
 ) WITHOUT ROWID;
 """
 
@@ -131,14 +131,14 @@ class Store:
         self, side: str, items: Iterable[tuple[int, StoredTemplate]]
     ) -> Generator[int, None, None]:
         """Store prints of a side with their numbers; yield the number of each."""
-        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?)"
+        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?)"
         committed = time.monotonic()
         try:
             for number, item in items:
                 with self.writing():
                     notes = json.dumps(item.notes) if item.notes else ""
-                    row = (side, number, item.data, item.reason, item.dpi_assumed, notes)
-                    self._database.execute(query, row)
+                    row = (item.data, item.reason, item.dpi_assumed, notes, item.quality)
+                    self._database.execute(query, (side, number, *row))
                     if time.monotonic() - committed >= _COMMIT_EVERY_S:
                         self._database.commit()
                         committed = time.monotonic()
@@ -167,6 +167,10 @@ class Store:
         """Return the notes on reading prints of a side, by number."""
         found = self._items(side, "notes", "notes != ''")
         return {number: json.loads(notes) for number, notes in found.items()}
+
+    def qualities(self, side: str) -> dict[int, int]:
+        """Return the quality of the images of a side, by number."""
+        return self._items(side, "quality", "quality IS NOT NULL")
 
     def _items(self, side: str, column: str, which: str) -> dict[int, Any]:
         """Return a column of those prints of a side for which a condition holds, by number."""

@@ -87,9 +87,7 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
         analyses=analyses,
         comparisons=comparisons,
         first=first,
-        fingers=sum(
-            len({i.finger for i in row.extracted.dataset.impressions}) for row in first.sets
-        ),
+        fingers=sum(row.scores.trials.fingers for row in first.sets),
         totals=[first.prints, len(first.failures), first.genuine, first.impostor],
         impostor_pairs=_IMPOSTOR_PAIRS[first.protocol],
         version=__version__,

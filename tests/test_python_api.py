@@ -174,13 +174,15 @@ def shown(template, result, tmp_path_factory):
     """Return what Python programs hold, by its name, with names and texts that try to be HTML."""
     from fpmatch.evaluation.rates import error_rates
     from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.score_rows import unnamed_set
 
     evil = "<script>alert(1)</script>"
     rng = np.random.default_rng(5)
     many = fpmatch.Minutiae(*rng.uniform(0, 2000, (2, 3000)), rng.uniform(0, 6, 3000))
     rates = error_rates([3.0, 2.0], [1.0, 0.5])
+    scores = unnamed_set(np.array([3.0, 2.0]), np.array([1.0, 0.5]), name=evil)
     failures = tuple((Path(f"{k}_{evil}.tif"), evil) for k in range(500))
-    row = SetResult(evil, 2, 2, rates, failures, 1.0, 1.0, template, None, None, None)
+    row = SetResult(scores, rates, None, failures, 1.0, 1.0, template, None, None)
     vars_of = {name: getattr(result, name) for name in result.__dataclass_fields__}
     comparison = dataclasses.replace(result.comparison, reason=evil)
     no_match = type(result)(**vars_of | {"match": False, "comparison": comparison})

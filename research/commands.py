@@ -93,6 +93,7 @@ research = LazyGroup(
     epilog="Run from the repository's root. Exit status: 0 done, 1 a check failed, 2 bad input.",
     modules={
         "tables": ("tables.command", "Write measured results into the pages of docs/."),
+        "outputs": ("outputs", "Write what commands print into README and docs."),
         "figures": ("figures.documentation", "Draw the figures of the documentation."),
         "case-study": ("case_study.command", "Draw the paper's case study on two prints."),
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),

@@ -8,10 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from fpmatch.audit import AuditLog
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching._local_kernel import COMPILED
+from research import outputs
+from research.outputs import documented_outputs, without_times
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -26,6 +29,8 @@ NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else (
 """Prints that no command names; uncompiled, each takes seconds."""
 GALLERY = "prints.db"  # that one command makes and others use
 AUDIT_LOG = "audit.jsonl"  # that `fpmatch serve` makes and others use
+OUTPUTS = [one for one in documented_outputs() if COMPILED or len(one.commands) == 1]
+SHOWN = {command for output in OUTPUTS for command in output.commands}
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
 MOST_LINES = 150
 
@@ -96,6 +101,7 @@ def test_every_command_has_its_example():
         line
         for line in commands(README, *GUIDES)
         if not any(pattern.search(line) for pattern in (NOT_HERE, SERVES, NEEDS_TRUTH))
+        and line not in SHOWN
     ],
 )
 def test_a_command_on_sample_prints_exits_cleanly_and_writes_its_file(command, clone, enrolled):
@@ -110,12 +116,27 @@ def test_a_command_on_sample_prints_exits_cleanly_and_writes_its_file(command, c
         assert (clone / words[words.index("-o") + 1]).exists()
 
 
-def test_the_output_shown_has_the_lines_that_verify_prints(clone):
-    shown = README.partition("verify-output:start -->")[2].partition("```text\n")[2]
-    prints = [f"sample_data/101_{n}.tif" for n in (1, 3)]
-    printed = run(clone, "-m", "fpmatch", "verify", *prints).stdout
-    labels = [line[:14] for line in printed.splitlines()]
-    assert [line[:14] for line in shown.partition("\n```")[0].splitlines()] == labels
+@pytest.mark.parametrize("output", OUTPUTS, ids=str)
+def test_the_output_shown_is_what_the_commands_print(output):
+    """If not, `python -m research outputs` writes it."""
+    assert without_times(output.shown) == without_times(output.printed())
+
+
+def test_an_output_of_another_version_is_found_and_written(tmp_path, monkeypatch):
+    page = tmp_path / "README.md"
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    (tmp_path / "docs").mkdir()
+    start = "```sh\nfpmatch inspect sample_data/101_1.tif  # one line\n```\n\n"
+    old = "<!-- one-output:start -->\n```text\n59.1 in 3 s\n```\n<!-- one-output:end -->\n"
+    page.write_text(start + old, encoding="utf-8")
+    monkeypatch.setattr(outputs, "ROOT", tmp_path)
+    (output,) = outputs.documented_outputs()
+    assert (output.mark, output.shown) == ("one-output", "59.1 in 3 s\n")
+    checked = CliRunner().invoke(outputs.command, ["--check"])
+    assert (checked.exit_code, checked.output) == (1, "README.md: one-output: differs\n")
+    assert CliRunner().invoke(outputs.command, []).output == "README.md: one-output: written\n"
+    assert output.shown.startswith("sample_data/101_1.tif: TIFF image, 388 x 374 px")
+    assert CliRunner().invoke(outputs.command, ["--check"]).exit_code == 0
 
 
 def test_links_and_pictures_lead_to_files():

@@ -43,6 +43,8 @@ def extensions() -> list[Extension]:
             "wraparound": False,
             "cdivision": True,
             "initializedcheck": False,
+            # Module variables are constants; objects with scratch arrays serve one thread each.
+            "freethreading_compatible": True,
         },
     )
     for module in modules:

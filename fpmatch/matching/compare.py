@@ -73,7 +73,7 @@ class Workspace:
         self, reference: PreparedTemplate, *, reference_first: bool
     ) -> tuple[Alignment, Evidence] | None:
         """Align the probe with a reference, and gather the evidence; None if nothing is paired."""
-        self._kernel.neighbours = _index_of(self._probe)
+        self._kernel.neighbours = _index_of(self._probe, threading.get_ident())
         total = self._kernel.align(view_of(reference), reference_first)
         aligner = self._kernel.before if reference_first else self._kernel.after
         if not aligner.best_pairs:
@@ -88,7 +88,7 @@ class Workspace:
         `order` is what `canonical_order` returned of them; where neither comes first, it is 0.
         """
         found = np.zeros(len(order))
-        self._kernel.neighbours = _index_of(self._probe)
+        self._kernel.neighbours = _index_of(self._probe, threading.get_ident())
         if self._packed_view is None:
             n, size = self.capacity, references.neighbour.shape[1]
             arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
@@ -116,8 +116,8 @@ def view_of(prepared: PreparedTemplate) -> TemplateView:
 
 
 @lru_cache(maxsize=PREPARED_KEPT)
-def _index_of(prepared: PreparedTemplate | None) -> NeighbourIndex:
-    # threads share it, with its scratch arrays: the kernel above holds Python's lock
+def _index_of(prepared: PreparedTemplate | None, thread: int) -> NeighbourIndex:
+    # one a thread: an index has scratch arrays
     assert prepared is not None
     return index_neighbours(prepared.neighbourhoods)
 

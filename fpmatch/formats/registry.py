@@ -136,4 +136,5 @@ def _naming(name: str, function: Callable[..., Result], *given: Any) -> Result:
     except FpmatchError:
         raise
     except Exception as error:
-        raise TemplateError(f"format {name}: {type(error).__name__}: {error}") from error
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise TemplateError(f"format {name}: {reason}") from error

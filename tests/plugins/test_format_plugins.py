@@ -47,7 +47,9 @@ def broken(site, deg):
 
 @pytest.mark.usefixtures("deg")
 def test_a_template_is_written_and_read(template, tmp_path):
-    assert [codec.name for codec in known_codecs()] == [*(one.name for one in CODECS), "deg"]
+    names = [codec.name for codec in known_codecs()]
+    assert sorted(names) == sorted([*(one.name for one in CODECS), "deg"])
+    assert names.index("deg") < names.index("minutiae-csv")  # which any table of numbers could be
     path = tmp_path / "print.deg"
     assert save_template(path, template) == ("kind, quality and the ridge field dropped",)
     read = load_template(path)
@@ -113,7 +115,7 @@ def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, t
     save_template(tmp_path / "a.deg", template)
     with pytest.warns(UserWarning, match="format careless: recognises: KeyError"):
         assert is_template_file(tmp_path / "a.deg")
-    assert codec_of_name("json") is CODECS[2]
+    assert codec_of_name("json").title == "fpmatch JSON 2"
     unknown = tmp_path / "a.unknown"
     unknown.write_text("neither")
     with (

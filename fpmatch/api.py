@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
+_SHOWN_WIDTH: Final = 480  # pixels
 _FIELDS: Final = tuple(one.name for one in fields(Verification))
 
 
@@ -56,7 +57,7 @@ class Overlay:
 
 @dataclass(frozen=True)
 class VerifiedPrints(Verification):
-    """Hold a verification with the pictures of the prints, of which a notebook shows the result.
+    """Hold a verification with the pictures of the prints; a notebook shows result and overlay.
 
     Parameters
     ----------
@@ -99,16 +100,23 @@ class VerifiedPrints(Verification):
         )
 
     @cached_property
-    def _overlay(self) -> Overlay:
-        return self.overlay()
+    def _shown(self) -> NDArray[np.uint8]:
+        """The overlay, small enough for a notebook."""
+        from fpmatch.drawing.files import reduced  # noqa: PLC0415
+
+        return reduced(self.overlay().pixels, width=_SHOWN_WIDTH, height=2 * _SHOWN_WIDTH)
 
     def _repr_html_(self) -> str:
+        from fpmatch.drawing.files import data_url, webp_bytes  # noqa: PLC0415
         from fpmatch.drawing.words import verdict  # noqa: PLC0415
 
-        return f"<b>{verdict(self.match)}</b>{html_table(as_rows(self), left=2)}"
+        picture = f'<img src="{data_url(webp_bytes(self._shown), "webp")}">'
+        return f"<b>{verdict(self.match)}</b>{html_table(as_rows(self), left=2)}{picture}"
 
     def _repr_png_(self) -> bytes:
-        return self._overlay._repr_png_()
+        from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
+
+        return png_bytes(self._shown)
 
 
 def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learned") -> Template:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import math
 import platform
@@ -14,7 +13,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
-from fpmatch.drawing.files import png_bytes
+from fpmatch.drawing.files import data_url, png_bytes
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.words import odds, verdict
@@ -158,7 +157,7 @@ def case_report(
     v = pair.verification
     images = pair.probe.pixels, pair.reference.pixels
     sides = [
-        _Side(name, file, given, _data_url(png_bytes(given.pixels), "png"))
+        _Side(name, file, given, data_url(png_bytes(given.pixels), "png"))
         for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
     ]
     environment = Environment(
@@ -199,11 +198,7 @@ def case_report(
 
 def _picture(pair: ComparedPair, images: tuple[object, object], view: View) -> str:
     content = overlay_file(".png", *images, pair.verification, view)
-    return _data_url(content, "png")
-
-
-def _data_url(content: bytes, kind: str) -> str:
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+    return data_url(content, "png")
 
 
 def _pairs(pair: ComparedPair) -> list[tuple[_Minutia, _Minutia, float]]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cv2
+import numpy as np
 
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes, reason
@@ -14,7 +16,6 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
 
-    import numpy as np
     from numpy.typing import NDArray
 
 
@@ -26,6 +27,27 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
 def webp_bytes(picture: NDArray[np.uint8], quality: int = 80) -> bytes:
     """Encode a picture as WebP, which is lossy and much smaller, at a quality from 1 to 100."""
     return _encoded(picture, ".webp", [cv2.IMWRITE_WEBP_QUALITY, quality])
+
+
+def data_url(content: bytes, kind: str) -> str:
+    """Return a picture as a URL that contains it.
+
+    Examples
+    --------
+    >>> data_url(b"GIF", "gif")
+    'data:image/gif;base64,R0lG'
+    """
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def reduced(picture: NDArray[np.uint8], *, width: int, height: int) -> NDArray[np.uint8]:
+    """Return a picture made smaller, where it is larger, to fit into a width and a height."""
+    rows, columns = picture.shape[:2]
+    factor = min(width / columns, height / rows)
+    if factor >= 1:
+        return picture
+    size = (max(round(columns * factor), 1), max(round(rows * factor), 1))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> bytes:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.case_report.page import CaseFile, CaseMark, case_report, settings_of
-from fpmatch.drawing.files import png_bytes, webp_bytes
+from fpmatch.drawing.files import data_url, png_bytes, webp_bytes
 from fpmatch.drawing.ink import ridge_picture, shrunk
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
@@ -141,17 +140,6 @@ def _extent(pixels: NDArray[np.uint8], ink: Ink | None, factor: float) -> list[i
         return [0, 0, width, height]
     ends = (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1)
     return [round(float(end) / factor) for end in ends]
-
-
-def data_url(content: bytes, kind: str) -> str:
-    """Return a picture as a URL that contains it.
-
-    Examples
-    --------
-    >>> data_url(b"GIF", "gif")
-    'data:image/gif;base64,R0lG'
-    """
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _open_enrolled(enrolled: EnrolledPrint) -> GivenPrint:

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-import cv2
-import numpy as np
-
-from fpmatch.drawing.files import webp_bytes
+from fpmatch.drawing.files import data_url, reduced, webp_bytes
 from fpmatch.drawing.stages.pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.recorder import StageRecorder
 from fpmatch.web.errors import RequestError
-from fpmatch.web.pair import data_url
 from fpmatch.web.prints import open_upload
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.web.prints import PrintOptions, Upload
@@ -69,9 +66,5 @@ def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
 
 
 def _encode(picture: NDArray[np.uint8]) -> str:
-    factor = LARGEST_SIDE_SHOWN / max(picture.shape[:2])
-    if factor < 1:
-        height, width = picture.shape[:2]
-        size = (max(round(width * factor), 1), max(round(height * factor), 1))
-        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    return data_url(webp_bytes(picture, 88), "webp")
+    shown = reduced(picture, width=LARGEST_SIDE_SHOWN, height=LARGEST_SIDE_SHOWN)
+    return data_url(webp_bytes(shown, 88), "webp")

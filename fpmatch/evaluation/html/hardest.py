@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.files import webp_bytes
+from fpmatch.drawing.files import reduced, webp_bytes
 from fpmatch.drawing.overlay.draw import draw
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
@@ -122,14 +122,8 @@ def _as_extracted(path: Path, extraction: Extraction) -> GreyImage:
 
 
 def _picture(verification: Verification, probe: GreyImage, reference: GreyImage) -> bytes:
-    import cv2  # noqa: PLC0415
-
     drawn = draw(probe, reference, verification)
-    height, width = drawn.shape[:2]
-    if width > _PICTURE_WIDTH:
-        size = (_PICTURE_WIDTH, round(height * _PICTURE_WIDTH / width))
-        drawn = cv2.resize(drawn, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-    return webp_bytes(drawn)
+    return webp_bytes(reduced(drawn, width=_PICTURE_WIDTH, height=drawn.shape[0]))
 
 
 def explain_false_non_match(verification: Verification) -> tuple[str, ...]:

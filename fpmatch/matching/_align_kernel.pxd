@@ -50,7 +50,7 @@ cdef class Aligner:
     ) noexcept nogil
     @cython.locals(
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, e=cython.Py_ssize_t, cell=cython.Py_ssize_t,
-        best_j=cython.Py_ssize_t, found=cython.Py_ssize_t, x=cython.double, y=cython.double,
+        row=cython.Py_ssize_t, column=cython.Py_ssize_t, best_j=cython.Py_ssize_t, found=cython.Py_ssize_t, x=cython.double, y=cython.double,
         place=cython.double, line=cython.double, d2=cython.double, r2=cython.double,
         cosine=cython.double, value=cython.double, best=cython.double, total=cython.double,
         least=cython.double, scale=cython.double,

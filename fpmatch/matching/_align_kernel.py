@@ -39,22 +39,24 @@ class Aligner:
     def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
         p = parameters
         self.size_a = self.size_b = 0
-        self.a = np.empty((4, size_a))
-        self.b = np.empty((4, size_b))
+        self.a = memoryview(np.empty((4, size_a)))
+        self.b = memoryview(np.empty((4, size_b)))
         self.relaxation = Relaxation(relaxation, size_a, size_b)
         self.mesh = PairMesh(mesh, size_a)
         self.predicted = self.mesh.predicted
-        self.reach = np.empty(size_a)
+        self.reach = memoryview(np.empty(size_a))
         self.pairs = self.best_pairs = 0
-        self.paired = np.empty(size_a, np.int32)
-        self.partner, self.former, self.best_partner = np.full((3, size_a), -1, np.int32)
-        self.weight, self.best_weight = np.zeros((2, size_a))
-        self.rival = np.empty(size_b, np.int32)
-        self.rival_weight = np.empty(size_b)
-        self.best_predicted = np.empty((4, size_a))
-        self.coarse_partner = np.empty((p.hypotheses, size_a), np.int32)
-        self.coarse_weight = np.empty((p.hypotheses, size_a))
-        self.coarse_transform = np.empty((p.hypotheses, 4))
+        self.paired = memoryview(np.empty(size_a, np.int32))
+        self.partner, self.former, self.best_partner = map(
+            memoryview, np.full((3, size_a), -1, np.int32)
+        )
+        self.weight, self.best_weight = map(memoryview, np.zeros((2, size_a)))
+        self.rival = memoryview(np.empty(size_b, np.int32))
+        self.rival_weight = memoryview(np.empty(size_b))
+        self.best_predicted = memoryview(np.empty((4, size_a)))
+        self.coarse_partner = memoryview(np.empty((p.hypotheses, size_a), np.int32))
+        self.coarse_weight = memoryview(np.empty((p.hypotheses, size_a)))
+        self.coarse_transform = memoryview(np.empty((p.hypotheses, 4)))
         self.hypotheses = p.hypotheses
         self.coarse_rounds = p.coarse_rounds
         self.rounds = p.rounds
@@ -127,7 +129,7 @@ class Aligner:
         for k in range(self.size_a):
             self.partner[k] = -1
             self.weight[k] = 0.0
-        self.partner[i] = cython.cast(cython.int, j)
+        self.partner[i] = j
         self.weight[i] = 1.0
         self._list_pairs()
         self._first_fit()
@@ -147,7 +149,7 @@ class Aligner:
         self.pairs = 0
         for i in range(self.size_a):
             if self.partner[i] >= 0:
-                self.paired[self.pairs] = cython.cast(cython.int, i)
+                self.paired[self.pairs] = i
                 self.pairs += 1
         return self.pairs
 
@@ -235,8 +237,9 @@ class Aligner:
             line = (y - self.grid.y0) * self.grid.per_px
             if not (0.0 <= place < self.grid.columns and 0.0 <= line < self.grid.rows):
                 continue
-            cell = cython.cast(cython.Py_ssize_t, line) * self.grid.columns
-            cell += cython.cast(cython.Py_ssize_t, place)
+            row = int(line)
+            column = int(place)
+            cell = row * self.grid.columns + column
             best = 0.0
             best_j = -1
             r2 = self.reach[i] * self.reach[i]
@@ -246,7 +249,7 @@ class Aligner:
                 d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
                 cosine = self.predicted[2, i] * self.b[2, j] + self.predicted[3, i] * self.b[3, j]
                 # one test of both: one of them nearly always fails, each of them often does not
-                if not (cython.cast(cython.int, d2 < r2) & cython.cast(cython.int, cosine > least)):
+                if not ((d2 < r2) & (cosine > least)):
                     continue
                 value = (1.0 - 0.5 * d2 / r2) * (cosine - least) * scale
                 if value > best:
@@ -254,18 +257,18 @@ class Aligner:
                     best_j = j
                 if value > self.rival_weight[j]:
                     self.rival_weight[j] = value
-                    self.rival[j] = cython.cast(cython.int, i)
+                    self.rival[j] = i
             if best_j >= 0:
-                self.partner[i] = cython.cast(cython.int, best_j)
+                self.partner[i] = best_j
                 self.weight[i] = best
-                self.paired[found] = cython.cast(cython.int, i)
+                self.paired[found] = i
                 found += 1
         self.pairs = 0
         for e in range(found):
             i = self.paired[e]
             if self.rival[self.partner[i]] == i:
                 total += self.weight[i]
-                self.paired[self.pairs] = cython.cast(cython.int, i)
+                self.paired[self.pairs] = i
                 self.pairs += 1
             else:
                 self.partner[i] = -1

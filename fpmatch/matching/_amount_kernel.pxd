@@ -6,7 +6,7 @@ from fpmatch.matching._template_view_kernel cimport TemplateView
 cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil
 @cython.locals(
     row=cython.int, column=cython.int, cells=cython.int, place=cython.Py_ssize_t,
-    other=cython.Py_ssize_t, bx=cython.double, by=cython.double, right=cython.double,
+    at_row=cython.Py_ssize_t, at_column=cython.Py_ssize_t, bx=cython.double, by=cython.double, right=cython.double,
     down=cython.double, first_x=cython.double, first_y=cython.double, columns=cython.double,
     rows=cython.double,
 )

@@ -42,9 +42,9 @@ def common_cells(a, b, c, s, x, y):
                 bx = first_x + column * right
                 by = first_y - column * down
                 if 0.0 <= bx < columns and 0.0 <= by < rows:
-                    other = cython.cast(cython.Py_ssize_t, by) * b.columns
-                    other += cython.cast(cython.Py_ssize_t, bx)
-                    cells += b.cell[b.cell_at + other] != 0
+                    at_row = int(by)
+                    at_column = int(bx)
+                    cells += b.cell[b.cell_at + at_row * b.columns + at_column] != 0
             place += 1
     return cells
 
@@ -100,3 +100,9 @@ def as_similarity(total):
     if total > 0.0:
         return total + log1p(exp(-total))
     return log1p(exp(total))
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import ridges as forms
+
+    common_cells = forms.common_cells

@@ -31,7 +31,7 @@ class Comparer:
     def __init__(self, capacity, prefilter, before, after, scorer, parameters) -> None:
         self.prefilter, self.scorer = prefilter, scorer
         self.before, self.after = before, after
-        self.similarity = np.empty((capacity, capacity), np.float32)
+        self.similarity = memoryview(np.empty((capacity, capacity), np.float32))
         self.probe = self.neighbours = None
         self.before_loaded = self.after_loaded = False
         self.min_cosine = parameters.min_cosine

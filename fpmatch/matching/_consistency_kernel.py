@@ -37,17 +37,19 @@ class PairSet:
         self.spread2 = spread * spread
         self.most_turn = most_turn
         angle = np.arange(256) * (2 * np.pi / 256)
-        self.cosine_of = np.cos(angle)
-        self.sine_of = np.sin(angle)
-        self.which = bit_numbers()
-        self.pair, self.turned = np.zeros((2, 3, size * size), np.int32)
-        self.start = np.zeros(size + 2, np.int32)
-        self.row = np.zeros((2, most), np.int32)
-        self.a, self.b = np.zeros((2, 2, most))
-        self.angle, self.first_of_row, self.counted_for = np.zeros((3, most), np.int32)
-        self.of_weight = np.zeros(MOST_WEIGHT + 1, np.int32)
-        self.of_turn = np.zeros(TURNS_APART, np.uint64)
-        self.consistent = np.zeros(most, np.uint64)
+        self.cosine_of = memoryview(np.cos(angle))
+        self.sine_of = memoryview(np.sin(angle))
+        self.which = memoryview(bit_numbers())
+        self.pair, self.turned = map(memoryview, np.zeros((2, 3, size * size), np.int32))
+        self.start = memoryview(np.zeros(size + 2, np.int32))
+        self.row = memoryview(np.zeros((2, most), np.int32))
+        self.a, self.b = map(memoryview, np.zeros((2, 2, most)))
+        self.angle, self.first_of_row, self.counted_for = map(
+            memoryview, np.zeros((3, most), np.int32)
+        )
+        self.of_weight = memoryview(np.zeros(MOST_WEIGHT + 1, np.int32))
+        self.of_turn = memoryview(np.zeros(TURNS_APART, np.uint64))
+        self.consistent = memoryview(np.zeros(most, np.uint64))
 
     def add(self, own, other, weight):
         """Add a pair."""
@@ -111,8 +113,8 @@ class PairSet:
             g = 0
             while self.row[0, g] != self.row[0, h]:
                 g += 1
-            self.first_of_row[h] = cython.cast(cython.int, g)
-            apart = own_turn[own] - cython.cast(cython.int, direction_bin[other])
+            self.first_of_row[h] = g
+            apart = own_turn[own] - direction_bin[other]
             self.angle[h] = (-apart if other_first else apart) & 255
             for k in range(2):
                 self.a[k, h] = xy[other, k] if other_first else own_xy[own, k]
@@ -133,18 +135,16 @@ class PairSet:
             self.consistent[h] = (ONE << h) & ALL
         for h in range(self.count - 1, -1, -1):
             turn = self.angle[h] // TURN
-            left = cython.cast(cython.ulonglong, self.of_turn[turn])
-            left |= cython.cast(cython.ulonglong, self.of_turn[(turn + 1) % TURNS_APART])
-            left |= cython.cast(
-                cython.ulonglong, self.of_turn[(turn + TURNS_APART - 1) % TURNS_APART]
-            )
+            left = self.of_turn[turn]
+            left |= self.of_turn[(turn + 1) % TURNS_APART]
+            left |= self.of_turn[(turn + TURNS_APART - 1) % TURNS_APART]
             self.of_turn[turn] |= (ONE << h) & ALL
             c = self.cosine_of[self.angle[h]]
             s = self.sine_of[self.angle[h]]
             while left:
                 lowest = left & ((left ^ ALL) + 1)
                 left ^= lowest
-                g = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
+                g = self.which[((lowest * WHICH) & ALL) >> 58]
                 apart = (self.angle[g] - self.angle[h] + 128) & 255
                 if apart < 128 - self.most_turn or apart > 128 + self.most_turn:
                     continue
@@ -158,15 +158,21 @@ class PairSet:
         for h in range(self.count):
             total = 0
             last = -1
-            left = cython.cast(cython.ulonglong, self.consistent[h])
+            left = self.consistent[h]
             while left:
                 lowest = left & ((left ^ ALL) + 1)
                 left ^= lowest
-                g = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
+                g = self.which[((lowest * WHICH) & ALL) >> 58]
                 if self.row[1, g] == last or self.counted_for[self.first_of_row[g]] == h:
                     continue
                 last = self.row[1, g]
-                self.counted_for[self.first_of_row[g]] = cython.cast(cython.int, h)
+                self.counted_for[self.first_of_row[g]] = h
                 total += self.pair[2, g]
             best = total if total > best else best
         return best
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import descriptors
+
+    PairSet.locate = descriptors.locate

@@ -15,7 +15,8 @@ cpdef int encode_neighbours(
 ) noexcept nogil
 @cython.locals(
     i=cython.Py_ssize_t, k=cython.Py_ssize_t, x=cython.double, y=cython.double, c=cython.double,
-    s=cython.double, relative=cython.double, code=cython.int,
+    s=cython.double, relative=cython.double, code=cython.int, row=cython.Py_ssize_t,
+    column=cython.Py_ssize_t,
 )
 cpdef int encode_orientations(
     const double[:, ::1] points, const unsigned char[::1] direction_bin,

@@ -50,14 +50,14 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
         if not coded[i]:
             continue
         for k in range(min(count[i], NEIGHBOUR_WORDS)):
-            u = cython.cast(cython.double, frame[i, 0, k]) * per_px + SIDE // 2
-            v = cython.cast(cython.double, frame[i, 1, k]) * per_px + SIDE // 2
+            u = float(frame[i, 0, k]) * per_px + SIDE // 2
+            v = float(frame[i, 1, k]) * per_px + SIDE // 2
             if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
                 continue
             t = share[i, k] * SECTORS
-            column = cython.cast(cython.int, u)
-            row = cython.cast(cython.int, v)
-            sector = cython.cast(cython.int, t)
+            column = int(u)
+            row = int(v)
+            sector = int(t)
             sector = sector if sector < SECTORS else SECTORS - 1
             on_column = u - column >= 0.5
             on_row = v - row >= 0.5
@@ -70,7 +70,7 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
                     found |= NOT_FIRST
                 if not word[i, m] & NOT_SECOND and second(word[i, m]) == second(found):
                     found |= NOT_SECOND
-            word[i, k] = cython.cast(cython.ushort, found)
+            word[i, k] = found
     return 0
 
 
@@ -84,18 +84,27 @@ def encode_orientations(points, direction_bin, cell, first_row, first_column, st
         c = points[2, i]
         s = points[3, i]
         for k in range(ORIENTATION_WORDS):
-            word[i, k] = cython.cast(cython.uchar, UNKNOWN)
+            word[i, k] = UNKNOWN
             x = (points[0, i] + c * places[0, k] - s * places[1, k]) / step - first_column
             y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / step - first_row
             if not (0.0 <= x < cell.shape[1] and 0.0 <= y < cell.shape[0]):
                 continue
-            code = cell[cython.cast(cython.Py_ssize_t, y), cython.cast(cython.Py_ssize_t, x)]
+            row = int(y)
+            column = int(x)
+            code = cell[row, column]
             if code > 0:
                 # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
                 relative = (code - 1.0) * BINS / ORIENTATIONS
                 relative -= direction_bin[i] * (2.0 * BINS / 256.0)
                 while relative < 0.0:
                     relative += BINS
-                code = cython.cast(cython.int, relative)
-                word[i, k] = cython.cast(cython.uchar, code if code < BINS else BINS - 1)
+                code = int(relative)
+                word[i, k] = code if code < BINS else BINS - 1
     return 0
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import descriptors
+
+    encode_neighbours = descriptors.encode_neighbours
+    encode_orientations = descriptors.encode_orientations

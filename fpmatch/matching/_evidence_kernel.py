@@ -47,17 +47,17 @@ class EvidenceScorer:
     """
 
     def __init__(self, score, weights, room, search) -> None:
-        self.evidence, self.best = np.zeros((2, ENTRIES))
-        self.feature = np.zeros(FEATURES)
-        self.standard = weights.standard
-        self.limits = weights.limits
-        self.quantiles = weights.quantiles
-        self.term = np.zeros(TERMS)
+        self.evidence, self.best = map(memoryview, np.zeros((2, ENTRIES)))
+        self.feature = memoryview(np.zeros(FEATURES))
+        self.standard = memoryview(weights.standard)
+        self.limits = memoryview(weights.limits)
+        self.quantiles = memoryview(weights.quantiles)
+        self.term = memoryview(np.zeros(TERMS))
         self.model = self.found = 0
         self.total = self.most = self.last = 0.0
         self.decade = 1.0
-        self.coarse = np.zeros(MOST_HYPOTHESES)
-        self.paired_b = np.empty(room, np.int32)
+        self.coarse = memoryview(np.zeros(MOST_HYPOTHESES))
+        self.paired_b = memoryview(np.empty(room, np.int32))
         self.correlator = RidgeCorrelator(room)
         self.search = RidgeSearch(search)
         self.small_area = weights.small_area
@@ -82,7 +82,7 @@ class EvidenceScorer:
             self.model = SMALL_WITH_RIDGES if area <= self.small_area else WITH_RIDGES
         else:
             self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
-        return cython.cast(cython.int, self.model)
+        return self.model
 
     def prefilter_shortfall(self, weight, smaller):
         """Return by how much the prefilter's score `weight` falls short; positive if rejected.
@@ -265,7 +265,7 @@ class EvidenceScorer:
             if j >= 0:
                 pairs += 1.0
                 common += 1.0
-                local += cython.cast(cython.double, similarity[i, j])
+                local += float(similarity[i, j])
                 self.paired_b[j] = 1
             elif b.contains(predicted[0, i], predicted[1, i]):
                 common += 1.0

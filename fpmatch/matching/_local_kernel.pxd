@@ -45,7 +45,9 @@ cdef class NeighbourIndex:
         float[:, ::1] similarity,
     ) noexcept nogil
 
-@cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t, share=cython.double)
+@cython.locals(
+    i=cython.Py_ssize_t, j=cython.Py_ssize_t, share=cython.double, likeness=cython.double
+)
 cpdef int normalize_by_size(
     float[:, ::1] similarity, int[::1] count_a, Py_ssize_t minutiae_a, int[::1] count_b,
     Py_ssize_t minutiae_b, int fewest,

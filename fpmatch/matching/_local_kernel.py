@@ -60,14 +60,10 @@ def _agreement(
     precision: cython.double,
 ) -> cython.double:
     """Return the product of the agreement of a neighbour with entry e in position and direction."""
-    du: cython.double = u - cython.cast(cython.double, entry[e, 0])
-    dv: cython.double = v - cython.cast(cython.double, entry[e, 1])
+    du: cython.double = u - float(entry[e, 0])
+    dv: cython.double = v - float(entry[e, 1])
     near: cython.double = 1.0 - (du * du + dv * dv) * precision
-    turn: cython.double = (
-        c * cython.cast(cython.double, entry[e, 2])
-        + s * cython.cast(cython.double, entry[e, 3])
-        - min_cosine
-    ) * scale
+    turn: cython.double = (c * float(entry[e, 2]) + s * float(entry[e, 3]) - min_cosine) * scale
     # twice the value, or 0 where it is negative, without a branch
     return (near + fabs(near)) * (turn + fabs(turn))
 
@@ -115,17 +111,17 @@ class NeighbourIndex:
                 e = k * n + i
                 for row in range(6):
                     self.entry[e, row] = frame[i, row, k]
-                self.owner[e] = cython.cast(cython.int, i)
-                c = cython.cast(cython.double, self.entry[e, 2])
-                s = cython.cast(cython.double, self.entry[e, 3])
+                self.owner[e] = i
+                c = float(self.entry[e, 2])
+                s = float(self.entry[e, 3])
                 turns = 0
                 for turn in range(EIGHTHS):
                     if c * self.middle[turn, 0] + s * self.middle[turn, 1] >= self.least:
                         in_reach[turns] = turn
                         turns += 1
-                u = cython.cast(cython.double, self.entry[e, 0])
-                v = cython.cast(cython.double, self.entry[e, 1])
-                reach = cython.cast(cython.double, self.entry[e, 4])
+                u = float(self.entry[e, 0])
+                v = float(self.entry[e, 1])
+                reach = float(self.entry[e, 4])
                 reach = reach if reach > LEAST_PRECISION else LEAST_PRECISION
                 reach = self.slack / sqrt(reach) * 1.001 + 0.01
                 for row in range(self._line(v - reach), self._line(v + reach) + 1):
@@ -133,7 +129,7 @@ class NeighbourIndex:
                         for turn in range(turns):
                             cell = (row * 2 * self.half + column) * EIGHTHS + in_reach[turn]
                             if filling:
-                                self.item[self.start[cell + 1]] = cython.cast(cython.int, e)
+                                self.item[self.start[cell + 1]] = e
                             self.start[cell + 2 - filling] += 1
         cells = 4 * self.half * self.half * EIGHTHS
         if not filling:
@@ -152,7 +148,7 @@ class NeighbourIndex:
             return 0
         if place >= 2 * self.half:
             return 2 * self.half - 1
-        return cython.cast(cython.Py_ssize_t, place)
+        return int(place)
 
     def to_prints_before(self, count, frame, minutiae, min_cosine, similarity):
         """Fill ``similarity[i, j]`` for the minutiae i of another print A and j of the indexed one.
@@ -165,26 +161,26 @@ class NeighbourIndex:
         best, total = self.best, self.total
         for i in range(minutiae):
             for k in range(count[i]):
-                u = cython.cast(cython.double, frame[i, 0, k])
-                v = cython.cast(cython.double, frame[i, 1, k])
-                c = cython.cast(cython.double, frame[i, 2, k])
-                s = cython.cast(cython.double, frame[i, 3, k])
-                precision = cython.cast(cython.double, frame[i, 4, k])
+                u = float(frame[i, 0, k])
+                v = float(frame[i, 1, k])
+                c = float(frame[i, 2, k])
+                s = float(frame[i, 3, k])
+                precision = float(frame[i, 4, k])
                 cell = self._line(v) * 2 * self.half + self._line(u)
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
                     e = item[at]
-                    weight = cython.cast(cython.double, entry[e, 5])
+                    weight = float(entry[e, 5])
                     near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     j = k * n + owner[e]
                     best[j] = near if near > best[j] else best[j]
             for k in range(count[i]):
-                weight = cython.cast(cython.double, frame[i, 5, k])
+                weight = float(frame[i, 5, k])
                 for j in range(n):
                     total[j] += best[k * n + j] * weight
                     best[k * n + j] = 0.0
             for j in range(n):
-                similarity[i, j] = cython.cast(cython.float, total[j])
+                similarity[i, j] = total[j]
                 total[j] = 0.0
         return 0
 
@@ -199,16 +195,16 @@ class NeighbourIndex:
         best, total = self.best, self.total
         for j in range(minutiae):
             for m in range(count[j]):
-                u = cython.cast(cython.double, frame[j, 0, m])
-                v = cython.cast(cython.double, frame[j, 1, m])
-                c = cython.cast(cython.double, frame[j, 2, m])
-                s = cython.cast(cython.double, frame[j, 3, m])
-                weight = cython.cast(cython.double, frame[j, 5, m])
+                u = float(frame[j, 0, m])
+                v = float(frame[j, 1, m])
+                c = float(frame[j, 2, m])
+                s = float(frame[j, 3, m])
+                weight = float(frame[j, 5, m])
                 cell = self._line(v) * 2 * self.half + self._line(u)
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
                     e = item[at]
-                    precision = cython.cast(cython.double, entry[e, 4])
+                    precision = float(entry[e, 4])
                     near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     best[e] = near if near > best[e] else best[e]
             for k in range(self.size):
@@ -216,7 +212,7 @@ class NeighbourIndex:
                     total[i] += best[k * n + i] * root_weight[k * n + i]
                     best[k * n + i] = 0.0
             for i in range(n):
-                similarity[i, j] = cython.cast(cython.float, total[i])
+                similarity[i, j] = total[i]
                 total[i] = 0.0
         return 0
 
@@ -226,11 +222,8 @@ def normalize_by_size(similarity, count_a, minutiae_a, count_b, minutiae_b, fewe
     for i in range(minutiae_a):
         share = _inverse_root(count_a[i], fewest)
         for j in range(minutiae_b):
-            similarity[i, j] = cython.cast(
-                cython.float,
-                cython.cast(cython.double, similarity[i, j])
-                * (share * _inverse_root(count_b[j], fewest)),
-            )
+            likeness = float(similarity[i, j])
+            similarity[i, j] = likeness * (share * _inverse_root(count_b[j], fewest))
     return 0
 
 
@@ -242,3 +235,10 @@ def _inverse_root(count: cython.int, fewest: cython.int) -> cython.double:
     """Return 1/√count, with a count of at least `fewest`."""
     count = count if count > fewest else fewest
     return INVERSE_ROOT[count] if count < ROOTS else 1.0 / sqrt(count)
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import local
+
+    NeighbourIndex = local.NeighbourIndex
+    normalize_by_size = local.normalize_by_size

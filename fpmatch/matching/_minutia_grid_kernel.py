@@ -21,8 +21,8 @@ class MinutiaGrid:
 
     def __init__(self, reach_px, size) -> None:
         self.reach = reach_px + MARGIN
-        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32)
-        self.item = np.empty(MOST_REACHED * MOST_REACHED * size, np.int32)
+        self.start = memoryview(np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32))
+        self.item = memoryview(np.empty(MOST_REACHED * MOST_REACHED * size, np.int32))
         self.columns = self.rows = 0
         self.x0 = self.y0 = self.per_px = 0.0
 
@@ -59,7 +59,7 @@ class MinutiaGrid:
                     for column in range(first_column, last_column + 1):
                         cell = row * self.columns + column
                         if filling:
-                            self.item[self.start[cell + 1]] = cython.cast(cython.int, j)
+                            self.item[self.start[cell + 1]] = j
                         self.start[cell + 2 - filling] += 1
             if not filling:
                 for cell in range(cells):
@@ -68,4 +68,4 @@ class MinutiaGrid:
 
     def _line(self, place):
         """Return the row or column of the grid at a distance from its first."""
-        return cython.cast(cython.int, place * self.per_px)
+        return int(place * self.per_px)

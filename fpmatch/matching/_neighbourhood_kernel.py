@@ -90,7 +90,7 @@ def nearest_in_own_frames(
             joined[joined_start[j + 1]] = edge[e, 1 - k]
             joined_start[j + 1] += 1
     for i in range(n):
-        met[i] = cython.cast(cython.int, i)
+        met[i] = i
         listed = 0
         for e in range(joined_start[i], joined_start[i + 1]):
             via = joined[e]
@@ -99,7 +99,7 @@ def nearest_in_own_frames(
                 j = via if f < joined_start[via] else joined[f]
                 if met[j] == i:
                     continue
-                met[j] = cython.cast(cython.int, i)
+                met[j] = i
                 dx = points[0, j] - points[0, i]
                 dy = points[1, j] - points[1, i]
                 squared = dx * dx + dy * dy
@@ -134,11 +134,11 @@ def nearest_in_own_frames(
             dx = points[0, j] - points[0, i]
             dy = points[1, j] - points[1, i]
             tolerance = tolerance_px + growth * sqrt(distance[k])
-            frame[i, 0, k] = cython.cast(cython.float, c * dx + s * dy)
-            frame[i, 1, k] = cython.cast(cython.float, c * dy - s * dx)
-            frame[i, 2, k] = cython.cast(cython.float, c * points[2, j] + s * points[3, j])
-            frame[i, 3, k] = cython.cast(cython.float, c * points[3, j] - s * points[2, j])
-            frame[i, 4, k] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
-            frame[i, 5, k] = cython.cast(cython.float, sqrt(weight[j] * total))
+            frame[i, 0, k] = c * dx + s * dy
+            frame[i, 1, k] = c * dy - s * dx
+            frame[i, 2, k] = c * points[2, j] + s * points[3, j]
+            frame[i, 3, k] = c * points[3, j] - s * points[2, j]
+            frame[i, 4, k] = 1.0 / (tolerance * tolerance)
+            frame[i, 5, k] = sqrt(weight[j] * total)
         for e in range(start[i], start[i + 1]):
             weight[ring[e]] = second_weight

@@ -54,21 +54,25 @@ class PairMesh:
         room = size_a + FRAME
         self.capacity = room
         self.vertices = self.triangles = 0
-        self.ax, self.ay, self.bx, self.by = np.zeros((4, room))
-        self.owner = np.zeros(room, np.int32)
-        self.vertex_of = np.full(max(size_a, 1), -1, np.int32)
-        self.corner = np.zeros((2 * room, 3), np.int32)
-        self.circle = np.zeros((2 * room, 3))
-        self.fan_start = np.zeros(room + 2, np.int32)
-        self.fan_from, self.fan_to, self.side_from, self.side_to = np.zeros((4, 6 * room), np.int32)
-        self.following, self.ring = np.zeros((2, room), np.int32)
-        self.weight, self.place, self.other_place = np.zeros((3, room))
-        self.inside = np.zeros(2 * room, np.int32)
-        self.side = np.zeros(6 * room, np.int64)
+        self.ax, self.ay, self.bx, self.by = map(memoryview, np.zeros((4, room)))
+        self.owner = memoryview(np.zeros(room, np.int32))
+        self.vertex_of = memoryview(np.full(max(size_a, 1), -1, np.int32))
+        self.corner = memoryview(np.zeros((2 * room, 3), np.int32))
+        self.circle = memoryview(np.zeros((2 * room, 3)))
+        self.fan_start = memoryview(np.zeros(room + 2, np.int32))
+        self.fan_from, self.fan_to, self.side_from, self.side_to = map(
+            memoryview, np.zeros((4, 6 * room), np.int32)
+        )
+        self.following, self.ring = map(memoryview, np.zeros((2, room), np.int32))
+        self.weight, self.place, self.other_place = map(memoryview, np.zeros((3, room)))
+        self.inside = memoryview(np.zeros(2 * room, np.int32))
+        self.side = memoryview(np.zeros(6 * room, np.int64))
         self.ring_size = 0
-        self.predicted = np.zeros((4, size_a))
-        self.nearest = np.zeros(size_a)
-        self.place_agreement, self.weight_agreement, self.fullness = np.zeros((3, size_a))
+        self.predicted = memoryview(np.zeros((4, size_a)))
+        self.nearest = memoryview(np.zeros(size_a))
+        self.place_agreement, self.weight_agreement, self.fullness = map(
+            memoryview, np.zeros((3, size_a))
+        )
         self.places = self.weights = self.full = self.strain = 0.0
         self.turned = self.edges = 0
         self.frame_margin_px = p.frame_margin_px
@@ -111,11 +115,11 @@ class PairMesh:
                 self.ax[v], self.ay[v] = a[0, i], a[1, i]
                 self.bx[v], self.by[v] = b[0, partner[i]], b[1, partner[i]]
                 if self._insert(v):
-                    self.owner[v] = cython.cast(cython.int, i)
-                    self.vertex_of[i] = cython.cast(cython.int, v)
+                    self.owner[v] = i
+                    self.vertex_of[i] = v
                     self.vertices += 1
         self._sort_fans()
-        return cython.cast(cython.int, self.triangles)
+        return self.triangles
 
     def _insert(self, v):
         """Insert a vertex into the triangulation; return whether it was inserted."""
@@ -153,9 +157,9 @@ class PairMesh:
         v2 = vx * vx + vy * vy
         x = (vy * u2 - uy * v2) / area
         y = (ux * v2 - vx * u2) / area
-        self.corner[t, 0] = cython.cast(cython.int, p)
-        self.corner[t, 1] = cython.cast(cython.int, q)
-        self.corner[t, 2] = cython.cast(cython.int, r)
+        self.corner[t, 0] = p
+        self.corner[t, 1] = q
+        self.corner[t, 2] = r
         self.circle[t, 0] = self.ax[p] + x
         self.circle[t, 1] = self.ay[p] + y
         self.circle[t, 2] = x * x + y * y - ROUNDING
@@ -173,14 +177,14 @@ class PairMesh:
             dx = self.circle[t, 0] - x
             dy = self.circle[t, 1] - y
             # always written, but counted only if inside: avoids branch misprediction
-            self.inside[found] = cython.cast(cython.int, t)
+            self.inside[found] = t
             found += dx * dx + dy * dy < self.circle[t, 2]
         # a side of two of the triangles occurs in both directions, and is removed the second time
         for k in range(found):
             t = self.inside[k]
             for e in range(3):
-                u = cython.cast(cython.longlong, self.corner[t, e])
-                v = cython.cast(cython.longlong, self.corner[t, e + 1 if e < 2 else 0])
+                u = self.corner[t, e]
+                v = self.corner[t, e + 1 if e < 2 else 0]
                 back = (v << 24) | u
                 f = kept - 1
                 while f >= 0 and self.side[f] != back:
@@ -192,8 +196,8 @@ class PairMesh:
                     kept -= 1
                     self.side[f] = self.side[kept]
         for k in range(kept):
-            self.side_from[k] = cython.cast(cython.int, self.side[k] >> 24)
-            self.side_to[k] = cython.cast(cython.int, self.side[k] & 0xFFFFFF)
+            self.side_from[k] = self.side[k] >> 24
+            self.side_to[k] = self.side[k] & 0xFFFFFF
         self._chain(self.side_from, self.side_to, 0, kept)
         return found
 
@@ -213,7 +217,7 @@ class PairMesh:
             if v < 0 or (v == start[first] and k + 1 < last - first):
                 return 0
         if v == start[first]:
-            self.ring_size = cython.cast(cython.int, last - first)
+            self.ring_size = last - first
         return self.ring_size
 
     def _sort_fans(self):
@@ -375,3 +379,9 @@ class PairMesh:
             dx = FULL_TURN * (self.place[k] - mean)
             square += dx * dx
         return exp(self.place_scale * square / self.ring_size)
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import mesh
+
+    PairMesh.predict = mesh.predict

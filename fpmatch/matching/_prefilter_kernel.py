@@ -48,16 +48,16 @@ class Prefilter:
     """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
-        self.neighbour_table = np.zeros(CELLS, np.uint64)
+        self.neighbour_table = memoryview(np.zeros(CELLS, np.uint64))
         # what is added to the cell of the first grid, by the highest four bits of a word
         steps = [second(k << STEPS) for k in range(8)]
-        self.step = np.array(steps + [SECOND + NO_STEP] * 8, np.int32)
-        self.orientation_table = np.zeros((ORIENTATION_WORDS, UNKNOWN + 1), np.uint64)
-        self.used = np.zeros(2 * ROOM * NEIGHBOUR_WORDS, np.int32)
+        self.step = memoryview(np.array(steps + [SECOND + NO_STEP] * 8, np.int32))
+        self.orientation_table = memoryview(np.zeros((ORIENTATION_WORDS, UNKNOWN + 1), np.uint64))
+        self.used = memoryview(np.zeros(2 * ROOM * NEIGHBOUR_WORDS, np.int32))
         self.used_words = self.coded = 0
         self.has_flow = False
-        self.own_row, self.own_turn = np.zeros((2, ROOM), np.int32)
-        self.own_xy = np.zeros((ROOM, 2))
+        self.own_row, self.own_turn = map(memoryview, np.zeros((2, ROOM), np.int32))
+        self.own_xy = memoryview(np.zeros((ROOM, 2)))
         self.ones = self.twos = self.fours = self.eights = 0
         self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
         self.which = self.pairs.which
@@ -80,7 +80,7 @@ class Prefilter:
                 break
             words = self.used_words
             for k in range(NEIGHBOUR_WORDS):
-                word = cython.cast(cython.int, neighbour_bits[i, k])
+                word = neighbour_bits[i, k]
                 if not word & NOT_FIRST:
                     self.neighbour_table[word & CELL] |= bit
                     self.used[self.used_words] = word & CELL
@@ -94,9 +94,9 @@ class Prefilter:
             for k in range(ORIENTATION_WORDS):
                 if orientation_bins[i, k] != UNKNOWN:
                     for d in range(3):  # its own bin, and that on either side
-                        b = (cython.cast(cython.int, orientation_bins[i, k]) + d + BINS - 1) % BINS
+                        b = (orientation_bins[i, k] + d + BINS - 1) % BINS
                         self.orientation_table[k, b] |= bit
-            self.own_row[self.coded] = cython.cast(cython.int, i)
+            self.own_row[self.coded] = i
             self.own_turn[self.coded] = direction_bin[i]
             self.own_xy[self.coded, 0] = xy[i, 0]
             self.own_xy[self.coded, 1] = xy[i, 1]
@@ -207,20 +207,18 @@ class Prefilter:
             while any_:
                 lowest = any_ & ((any_ ^ ALL) + 1)
                 any_ ^= lowest
-                place = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
-                weight = cython.cast(cython.int, (n1 >> place) & 1)
-                weight += 2 * cython.cast(cython.int, (n2 >> place) & 1)
-                weight += 4 * cython.cast(cython.int, (n4 >> place) & 1)
-                weight += 8 * cython.cast(cython.int, (n8 >> place) & 1)
-                weight += 16 * cython.cast(cython.int, (n16 >> place) & 1)
+                place = self.which[((lowest * WHICH) & ALL) >> 58]
+                weight = (n1 >> place) & 1
+                weight += 2 * ((n2 >> place) & 1)
+                weight += 4 * ((n4 >> place) & 1)
+                weight += 8 * ((n8 >> place) & 1)
+                weight += 16 * ((n16 >> place) & 1)
                 weight = OF_NEIGHBOUR * weight - TOO_LITTLE
-                weight += cython.cast(cython.int, (f1 >> place) & 1)
-                weight += 2 * cython.cast(cython.int, (f2 >> place) & 1)
-                weight += 4 * cython.cast(cython.int, (f4 >> place) & 1)
-                weight += 8 * cython.cast(cython.int, (f8 >> place) & 1)
-                self.pairs.add(
-                    cython.cast(cython.int, place), cython.cast(cython.int, j - first), weight
-                )
+                weight += (f1 >> place) & 1
+                weight += 2 * ((f2 >> place) & 1)
+                weight += 4 * ((f4 >> place) & 1)
+                weight += 8 * ((f8 >> place) & 1)
+                self.pairs.add(place, j - first, weight)
         return self.pairs.count
 
     def _second(self, word):
@@ -265,7 +263,7 @@ class Prefilter:
         odd = j ^ k
         odd_2 = odd ^ m
         two_5 = (j & k) | (odd & m)
-        self.ones = cython.cast(cython.ulonglong, odd_1 ^ odd_2)
+        self.ones = odd_1 ^ odd_2
         two_6 = odd_1 & odd_2
         odd = two_1 ^ two_2
         odd_1 = odd ^ two_3
@@ -273,9 +271,15 @@ class Prefilter:
         odd = two_4 ^ two_5
         odd_2 = odd ^ two_6
         four_2 = (two_4 & two_5) | (odd & two_6)
-        self.twos = cython.cast(cython.ulonglong, odd_1 ^ odd_2)
+        self.twos = odd_1 ^ odd_2
         four_3 = odd_1 & odd_2
         odd = four_1 ^ four_2
-        self.fours = cython.cast(cython.ulonglong, odd ^ four_3)
-        self.eights = cython.cast(cython.ulonglong, (four_1 & four_2) | (odd & four_3))
+        self.fours = odd ^ four_3
+        self.eights = (four_1 & four_2) | (odd & four_3)
         return 0
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import descriptors
+
+    Prefilter._pair = descriptors.pair

@@ -34,14 +34,14 @@ class Relaxation:
         room = p.candidates
         self.capacity = room
         self.count = 0
-        self.first, self.second, self.explained = np.zeros((3, room), np.int32)
-        self.relaxed, self.gathered = np.zeros((2, room))
-        self.support = np.zeros((room, room))
-        self.place = np.zeros((4, room))
-        self.rotation = np.zeros((2, room))
-        self.row_best = np.zeros(size_a)
-        self.row_column = np.zeros(size_a, np.int32)
-        self.column_taken = np.zeros(size_b, np.int32)
+        self.first, self.second, self.explained = map(memoryview, np.zeros((3, room), np.int32))
+        self.relaxed, self.gathered = map(memoryview, np.zeros((2, room)))
+        self.support = memoryview(np.zeros((room, room)))
+        self.place = memoryview(np.zeros((4, room)))
+        self.rotation = memoryview(np.zeros((2, room)))
+        self.row_best = memoryview(np.zeros(size_a))
+        self.row_column = memoryview(np.zeros(size_a, np.int32))
+        self.column_taken = memoryview(np.zeros(size_b, np.int32))
         self.distance_px = p.distance_px
         self.distance_per_px = p.distance_per_px
         self.min_rotation_cosine = p.min_rotation_cosine
@@ -66,7 +66,7 @@ class Relaxation:
             self.place[2, k], self.place[3, k] = b[0, j], b[1, j]
             self.rotation[0, k] = a[2, i] * b[2, j] + a[3, i] * b[3, j]
             self.rotation[1, k] = a[2, i] * b[3, j] - a[3, i] * b[2, j]
-            self.relaxed[k] = cython.cast(cython.double, similarity[i, j])
+            self.relaxed[k] = float(similarity[i, j])
             self.explained[k] = 0
             self.support[k, k] = 0.0
             for m in range(k):
@@ -95,7 +95,7 @@ class Relaxation:
                         best = i
             if best < 0:
                 break
-            self.first[self.count] = cython.cast(cython.int, best)
+            self.first[self.count] = best
             self.second[self.count] = self.row_column[best]
             self.row_best[best] = 0.0
             self.column_taken[self.row_column[best]] = 1
@@ -107,9 +107,9 @@ class Relaxation:
         most = 0.0
         column = 0
         for j in range(size_b):
-            if cython.cast(cython.double, similarity[i, j]) > most and not self.column_taken[j]:
-                most = cython.cast(cython.double, similarity[i, j])
-                column = cython.cast(cython.int, j)
+            if float(similarity[i, j]) > most and not self.column_taken[j]:
+                most = float(similarity[i, j])
+                column = j
         self.row_best[i] = most
         self.row_column[i] = column
         return column

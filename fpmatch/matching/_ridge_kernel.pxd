@@ -81,6 +81,6 @@ cdef class RidgeCorrelator:
     ) noexcept nogil
     @cython.locals(
         r=cython.Py_ssize_t, k=cython.Py_ssize_t, around=cython.int, best=cython.int,
-        most=cython.ulonglong, total=cython.ulonglong, greater=cython.ulonglong,
+        count=cython.int, most=cython.ulonglong, total=cython.ulonglong, greater=cython.ulonglong,
     )
     cdef double _best_shift(self, Py_ssize_t own, Py_ssize_t wide) noexcept nogil

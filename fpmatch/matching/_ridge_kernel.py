@@ -41,18 +41,20 @@ class RidgeCorrelator:
         self.cells = 0
         # five bits, one a byte
         spread = [sum(1 << (8 * k) for k in range(SHIFTS) if bits >> k & 1) for bits in range(32)]
-        self.spread = np.array(spread, np.uint64)
+        self.spread = memoryview(np.array(spread, np.uint64))
         # the bits of a cell that stay in its rows if it is shifted by so many columns
-        self.kept = np.array([0x0101010101010101 * (255 >> k) for k in range(SIDE)], np.uint64)
-        self.sample_row = np.array([row for row, _ in SAMPLES], np.int32)
-        self.sample_column = np.array([column for _, column in SAMPLES], np.int32)
-        self.offset = np.zeros((2, len(SAMPLES)))
-        self.ridge_image = np.zeros(MOST_CELLS, np.uint64)
-        self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
-        self.both = np.zeros(MOST_CELLS, np.uint8)
-        self.drift = np.zeros((MOST_CELLS, 2))
+        self.kept = memoryview(
+            np.array([0x0101010101010101 * (255 >> k) for k in range(SIDE)], np.uint64)
+        )
+        self.sample_row = memoryview(np.array([row for row, _ in SAMPLES], np.int32))
+        self.sample_column = memoryview(np.array([column for _, column in SAMPLES], np.int32))
+        self.offset = memoryview(np.zeros((2, len(SAMPLES))))
+        self.ridge_image = memoryview(np.zeros(MOST_CELLS, np.uint64))
+        self.agreeing, self.wide = map(memoryview, np.zeros((2, MOST_CELLS, SHIFTS), np.uint64))
+        self.both = memoryview(np.zeros(MOST_CELLS, np.uint8))
+        self.drift = memoryview(np.zeros((MOST_CELLS, 2)))
         self.blocks = 0
-        self.vertex = np.zeros((room + FRAME, 2))
+        self.vertex = memoryview(np.zeros((room + FRAME, 2)))
         self.c = 1.0
         self.s = self.x = self.y = 0.0
 
@@ -76,14 +78,15 @@ class RidgeCorrelator:
 
     def _take(self, a, b, c, s, x, y):
         """Take two prints and a transform; return whether their ridges can be compared."""
-        wide = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        wide = a.columns + 2
         self.correlation = 0.0
         self.cells = 0
         if not (a.has_ridges and b.has_ridges):
             return False
-        if (cython.cast(cython.Py_ssize_t, a.rows) + 2) * wide > MOST_CELLS:
+        if (a.rows + 2) * wide > MOST_CELLS:
             return False
-        if (b.rows + 4) * (cython.cast(cython.Py_ssize_t, b.columns) + 4) > MOST_CELLS:
+        wide = b.columns + 4
+        if (b.rows + 4) * wide > MOST_CELLS:
             return False
         self.c, self.s, self.x, self.y = c, s, x, y
         self._gather(a, b)
@@ -91,7 +94,7 @@ class RidgeCorrelator:
 
     def _correlate(self, a, b):
         """Compare the cells where they are displaced to; return how many could be compared."""
-        wide = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        wide = a.columns + 2
         for k in range((a.rows + 2) * wide):
             self.both[k] = 0
             for r in range(SHIFTS):
@@ -141,7 +144,7 @@ class RidgeCorrelator:
         """Gather B's ridge image with two empty cells around it, and the samples' positions."""
         bit = a.step / SIDE
         per_bit = SIDE / b.step
-        wide = cython.cast(cython.Py_ssize_t, b.columns) + 4
+        wide = b.columns + 4
         for k in range((b.rows + 4) * wide):
             self.ridge_image[k] = 0
         k = b.cell_at
@@ -150,8 +153,8 @@ class RidgeCorrelator:
                 self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
                 k += 1
         for k in range(self.sample_row.shape[0]):
-            px = (cython.cast(cython.double, self.sample_column[k]) - 3.5) * bit
-            py = -(cython.cast(cython.double, self.sample_row[k]) - 3.5) * bit
+            px = (float(self.sample_column[k]) - 3.5) * bit
+            py = -(float(self.sample_row[k]) - 3.5) * bit
             self.offset[0, k] = (self.c * px - self.s * py) * per_bit
             self.offset[1, k] = -(self.s * px + self.c * py) * per_bit
         return 0
@@ -159,7 +162,7 @@ class RidgeCorrelator:
     def _leave_in_place(self, a):
         """Let all blocks be where the transform maps them."""
         self.blocks = (a.columns + 1) // 2
-        for k in range(cython.cast(cython.Py_ssize_t, (a.rows + 1) // 2) * self.blocks):
+        for k in range(((a.rows + 1) // 2) * self.blocks):
             self.drift[k, 0] = self.drift[k, 1] = 0.0
         return 0
 
@@ -205,12 +208,8 @@ class RidgeCorrelator:
                     at_q = low * vy - high * vx
                     at_r = ux * high - uy * low
                     # one test of all three: a branch for each would go either way as often
-                    if (
-                        cython.cast(cython.int, at_q >= 0.0)
-                        & cython.cast(cython.int, at_r >= 0.0)
-                        & cython.cast(cython.int, at_q + at_r <= area)
-                    ):
-                        k = cython.cast(cython.Py_ssize_t, row) * columns + column
+                    if (at_q >= 0.0) & (at_r >= 0.0) & (at_q + at_r <= area):
+                        k = row * columns + column
                         at_q, at_r = at_q / area, at_r / area
                         low, high = low + px, high + py
                         self.drift[k, 0] = self._mapped(0, p, q, r, at_q, at_r)
@@ -229,11 +228,11 @@ class RidgeCorrelator:
         """Return a row or column of blocks, one of the first or the last where it lies beyond."""
         if not line > 0.0:
             return 0
-        return cython.cast(cython.int, line) if line < lines else lines
+        return int(line) if line < lines else lines
 
     def _count_block(self, a, b, top, left):
         """Displace two by two cells as the mesh does; count in each."""
-        k = cython.cast(cython.Py_ssize_t, top // 2) * self.blocks + left // 2
+        k = (top // 2) * self.blocks + left // 2
         half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
         for row in range(top, min(top + 2, a.rows)):
             for column in range(left, min(left + 2, a.columns)):
@@ -248,9 +247,9 @@ class RidgeCorrelator:
 
     def _count(self, a, b, row, column, x, y):
         """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
-        wide = cython.cast(cython.Py_ssize_t, b.columns) + 4
-        own = (row + 1) * cython.cast(cython.Py_ssize_t, a.columns + 2)
-        ridges = cython.cast(cython.ulonglong, a.ridges[a.cell_at + row * a.columns + column])
+        wide = b.columns + 4
+        own = (row + 1) * (a.columns + 2)
+        ridges = a.ridges[a.cell_at + row * a.columns + column]
         # of the counts of samples at all shifts, the ones, twos, fours and eights
         ones = twos = fours = eights = 0
         per_bit = SIDE / b.step
@@ -266,17 +265,17 @@ class RidgeCorrelator:
             bit_v = middle_v + self.offset[1, k]
             near = 0
             if 0.0 <= bit_u < most_u and 0.0 <= bit_v < most_v:
-                u = cython.cast(cython.int, bit_u)
-                v = cython.cast(cython.int, bit_v)
+                u = int(bit_u)
+                v = int(bit_v)
                 cell = (v >> 3) * wide + (u >> 3)
                 down = SIDE * (v & 7)
                 u &= 7
                 near = self._rows_from(cell, cell + wide, down)
                 far = self._rows_from(cell + 1, cell + wide + 1, down)
-                kept = cython.cast(cython.ulonglong, self.kept[u])
+                kept = self.kept[u]
                 near = ((near >> u) & kept) | (((far << (SIDE - u)) & ALL) & (kept ^ ALL))
-            down = SIDE * cython.cast(cython.int, self.sample_row[k])
-            down += cython.cast(cython.int, self.sample_column[k])
+            down = SIDE * self.sample_row[k]
+            down += self.sample_column[k]
             if not (ridges >> down) & 1:
                 near ^= ALL
             far = ones & near
@@ -288,17 +287,17 @@ class RidgeCorrelator:
             eights ^= far
         for r in range(SHIFTS):
             self.agreeing[own, r] = (
-                cython.cast(cython.ulonglong, self.spread[(ones >> (SIDE * r)) & FIVE])
-                + (cython.cast(cython.ulonglong, self.spread[(twos >> (SIDE * r)) & FIVE]) << 1)
-                + (cython.cast(cython.ulonglong, self.spread[(fours >> (SIDE * r)) & FIVE]) << 2)
-                + (cython.cast(cython.ulonglong, self.spread[(eights >> (SIDE * r)) & FIVE]) << 3)
+                self.spread[(ones >> (SIDE * r)) & FIVE]
+                + ((self.spread[(twos >> (SIDE * r)) & FIVE]) << 1)
+                + ((self.spread[(fours >> (SIDE * r)) & FIVE]) << 2)
+                + ((self.spread[(eights >> (SIDE * r)) & FIVE]) << 3)
             )
         return 0
 
     def _rows_from(self, cell, below, down):
         """Return eight rows of the ridge image from bit `down` of a cell on, and of that below."""
-        upper = cython.cast(cython.ulonglong, self.ridge_image[cell]) >> down
-        lower = cython.cast(cython.ulonglong, self.ridge_image[below]) << (63 - down)
+        upper = self.ridge_image[cell] >> down
+        lower = self.ridge_image[below] << (63 - down)
         return upper | ((lower << 1) & ALL)
 
     def _best_shift(self, own, wide):
@@ -313,12 +312,20 @@ class RidgeCorrelator:
         if around < FEWEST_AROUND:
             return 0.0
         for r in range(SHIFTS):
-            total = cython.cast(cython.ulonglong, self.wide[own - wide, r])
-            total += cython.cast(cython.ulonglong, self.wide[own, r])
-            total += cython.cast(cython.ulonglong, self.wide[own + wide, r])
+            total = self.wide[own - wide, r]
+            total += self.wide[own, r]
+            total += self.wide[own + wide, r]
             greater = ((((total | TOPS) - most) & TOPS) >> 7) * 255
             most = (total & greater) | (most & (greater ^ ALL))
         for k in range(SHIFTS):
-            best = max(best, cython.cast(cython.int, (most >> (SIDE * k)) & 255))
+            count = (most >> (SIDE * k)) & 255
+            best = max(best, count)
         self.cells += 1
         return 2.0 * best / (self.sample_row.shape[0] * around) - 1.0
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import ridges
+
+    RidgeCorrelator._gather = ridges.gather
+    RidgeCorrelator._correlate = ridges.correlate

@@ -34,8 +34,8 @@ cdef class RidgeSearch:
     @cython.locals(ac=cython.double, as_=cython.double, bc=cython.double, bs=cython.double)
     cdef int _fit_pair(self, TemplateView small, Py_ssize_t i, TemplateView large, Py_ssize_t j) noexcept nogil
     @cython.locals(
-        k=cython.Py_ssize_t, place=cython.Py_ssize_t, code=cython.int, common=cython.int,
-        x=cython.double, y=cython.double, turn_c=cython.double, turn_s=cython.double,
+        k=cython.Py_ssize_t, row=cython.Py_ssize_t, column=cython.Py_ssize_t, code=cython.int,
+        common=cython.int, x=cython.double, y=cython.double, turn_c=cython.double, turn_s=cython.double,
         total=cython.double,
     )
     cdef double _flow_agreement(self, TemplateView large) noexcept nogil

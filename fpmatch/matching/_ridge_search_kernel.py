@@ -36,21 +36,21 @@ class RidgeSearch:
     def __init__(self, parameters) -> None:
         p = parameters
         angle = 2.0 * np.pi * (np.arange(CODES) - 1.0) / (CODES - 1)
-        self.flow_c = np.cos(angle)
-        self.flow_s = np.sin(angle)
-        self.sample, self.sample_flow = np.zeros((2, 2, SAMPLES))
+        self.flow_c = memoryview(np.cos(angle))
+        self.flow_s = memoryview(np.sin(angle))
+        self.sample, self.sample_flow = map(memoryview, np.zeros((2, 2, SAMPLES)))
         self.samples = 0
-        self.best_flow = np.zeros(ROOM)
-        self.best_own, self.best_other = np.zeros((2, ROOM), np.int32)
+        self.best_flow = memoryview(np.zeros(ROOM))
+        self.best_own, self.best_other = map(memoryview, np.zeros((2, ROOM), np.int32))
         self.count = 0
         self.most_compared = max(1, min(p.compared, ROOM))
         self.most_found = max(1, min(p.found, FOUND))
         self.most_candidates = max(1, min(p.candidates, ROOM))
         self.room = self.most = 1
         self.min_flow = self.min_value = 0.0
-        self.first, self.second = np.zeros((2, FOUND), np.int32)
-        self.value = np.zeros(FOUND)
-        self.transform = np.zeros((FOUND, 4))
+        self.first, self.second = map(memoryview, np.zeros((2, FOUND), np.int32))
+        self.value = memoryview(np.zeros(FOUND))
+        self.transform = memoryview(np.zeros((FOUND, 4)))
         self.c = 1.0
         self.s = self.x = self.y = self.middle_x = self.middle_y = 0.0
         self.least_common = p.least_common
@@ -145,8 +145,9 @@ class RidgeSearch:
             y = -y * large.per_px - large.first_row
             if not (0.0 <= x < large.columns and 0.0 <= y < large.rows):
                 continue
-            place = large.cell_at + cython.cast(cython.Py_ssize_t, y) * large.columns
-            code = large.cell[place + cython.cast(cython.Py_ssize_t, x)]
+            row = int(y)
+            column = int(x)
+            code = large.cell[large.cell_at + row * large.columns + column]
             if code == 0:
                 continue
             common += 1
@@ -163,7 +164,7 @@ class RidgeSearch:
         for i in range(small.size):
             for j in range(large.size):
                 self._offer(small, i, large, j)
-        return cython.cast(cython.int, self.count)
+        return self.count
 
     def _offer(self, small, i, large, j):
         """Keep a pair if the orientation agrees better than under others; return whether."""
@@ -181,8 +182,8 @@ class RidgeSearch:
             self.best_own[k], self.best_other[k] = self.best_own[k - 1], self.best_other[k - 1]
             k -= 1
         self.best_flow[k] = flow
-        self.best_own[k] = cython.cast(cython.int, i)
-        self.best_other[k] = cython.cast(cython.int, j)
+        self.best_own[k] = i
+        self.best_other[k] = j
         return True
 
     def _compare(self, small, large, correlator):

@@ -17,7 +17,7 @@ cdef class TemplateView:
     cdef double step, per_px
     cdef bint has_flow, has_ridges
 
-    @cython.locals(place=cython.Py_ssize_t)
+    @cython.locals(row=cython.Py_ssize_t, column=cython.Py_ssize_t)
     cdef bint contains(self, double x, double y) noexcept nogil
     cdef bint contains_with_margin(self, double x, double y, double margin) noexcept nogil
 

@@ -24,20 +24,21 @@ class TemplateView:
         self.first_row = self.first_column = self.inside = 0
         self.step = self.per_px = 1.0
         self.has_flow = self.has_ridges = False
-        self.points, self.quality, self.count, self.frame = points, quality, count, frame
-        self.xy = np.empty((0, 2), np.float32)
-        self.direction_bin = np.empty(0, np.uint8)
-        self.neighbour_bits = np.empty((0, 0), np.uint16)
-        self.orientation_bins = np.empty((0, 0), np.uint8)
-        self.cell = np.empty(0, np.uint8)
-        self.ridges = np.empty(0, np.uint64)
+        self.points, self.quality = memoryview(points), memoryview(quality)
+        self.count, self.frame = memoryview(count), memoryview(frame)
+        self.xy = memoryview(np.empty((0, 2), np.float32))
+        self.direction_bin = memoryview(np.empty(0, np.uint8))
+        self.neighbour_bits = memoryview(np.empty((0, 0), np.uint16))
+        self.orientation_bins = memoryview(np.empty((0, 0), np.uint8))
+        self.cell = memoryview(np.empty(0, np.uint8))
+        self.ridges = memoryview(np.empty(0, np.uint64))
 
     def set_bit_descriptors(self, xy, direction_bin, neighbour_bits, orientation_bins) -> None:
         """Take the bit descriptors."""
-        self.xy = xy
-        self.direction_bin = direction_bin
-        self.neighbour_bits = neighbour_bits
-        self.orientation_bins = orientation_bins
+        self.xy = memoryview(xy)
+        self.direction_bin = memoryview(direction_bin)
+        self.neighbour_bits = memoryview(neighbour_bits)
+        self.orientation_bins = memoryview(orientation_bins)
 
     def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
         """Take the region: `code` (rows, columns) is 0 outside, else encodes the orientation.
@@ -45,10 +46,10 @@ class TemplateView:
         `ridges`, of the same shape, are binary ridge images, or None.
         """
         self.rows, self.columns = code.shape
-        self.cell = code.ravel()
+        self.cell = memoryview(code.ravel())
         self.has_ridges = ridges is not None
         if ridges is not None:
-            self.ridges = ridges.ravel()
+            self.ridges = memoryview(ridges.ravel())
         self.first_row, self.first_column, self.inside = first_row, first_column, inside
         self.step, self.per_px, self.has_flow = step, 1.0 / step, has_flow
 
@@ -58,8 +59,9 @@ class TemplateView:
         y = -y * self.per_px - self.first_row
         if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
             return False
-        place = self.cell_at + cython.cast(cython.Py_ssize_t, y) * self.columns
-        return self.cell[place + cython.cast(cython.Py_ssize_t, x)] > 0
+        row = int(y)
+        column = int(x)
+        return self.cell[self.cell_at + row * self.columns + column] > 0
 
     def contains_with_margin(self, x, y, margin):
         """Return whether the places so far to all four sides lie in the print area."""
@@ -77,26 +79,26 @@ class PackedView:
     """The arrays of an `fpmatch.matching.packed_templates.PackedTemplates`."""
 
     def __init__(self, many, quality_of, root_weight_of, tolerance) -> None:
-        self.minutiae_start = many.minutiae_start
-        self.cell_start = many.cell_start
-        self.xy = many.xy
-        self.direction = many.direction
-        self.quality = many.quality
-        self.count = many.count
-        self.cell = many.cell
-        self.ridges = many.ridges
-        self.has_ridges = many.has_ridges
-        self.neighbour = many.neighbour
-        self.direction_bin = many.direction_bin
-        self.neighbour_bits = many.neighbour_bits
-        self.orientation_bins = many.orientation_bins
-        self.root_weight = many.root_weight
-        self.shape = many.shape
-        self.step = many.step
-        self.has_flow = many.has_flow
-        self.inside = many.inside
-        self.quality_of = quality_of
-        self.root_weight_of = root_weight_of
+        self.minutiae_start = memoryview(many.minutiae_start)
+        self.cell_start = memoryview(many.cell_start)
+        self.xy = memoryview(many.xy)
+        self.direction = memoryview(many.direction)
+        self.quality = memoryview(many.quality)
+        self.count = memoryview(many.count)
+        self.cell = memoryview(many.cell)
+        self.ridges = memoryview(many.ridges)
+        self.has_ridges = memoryview(many.has_ridges)
+        self.neighbour = memoryview(many.neighbour)
+        self.direction_bin = memoryview(many.direction_bin)
+        self.neighbour_bits = memoryview(many.neighbour_bits)
+        self.orientation_bins = memoryview(many.orientation_bins)
+        self.root_weight = memoryview(many.root_weight)
+        self.shape = memoryview(many.shape)
+        self.step = memoryview(many.step)
+        self.has_flow = memoryview(many.has_flow)
+        self.inside = memoryview(many.inside)
+        self.quality_of = memoryview(quality_of)
+        self.root_weight_of = memoryview(root_weight_of)
         self.tolerance, self.tolerance_growth = tolerance
 
     def attach(self, into):
@@ -141,13 +143,13 @@ class PackedView:
                 dx = into.points[0, j] - x
                 dy = into.points[1, j] - y
                 tolerance = self.tolerance + self.tolerance_growth * sqrt(dx * dx + dy * dy)
-                into.frame[i, 0, m] = cython.cast(cython.float, c * dx + s * dy)
-                into.frame[i, 1, m] = cython.cast(cython.float, c * dy - s * dx)
+                into.frame[i, 0, m] = c * dx + s * dy
+                into.frame[i, 1, m] = c * dy - s * dx
                 dx = into.points[2, j]
                 dy = into.points[3, j]
-                into.frame[i, 2, m] = cython.cast(cython.float, c * dx + s * dy)
-                into.frame[i, 3, m] = cython.cast(cython.float, c * dy - s * dx)
-                into.frame[i, 4, m] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
+                into.frame[i, 2, m] = c * dx + s * dy
+                into.frame[i, 3, m] = c * dy - s * dx
+                into.frame[i, 4, m] = 1.0 / (tolerance * tolerance)
                 weight = self.root_weight_of[self.root_weight[first + i, m]]
-                into.frame[i, 5, m] = cython.cast(cython.float, weight)
+                into.frame[i, 5, m] = weight
         return 0

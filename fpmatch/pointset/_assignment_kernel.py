@@ -44,7 +44,7 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
         owner[s] = -1
     for s in range(size):
         # cheapest way to give s a candidate, or to leave s or a point that it displaces without one
-        i = cython.cast(cython.int, s)
+        i = s
         end, end_edge, best = i, -1, 0.0
         path[i], stamp[i], came_from[i] = 0.0, i, -1
         queue[0], head, waiting = i, 0, 1
@@ -61,13 +61,13 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
                 length = path[i] + cost[e]
                 if k < 0:
                     if length < best - least_gain:
-                        best, end, end_edge = length, i, cython.cast(cython.int, e)
+                        best, end, end_edge = length, i, e
                     continue
                 length -= cost[edge[k]]
                 if k == s or (stamp[k] == s and length >= path[k] - least_gain):
                     continue
-                path[k], stamp[k] = length, cython.cast(cython.int, s)
-                came_from[k], came_by[k] = i, cython.cast(cython.int, e)
+                path[k], stamp[k] = length, s
+                came_from[k], came_by[k] = i, e
                 if length < best - least_gain:
                     best, end, end_edge = length, k, -1
                 if waits[k] == 0:

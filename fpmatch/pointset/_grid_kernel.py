@@ -39,7 +39,7 @@ def _cell_at(place, cells):
         return 0
     if place >= cells:
         return cells - 1
-    return cython.cast(cython.int, place)
+    return int(place)
 
 
 class CellGrid:
@@ -77,7 +77,7 @@ class CellGrid:
         for i in range(count):
             k = self._cell(points[0, i], points[1, i])
             self.x[start[k]], self.y[start[k]] = points[0, i], points[1, i]
-            self.order[start[k]] = cython.cast(cython.int, i)
+            self.order[start[k]] = i
             start[k] += 1
         for k in range(cells, 0, -1):
             start[k] = start[k - 1]
@@ -109,7 +109,7 @@ class CellGrid:
                 if distance2 < reach2:
                     reach2 = distance2
                     best = k
-        return cython.cast(cython.int, best)
+        return best
 
     def within(self, x, y, reach2, most, near, distance2, at):
         """Write the points within √reach2, nearest first, from entry `at` on; return how many.
@@ -134,5 +134,5 @@ class CellGrid:
                     near[e] = near[e - 1]
                     e -= 1
                 distance2[e] = d2
-                near[e] = cython.cast(cython.int, k)
-        return cython.cast(cython.int, found)
+                near[e] = k
+        return found

@@ -146,7 +146,11 @@ def at_hand(aligner):
 def best_of(aligner):
     """Return the same of the best alignment."""
     n = aligner.size_a
-    arrays = aligner.best_partner[:n], aligner.best_weight[:n], aligner.best_predicted[:, :n]
+    arrays = (
+        aligner.best_partner[:n],
+        aligner.best_weight[:n],
+        np.asarray(aligner.best_predicted)[:, :n],
+    )
     best = [aligner.best_pairs, aligner.best_c, aligner.best_s, aligner.best_x, aligner.best_y]
     return [*(np.asarray(array).tolist() for array in arrays), *best]
 

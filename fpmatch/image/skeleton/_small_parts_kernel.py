@@ -29,14 +29,14 @@ def flip_small_parts(
     `image` is of 0 and 1; pixels are connected over edges (`reach` 0) or also over corners (1).
     `runs` is scratch space of five columns, with a row for each possible run.
     """
-    width: cython.int = cython.cast(cython.int, image.shape[1])
+    width: cython.int = image.shape[1]
     cython.declare(y=cython.int, x=cython.int, first=cython.int)
     cython.declare(near=cython.int, i=cython.int, root=cython.int)
     above: cython.int = 0  # first run of the row above that may touch the next run
     here: cython.int = 0  # first run of this row
     count: cython.int = 0
     with cython.nogil:
-        for y in range(cython.cast(cython.int, image.shape[0])):
+        for y in range(image.shape[0]):
             above = here
             here = count
             x = 0

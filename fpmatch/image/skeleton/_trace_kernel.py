@@ -23,12 +23,12 @@ def list_nodes(
     (bit k for neighbour k, counter-clockwise from east). The beginnings of `nodes` and `found`,
     as long as `pixels`, receive the nodes' (y, x) and crossing numbers.
     """
-    width: cython.int = cython.cast(cython.int, skeleton.shape[1])
+    width: cython.int = skeleton.shape[1]
     count: cython.int = 0
     cython.declare(i=cython.Py_ssize_t, y=cython.int, x=cython.int, number=cython.uchar)
     for i in range(pixels.shape[0]):
-        y = cython.cast(cython.int, pixels[i]) // width
-        x = cython.cast(cython.int, pixels[i]) - y * width
+        y = pixels[i] // width
+        x = pixels[i] - y * width
         number = numbers[
             skeleton[y, x + 1]
             | skeleton[y - 1, x + 1] << 1

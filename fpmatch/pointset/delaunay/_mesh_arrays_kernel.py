@@ -72,7 +72,7 @@ def collect_arrays(
     edges = edges_at + 2 * edges
     for i in range(n):
         if place[i] < 0:
-            flat[edges], flat[edges + 1] = -1 - place[i], cython.cast(cython.int, i)
+            flat[edges], flat[edges + 1] = -1 - place[i], i
             edges += 2
     found.setflags(write=False)
     flags.setflags(write=False)

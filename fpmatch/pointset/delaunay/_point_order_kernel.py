@@ -104,13 +104,14 @@ def _sort(
         end[i] = 0
     scale = (n - 1) / max(widest, 1.0)
     for i in range(n):
-        end[cython.cast(cython.Py_ssize_t, x[i] * scale)] += 1
+        strip = int(x[i] * scale)
+        end[strip] += 1
     for strip in range(1, n):
         end[strip] += end[strip - 1]
     for i in range(n - 1, -1, -1):
-        strip = cython.cast(cython.Py_ssize_t, x[i] * scale)
+        strip = int(x[i] * scale)
         end[strip] -= 1
-        order[end[strip]] = cython.cast(cython.int, i)
+        order[end[strip]] = i
     # `end` now holds where each strip begins
     for strip in range(1, n):
         if end[strip] - begin > 1:
@@ -183,7 +184,7 @@ def _take_distinct(
         if count > 0 and given_x[point] == x[count - 1] and given_y[point] == y[count - 1]:
             place[point] = -1 - order[count - 1]
         else:
-            place[point] = cython.cast(cython.int, count)
+            place[point] = count
             order[count] = point
             x[count], y[count] = given_x[point], given_y[point]
             count += 1

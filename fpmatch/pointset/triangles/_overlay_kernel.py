@@ -52,7 +52,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
                     continue
                 partner[held] = -1
                 pairs -= 1
-            owner[at] = cython.cast(cython.int, i)
+            owner[at] = i
             partner[i] = at
             pairs += 1
         if pairs < 3:
@@ -106,6 +106,6 @@ def list_pairs(p, grid, partner, move, pairs):
             x = move[2] + move[0] * p[0, i] - move[1] * p[1, i] - grid.x[at]
             y = move[3] + move[1] * p[0, i] + move[0] * p[1, i] - grid.y[at]
             total += x * x + y * y
-            pairs[count, 0], pairs[count, 1] = cython.cast(cython.int, i), grid.order[at]
+            pairs[count, 0], pairs[count, 1] = i, grid.order[at]
             count += 1
     return sqrt(total / count) if count > 0 else 0.0

@@ -35,7 +35,7 @@ def propose(
     and `miss` come from `hit_log_likelihoods`. ``fit`` receives the fit to as many points as
     ``neighbours`` holds.
     """
-    stamp = cython.cast(cython.int, state[3])
+    stamp = state[3]
     if test_length > neighbours.shape[0]:
         test_length = neighbours.shape[0]
     for o in range(state[0], order.shape[0]):
@@ -144,7 +144,7 @@ def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
             if ratio < reject:
                 break
             continue
-        ratio += gain[cython.cast(cython.Py_ssize_t, wider * steps)]
+        ratio += gain[int(wider * steps)]
         # means and centred sums with one pair more
         shrink = size / (size + 1.0)
         size += 1.0

@@ -75,7 +75,7 @@ def ring_triangles(point, ring_start, ring, reach, triangle):
                 area -= (point[1, j] - point[1, i]) * (point[0, k] - point[0, i])
                 if area == 0.0 or count == triangle.shape[0]:
                     continue
-                triangle[count, 0] = cython.cast(cython.int, i)
+                triangle[count, 0] = i
                 triangle[count, 1] = j if area > 0.0 else k
                 triangle[count, 2] = k if area > 0.0 else j
                 count += 1

@@ -146,7 +146,7 @@ def pair_within(p_grid, q_grid, move, tolerance, enough, max_steps, pair, taken,
         q = nearest_within(q_grid, x, y, tolerance, taken, steps)
         if q >= 0:
             taken[q] = 1
-            pair[0, count], pair[1, count] = cython.cast(cython.int, i), q
+            pair[0, count], pair[1, count] = i, q
             count += 1
     for i in range(count):
         taken[pair[1, i]] = 0
@@ -187,5 +187,5 @@ def nearest_within(
             distance = dx * dx + dy * dy
             if taken[j] == 0 and (distance < least or (distance == least and nearest < 0)):
                 least = distance
-                nearest = cython.cast(cython.int, j)
+                nearest = j
     return nearest

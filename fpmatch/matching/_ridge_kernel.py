@@ -121,12 +121,12 @@ class RidgeCorrelator:
         It writes their correlation and where their middle lies in B; NaN where a cell of A was not
         compared.
         """
-        wide = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        wide = a.columns + 2
         half = 0.5 * a.step - 0.5
         for row in range(a.rows):
             for column in range(a.columns):
                 own = (row + 1) * wide + column + 1
-                k = cython.cast(cython.Py_ssize_t, row // 2) * self.blocks + column // 2
+                k = row // 2 * self.blocks + column // 2
                 found = self.cells
                 value = self._best_shift(own, wide) if self.both[own] else 0.0
                 if self.cells == found:  # too few of the cells around it are in both prints

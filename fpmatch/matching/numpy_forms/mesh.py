@@ -20,6 +20,7 @@ NEAR2: Final = 1e-3
 LAST: Final = 0xFFFFFF  # bits of the last vertex of a side
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
 def predict(
     mesh: Any,
     a: Any,

@@ -44,6 +44,7 @@ def inside(view: Any, x: Floats, y: Floats) -> NDArray[np.bool_]:
     return found
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
 def correlate(correlator: Any, a: Any, b: Any) -> int:
     """Compare the cells where they are displaced to; return how many could be compared."""
     k = correlator
@@ -56,19 +57,21 @@ def correlate(correlator: Any, a: Any, b: Any) -> int:
     y = k.s * px + k.c * py + k.y + drift[:, 1]
     within = inside(b, x, y)
     row, column = row[within], column[within]
-    if not len(row):
-        return 0
-    # with a border of one cell, and rows and columns that touch each cell added up
-    both = np.zeros((a.rows + 2, a.columns + 2), np.intp)
-    agreeing = np.zeros((a.rows + 2, a.columns + 2, SHIFTS), np.uint64)
+    # with a border of one cell; of each cell and those to its left and right, and of all three rows
+    size = a.rows + 2, a.columns + 2
+    cells = size[0] * size[1]
+    both = np.asarray(k.both)[:cells].reshape(size)
+    agreeing = np.zeros((*size, SHIFTS), np.uint64)
+    both[:] = 0
     both[row + 1, column + 1] = 1
     agreeing[row + 1, column + 1] = _counts(k, b, ridges_of(a)[row, column], x[within], y[within])
-    for grid in (both, agreeing):
-        grid[:, 1:-1] = grid[:, :-2] + grid[:, 1:-1] + grid[:, 2:]
-        grid[1:-1] = grid[:-2] + grid[1:-1] + grid[2:]
-    around = both[row + 1, column + 1]
+    wide = np.asarray(k.wide)[:cells].reshape(agreeing.shape)
+    wide[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
+    near = both[:, :-2].astype(np.intp) + both[:, 1:-1] + both[:, 2:]
+    around = (near[:-2] + near[1:-1] + near[2:])[row, column]
     enough = around >= FEWEST_AROUND
-    total = agreeing[row + 1, column + 1][enough]
+    row, column = row[enough] + 1, column[enough] + 1
+    total = wide[row - 1, column] + wide[row, column] + wide[row + 1, column]
     k.cells = len(total)
     if k.cells > 0:
         # counts are the bytes of words
@@ -128,6 +131,7 @@ def _windows(correlator: Any, wide: int, u: NDArray[np.intp], v: NDArray[np.intp
     return found
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
 def gather(correlator: Any, a: Any, b: Any) -> int:
     """Gather B's ridge image with two empty cells around it, and the samples' positions."""
     k = correlator
@@ -143,6 +147,7 @@ def gather(correlator: Any, a: Any, b: Any) -> int:
     return 0
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
 def common_cells(a: Any, b: Any, c: float, s: float, x: float, y: float) -> float:
     """Return how many cells of A fall into the region of B."""
     right, down = c * a.step * b.per_px, s * a.step * b.per_px

@@ -144,7 +144,8 @@ def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
             if ratio < reject:
                 break
             continue
-        ratio += gain[int(wider * steps)]
+        step = int(wider * steps)
+        ratio += gain[step]
         # means and centred sums with one pair more
         shrink = size / (size + 1.0)
         size += 1.0

@@ -65,7 +65,7 @@ def load_plugin(group: str, name: str) -> Any:
     if len(points) > 1:
         packages = ", ".join(sorted(point.dist.name for point in points if point.dist))
         raise PluginError(f"several packages have one of this name: {packages}", code="ambiguous")
-    place = points[0].value
+    place = f"{points[0].module}:{points[0].attr or ''}"
     found = _load(group, place)
     if found.name != name:
         raise PluginError(f"{place} is named {found.name!r}, its entry point {name!r}", code="name")
@@ -113,15 +113,17 @@ def _entry_points(group: str) -> dict[str, tuple[EntryPoint, ...]]:
 def _load(group: str, place: str) -> Any:
     """Return the object at ``package.module:OBJECT``, an instance where it is a class."""
     module, _, name = place.partition(":")
+    if not module or not name:
+        raise PluginError(f"{place} is no package.module:OBJECT", code="place")
     try:
         found: Any = importlib.import_module(module)
         for part in name.split("."):
             found = getattr(found, part)
         found = found() if isinstance(found, type) else found
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         hint = ""
-        if isinstance(error, ModuleNotFoundError) and module.startswith(str(error.name)):
+        if isinstance(error, ModuleNotFoundError) and f"{module}.".startswith(f"{error.name}."):
             hint = " (install its package or put its folder on PYTHONPATH: nothing is imported "
             hint += "from the working directory)"
         raise PluginError(f"{place} cannot be loaded: {why}{hint}", code="plug-in") from error

@@ -13,6 +13,8 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.errors import EngineError
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
@@ -21,8 +23,16 @@ _tasks: dict[Path, tuple[Callable[[Any, Any], Any], Any]] = {}
 
 
 def pack_task(work: Callable[[Any, Any], Any], shared: object) -> bytes:
-    """Return what workers read of a task: a function, and what its chunks share."""
-    return pickle.dumps((work, shared), pickle.HIGHEST_PROTOCOL)
+    """Return what workers read of a task: a function, and what its chunks share.
+
+    Raises EngineError for what no other process can be sent, such as a matcher with a lambda.
+    """
+    try:
+        return pickle.dumps((work, shared), pickle.HIGHEST_PROTOCOL)
+    except (AttributeError, TypeError, pickle.PicklingError) as error:
+        raise EngineError(
+            f"cannot be sent to other processes: {error}; one worker needs none"
+        ) from error
 
 
 @contextmanager

@@ -29,6 +29,9 @@ GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"
 BROKEN = {
     "absent": ("no_such_module:MATCHER", "No module named 'no_such_module' (install its package"),
+    "leaving": ("leaving:MATCHER", "SystemExit: 3"),
+    "module": ("counted:", "is no package.module:OBJECT"),
+    "needy": ("needy:MATCHER", "No module named 'no_such_module'"),
     "faulty": ("faulty:MATCHER", "RuntimeError: two lines"),
     "nothing": ("counted:nothing", "has no attribute 'nothing'"),
     "shapeless": ("counted:nothing_found", "has no 'name'"),
@@ -49,7 +52,9 @@ def counted(tmp_path, site):
 def broken(site, counted):
     """Install one with matchers that cannot be loaded, and one with a name of fpmatch's own."""
     (site / "faulty.py").write_text("raise RuntimeError('two\\nlines')\n")
-    points = {name: place for name, (place, _) in BROKEN.items()}
+    (site / "leaving.py").write_text("raise SystemExit(3)\n")
+    (site / "needy.py").write_text("import no_such_module\n")
+    points = {name: place.removesuffix(":") for name, (place, _) in BROKEN.items()}
     install_points(site, "broken", {MATCHERS: points | {"unit-circle": "counted:Counted"}})
     forget_plugins()
 
@@ -122,6 +127,17 @@ def test_nothing_is_imported_from_the_working_directory(counted, few_prints):
     assert "PYTHONPATH" in done.stderr
 
 
+def test_one_that_no_process_can_be_sent_is_refused(run, site, counted, few_prints):
+    (site / "unsent.py").write_text(
+        "from counted import Counted\nMATCHER = Counted()\nMATCHER.rule = lambda: None\n"
+    )
+    words = ("evaluate", few_prints, "--matcher", "unsent:MATCHER", "--bootstrap", 0)
+    refused = run(*words, "--workers", 2)
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith("fpmatch: error: cannot be sent to other processes: ")
+    assert run(*words, "--workers", 1).exit_code == 0
+
+
 @pytest.mark.usefixtures("broken")
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_matcher_that_cannot_be_loaded_is_one_line_with_the_reason(name):
@@ -131,6 +147,7 @@ def test_a_matcher_that_cannot_be_loaded_is_one_line_with_the_reason(name):
     assert f"matcher {name}: {place}" in str(caught.value)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
+    assert ("PYTHONPATH" in str(caught.value)) == (name == "absent")
 
 
 @pytest.mark.usefixtures("broken")

@@ -14,7 +14,8 @@ from PIL import Image
 
 import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
-from fpmatch.gallery.enrol import PrintFile, enrol
+from fpmatch.gallery.enrol import enrol
+from fpmatch.gallery.print_file import PrintFile
 from fpmatch.matching._local_kernel import COMPILED
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"

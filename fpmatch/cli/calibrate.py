@@ -8,10 +8,12 @@ import click
 
 from fpmatch.cli.notes import json_text
 from fpmatch.cli.options import (
-    files_argument,
+    by_folder_option,
     json_option,
     matcher_option,
     output_option,
+    pattern_option,
+    places_argument,
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
@@ -32,22 +34,31 @@ impressions give 2,880 impostor comparisons, 100 fingers 316,800.
 \b
 Examples:
   fpmatch calibrate prints -o calibration.json
+  fpmatch calibrate prints.db -o calibration.json
   fpmatch evaluate prints --scores scores.csv
   fpmatch calibrate scores.csv -o calibration.json
   fpmatch verify probe.tif reference.tif --calibration calibration.json
 """
 )
-@files_argument("sources", metavar="SCORES|DIR...")
+@places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
+@pattern_option
+@by_folder_option
 @matcher_option
 @json_option
 @workers_option
 def calibrate(
-    sources: tuple[Path, ...], output: Path, matcher: str, as_json: bool, workers: int | None
+    sources: tuple[str, ...],
+    output: Path,
+    pattern: str | None,
+    by_folder: bool,
+    matcher: str,
+    as_json: bool,
+    workers: int | None,
 ) -> None:
     """Fit scores to the false match rates of one's own prints.
 
-    Each DIR contains prints named FFF_M.tif (finger FFF, impression M); each SCORES is a file of
+    The prints of DIR, MANIFEST and GALLERY are as for fpmatch evaluate; each SCORES is a file of
     fpmatch evaluate --scores or fpmatch score. At least 1,000 impostor comparisons are needed. The
     largest measured score is printed: scores beyond are extrapolated.
     """
@@ -59,7 +70,14 @@ def calibrate(
     check_writable(output)
     chosen = get_matcher(matcher)
     with ProgressBars(_STAGES) as bars:
-        impostors = gather_impostors(sources, matcher=chosen, workers=workers, progress=bars.show)
+        impostors = gather_impostors(
+            sources,
+            matcher=chosen,
+            workers=workers,
+            progress=bars.show,
+            pattern=pattern,
+            by_folder=by_folder,
+        )
     calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode())
     report = report_calibration(calibration, impostors)

@@ -12,6 +12,7 @@ import click
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import count, json_text, notes_as_json, say_failures, say_notes
 from fpmatch.cli.options import (
+    by_folder_option,
     files_argument,
     json_option,
     polarity_option,
@@ -50,13 +51,16 @@ Patterns:
 
 \b
 Resolution:
-  That of --dpi, else of the dataset.toml beside the file, else the file's own, else 500 dpi.
+  That of --dpi, else of the manifest, else of the dataset.toml beside the file, else the file's
+  own, else 500 dpi.
 
 \b
 Examples:
   fpmatch enrol prints.db prints
   fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
   fpmatch enrol prints.db prints --min-quality 40
+  fpmatch enrol prints.db manifest.csv
+  fpmatch enrol prints.db people --by-folder
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 
 Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
@@ -64,10 +68,11 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 """
 )
 @click.argument("gallery")
-@files_argument("places", metavar="FILE|DIR...")
+@files_argument("places", metavar="FILE|DIR|MANIFEST...")
 @click.option(
     "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )
+@by_folder_option
 @click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
 @polarity_option
 @click.option(
@@ -91,6 +96,7 @@ def enrol(
     gallery: str,
     places: tuple[Path, ...],
     pattern: str | None,
+    by_folder: bool,
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
@@ -102,9 +108,13 @@ def enrol(
     """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
 
     A print is an image or a template; of a folder, its images are enrolled or, if it has none, its
-    templates. The gallery is made where it is missing. Each file is enrolled once, whatever its
-    name: an interrupted run continues when it is started again, and two may enrol at the same time.
-    All impressions of a finger are kept, and probes are compared with all of them together.
+    templates, else the prints of its subfolders, one a finger, or one a subject with one a finger
+    in it. A MANIFEST is a CSV file with the columns path and subject, and perhaps finger,
+    impression and dpi, which lists prints.
+
+    The gallery is made where it is missing. Each file is enrolled once, whatever its name: an
+    interrupted run continues when it is started again, and two may enrol at the same time. All
+    impressions of a finger are kept, and probes are compared with all of them together.
     """
     from fpmatch.engine.local import start_fork_server
 
@@ -118,7 +128,9 @@ def enrol(
         from fpmatch.reading import PrintReader
 
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
-    prints = find_prints(places, dpi)
+    prints = find_prints(
+        places, dpi, pattern=None if pattern is None else names, by_folder=by_folder
+    )
     read = PrintReader(raw, quiet=True)
     start = time.perf_counter()
     with processes(workers) as engine:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,10 +10,12 @@ from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import json_text, notes_as_json, say_dpi_assumed, say_note, say_notes
 from fpmatch.cli.options import (
     FROM_0,
+    by_folder_option,
     enhance_option,
     file_option,
-    files_argument,
     old_names,
+    pattern_option,
+    places_argument,
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
@@ -85,13 +87,18 @@ Examples:
   fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate sample_data --ground-truth
   fpmatch evaluate fvc2002/DB1_B --crop 160
+  fpmatch evaluate manifest.csv
+  fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
+  fpmatch evaluate fvc2002/DB1_B --pairs list.csv
   fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
 
 Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
 not (a note on stderr names each), 2 when the run could not be done.
 """,
 )
-@files_argument("folders", metavar="DIR...")
+@places_argument("places", metavar="DIR|MANIFEST|GALLERY...")
+@pattern_option
+@by_folder_option
 @click.option(
     "--protocol",
     type=click.Choice(["extended", "fvc"]),
@@ -106,6 +113,11 @@ not (a note on stderr names each), 2 when the run could not be done.
     metavar="NAME",
     help="Matcher to evaluate, by its name or its place, package.module:OBJECT; repeatable, or "
     "all, to compare several side by side.",
+)
+@file_option(
+    "--pairs",
+    metavar="LIST",
+    help="Compare these pairs only: columns probe, reference and perhaps genuine (1 or 0).",
 )
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
@@ -152,7 +164,7 @@ not (a note on stderr names each), 2 when the run could not be done.
 @click.option(
     "--enrol-seed", type=FROM_0, help="Draw the N impressions of --enrol at random, by this seed."
 )
-@file_option(
+@click.option(
     "--impostors",
     metavar="DIR",
     multiple=True,
@@ -161,9 +173,12 @@ not (a note on stderr names each), 2 when the run could not be done.
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @workers_option
 def evaluate(
-    folders: tuple[Path, ...],
+    places: tuple[str, ...],
+    pattern: str | None,
+    by_folder: bool,
     protocol: str,
     matchers: tuple[str, ...],
+    pairs: Path | None,
     enhance: str,
     scores: Path | None,
     report_folder: Path | None,
@@ -174,24 +189,27 @@ def evaluate(
     crop: int | None,
     enrolled: int | None,
     enrol_seed: int | None,
-    impostors: tuple[Path, ...],
+    impostors: tuple[str, ...],
     as_json: bool,
     workers: int | None,
 ) -> int:
-    """Measure error rates on FVC-style databases.
+    """Measure error rates on databases of prints.
 
-    Each DIR contains prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
-    may contain a dataset.toml with name, dpi and sensor. The output is the rates per database,
-    their mean, those of all scores pooled, and their 95 % intervals.
+    Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M; other formats
+    too), or named by --pattern, or in folders, one a finger; it may contain a dataset.toml with
+    name, dpi and sensor. A MANIFEST is a CSV file with the columns path and subject, and perhaps
+    finger, impression and dpi. The output is the rates per database, their mean, those of all
+    scores pooled, and their 95 % intervals.
     """
     if crop is not None and (ground_truth or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --ground-truth")
     if enrolled is None and (enrol_seed is not None or impostors):
         raise click.UsageError("--enrol-seed and --impostors go with --enrol")
-    beside = (report_folder, crop, scores, baseline)
+    beside = (report_folder, crop, scores, baseline, pairs)
     if enrolled is not None and (ground_truth or any(one is not None for one in beside)):
         raise click.UsageError(
-            "--enrol goes with none of --report, --ground-truth, --crop, --scores and --baseline"
+            "--enrol goes with none of --report, --ground-truth, --crop, --scores, --baseline and "
+            "--pairs"
         )
     from fpmatch.engine.local import start_fork_server
 
@@ -216,14 +234,16 @@ def evaluate(
 
         prepare_page(report_folder)
     earlier = None if baseline is None else read_scores(baseline)
-    datasets = dataset.with_unique_names(run.load_datasets(folders, protocol))
+    labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
+    found = run.load_datasets(places, protocol, **labels, pairs=pairs)
+    datasets = dataset.with_unique_names(found)
     plan = None
     if enrolled is not None:
-        others = run.load_datasets([*folders, *impostors])[len(folders) :]
+        others = run.load_datasets([*found, *impostors], **labels)[len(found) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
-        read = PrintReader(quiet=True).image
+        read = PrintReader(quiet=True)
         reader = extraction.dataset_reader(datasets, read, engine)
         reports = run.evaluate_matchers(
             datasets,

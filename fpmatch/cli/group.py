@@ -27,7 +27,7 @@ SUMMARIES: Final = {
     "gallery": "Show and change a gallery: info, list, check, remove, export.",
     "score": "Compare all probes with all references, scores into a file.",
     "serve": "Serve a web interface to compare prints, and an HTTP API.",
-    "evaluate": "Measure error rates on FVC-style databases.",
+    "evaluate": "Measure error rates on databases of prints.",
     "synth": "Make databases of synthetic prints with ground truth.",
     "calibrate": "Fit scores to the false match rates of your own prints.",
     "points": "Match, benchmark and draw bare point sets.",

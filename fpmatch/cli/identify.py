@@ -80,6 +80,7 @@ Columns:
 \b
 Examples:
   fpmatch identify prints.db probe.tif
+  fpmatch identify prints.db manifest.csv
   fpmatch identify prints.db probes -k 3 --threshold 40 --json
   fpmatch identify postgresql://me@host/prints probe.tif --transform
   fpmatch identify prints.db probe.tif --all
@@ -159,7 +160,9 @@ def identify(
     workers: int | None,
     **limits: Any,
 ) -> int:
-    """Rank the subjects of GALLERY by how well they match each PROBE: image, template or folder.
+    """Rank the subjects of GALLERY by how well they match each PROBE.
+
+    A PROBE is an image, a template, a folder of them, or a manifest (see fpmatch enrol).
 
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
     prepared by the first search, and by the first one after a change.

@@ -82,6 +82,18 @@ class FormatChoice(Name):
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
+places_argument: Final = partial(click.argument, nargs=-1, required=True)  # with URLs
+pattern_option: Final = click.option(
+    "--pattern",
+    metavar="REGEX",
+    help="Pattern of file names with subject, finger, impression; see fpmatch enrol --help.",
+)
+by_folder_option: Final = click.option(
+    "--by-folder",
+    is_flag=True,
+    help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
+    "DIR has no prints itself]",
+)
 raw_option: Final = click.option(
     "--raw",
     metavar="WxH",

@@ -18,10 +18,12 @@ from fpmatch.cli.notes import (
     say_notes,
 )
 from fpmatch.cli.options import (
+    by_folder_option,
     file_option,
     json_option,
     matcher_option,
     output_option,
+    pattern_option,
     polarity_option,
     workers_option,
 )
@@ -38,15 +40,16 @@ _STAGES: Final = {
     "probes": "reading probes",
     "compare": "comparing pairs",
 }
-_SIDE: Final = "DIR|GALLERY"
+_SIDE: Final = "DIR|MANIFEST|GALLERY"
 
 
 @click.command(
     epilog="""\b
 Columns, as those of fpmatch evaluate --scores:
   matcher, set      the matcher; the database
-  probe, reference  the prints: file names of a folder, labels of a gallery
-  genuine           1 or 0: same finger or not; empty where both sides are not the same prints
+  probe, reference  the prints: file names of a folder, paths of a manifest, labels of a gallery
+  genuine           1 or 0: same finger or not; empty where neither the list of pairs states it,
+                    nor the sides are the same prints or both manifests
   similarity        the matcher's own, to the last bit; of matcher paper the share of the smaller
                     print's minutiae that are paired, where more than rho (0.6) is a match
   score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
@@ -82,15 +85,21 @@ are rows with the reason), 2 when the run could not be done.
 """
 )
 @click.option(
-    "--references", metavar=_SIDE, required=True, help="Folder of prints, or gallery (file or URL)."
+    "--references",
+    metavar=_SIDE,
+    required=True,
+    help="Folder of prints, manifest (CSV with path and subject), or gallery (file or URL).",
 )
 @click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
 @output_option(metavar="OUT.csv|.parquet", help="File of scores; Parquet needs fpmatch[parquet].")
 @file_option(
     "--pairs",
-    metavar="LIST.csv",
-    help="Score these pairs only: columns probe and reference.  [default: all]",
+    metavar="LIST",
+    help="Score these pairs only: columns probe, reference and perhaps genuine (1 or 0).  "
+    "[default: all]",
 )
+@pattern_option
+@by_folder_option
 @click.option(
     "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
 )
@@ -118,6 +127,8 @@ def score(
     references: str,
     probes: str,
     output: Path,
+    pattern: str | None,
+    by_folder: bool,
     matcher: str,
     calibration: Path | None,
     dpi: float | None,
@@ -129,20 +140,29 @@ def score(
 ) -> int:
     """Score probes against references, each with each, and write a row a pair.
 
-    A side is a folder of images, whose templates are extracted, or of templates, or a gallery. The
+    A side is a folder or manifest of images, whose templates are extracted, or of templates, or a
+    gallery. Folders are read as by fpmatch evaluate, but prints may have any name. The
     rows are the same with processes of this machine and with a Dask cluster, whose workers may join
     and leave.
     """
     from fpmatch.engine.engine import make_engine
     from fpmatch.evaluation.batch import score as scoring
     from fpmatch.evaluation.batch.sources import open_source
+    from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other")
-    opened = partial(open_source, dpi=dpi, polarity=polarity, reader=PrintReader(quiet=True))
+    opened = partial(
+        open_source,
+        dpi=dpi,
+        polarity=polarity,
+        reader=PrintReader(quiet=True),
+        pattern=None if pattern is None else NamePattern(pattern),
+        by_folder=by_folder,
+    )
     fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
     try:
         with ProgressBars(_STAGES) as bars:

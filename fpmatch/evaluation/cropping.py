@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import Extractor
     from fpmatch.evaluation.report import SetResult
+    from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.prints import ExtractedPrint
     from fpmatch.minutiae import Template
 
@@ -64,17 +65,19 @@ def extract_crop(
     dpi: float | None,
     side_px: float,
     enhance: str | None = None,
-    reader: Callable[[Path], GreyImage] = read_image,
+    reader: Callable[[Path], GreyImage | TemplateRecord] = read_image,
 ) -> ExtractedPrint:
     """Extract a template from a square of an image file; see `crop_about_centroid`."""
     image = reader(path)
+    if not isinstance(image, GreyImage):
+        raise ImageError("a template has no image to cut a square out of", path=path)
     whole = extract_image(path, dpi, enhance, lambda _: image)
     square = crop_about_centroid(image, whole.template, side_px)
     return replace(whole, template=extract_image(path, dpi, enhance, lambda _: square).template)
 
 
 def crop_extractor_of(
-    side_px: float, enhance: str, reader: Callable[[Path], GreyImage] = read_image
+    side_px: float, enhance: str, reader: Callable[[Path], GreyImage | TemplateRecord] = read_image
 ) -> Extractor:
     """Return what extracts a template from a square of an image file."""
     return partial(extract_crop, side_px=side_px, enhance=enhance, reader=reader)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.random import default_rng
 
 from fpmatch.errors import DatasetError
+from fpmatch.evaluation.dataset import finger_numbers
 from fpmatch.evaluation.extraction import ExtractedSet
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.evaluation.report import split_scores
@@ -59,7 +60,7 @@ def plan_enrolment(
     impressions are probes. If `own` is given, only fingers of the first `own` impressions are
     enrolled. Raises a `DatasetError` if no finger has more than `enrolment.count` impressions.
     """
-    finger = np.array([i.finger for i in impressions])
+    finger = finger_numbers(impressions)
     own = len(finger) if own is None else own
     rng = None if enrolment.seed is None else default_rng(enrolment.seed)
     enrolled: dict[int, tuple[int, ...]] = {}
@@ -83,14 +84,21 @@ def plan_enrolment(
 
 def with_impostors(extracted: ExtractedSet, others: Sequence[ExtractedSet]) -> ExtractedSet:
     """Return a database with the prints of others after its own, as those of further fingers."""
-    impressions = list(extracted.dataset.impressions)
-    extractions = list(extracted.extractions)
-    for other in others:
-        first = max(i.finger for i in impressions) + 1
-        impressions += [replace(i, finger=first + i.finger) for i in other.dataset.impressions]
-        extractions += other.extractions
-    dataset = replace(extracted.dataset, impressions=tuple(impressions))
-    return ExtractedSet(dataset, tuple(extractions))
+    impressions: list[Impression] = []
+    first = 0
+    for one in (extracted, *others):
+        fingers = _as_numbers(one.dataset.impressions)
+        numbered = zip(one.dataset.impressions, fingers, strict=True)
+        impressions += [replace(i, finger=first + finger) for i, finger in numbered]
+        first += max(fingers) + 1
+    extractions = tuple(e for one in (extracted, *others) for e in one.extractions)
+    return ExtractedSet(replace(extracted.dataset, impressions=tuple(impressions)), extractions)
+
+
+def _as_numbers(impressions: Sequence[Impression]) -> list[int]:
+    """Return the fingers of impressions as numbers, those that are names by their order."""
+    numbers = [i.finger for i in impressions if isinstance(i.finger, int)]
+    return numbers if len(numbers) == len(impressions) else finger_numbers(impressions).tolist()
 
 
 def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[str, Any]:

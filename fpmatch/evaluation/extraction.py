@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
 from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress, results_of_each
-from fpmatch.gallery.prints import ExtractedPrint
-from fpmatch.image.io.read import read_image
+from fpmatch.errors import DatasetError
+from fpmatch.formats.record import TemplateRecord
+from fpmatch.gallery.print_file import PrintFile
+from fpmatch.gallery.prints import ExtractedPrint, extract_print
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+from fpmatch.reading import PrintReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
 
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset, Impression
@@ -26,6 +31,8 @@ if TYPE_CHECKING:
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
 
 Result = TypeVar("Result")
+
+_READER: Final = PrintReader()
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +70,16 @@ class ExtractedSet:
 
     @property
     def notes(self) -> list[tuple[Path, tuple[str, ...]]]:
-        """The images with notes, and these."""
-        return [(path, one.notes) for path, one in self._each() if one.notes]
+        """The images with notes, and these; those on the whole database are with its place."""
+        whole = [(Path(self.dataset.place), self.dataset.notes)] if self.dataset.notes else []
+        usual = self._usual_dpi()
+        noted = [(path, _notes(one, usual)) for path, one in self._each()]
+        return [*whole, *((path, notes) for path, notes in noted if notes)]
+
+    def _usual_dpi(self) -> float | None:
+        """Return the most frequent resolution, None where all prints have the same."""
+        count = Counter(one.template.dpi for one in self.extractions if one.template is not None)
+        return count.most_common(1)[0][0] if len(count) > 1 else None
 
     @property
     def median_cpu_ms(self) -> float:
@@ -76,29 +91,42 @@ class ExtractedSet:
         return zip(paths, self.extractions, strict=True)
 
 
+def _notes(one: Extraction, usual_dpi: float | None) -> tuple[str, ...]:
+    """Return the notes on an image, with one on a resolution that is not the usual one."""
+    if usual_dpi is None or one.template is None or one.template.dpi == usual_dpi:
+        return one.notes
+    note = f"{one.template.dpi:g} dpi, where most prints of the database have {usual_dpi:g} dpi"
+    return (*one.notes, note)
+
+
 def extract_image(
     path: Path,
     dpi: float | None,
     enhance: str | None = None,
-    reader: Callable[[Path], GreyImage] = read_image,
+    reader: Callable[[Path], GreyImage | TemplateRecord] = _READER,
     *,
     graded: bool = False,
 ) -> ExtractedPrint:
-    """Extract a template from an image file by `fpmatch.image.extract`, `graded` with its quality.
+    """Extract a template from an image file by `fpmatch.image.extract`; read it from any other.
 
-    The quality takes a tenth of the time of the extraction.
+    An image is `graded` with its quality, which takes a tenth of the time of the extraction.
     """
     from fpmatch.image.assess import QualityRecorder  # noqa: PLC0415
     from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
 
     image, stages = reader(path), QualityRecorder() if graded else None
+    if isinstance(image, TemplateRecord):
+        return extract_print(PrintFile(path, dpi), lambda _: image)
     template = extract(image, dpi=dpi, enhance=enhance or DEFAULT_ENHANCEMENT, recorder=stages)
     quality = stages.quality(template.dpi).score if stages else None
     return ExtractedPrint(template, dpi is None and image.dpi is None, image.notes, quality)
 
 
 def extractor_of(
-    enhance: str, reader: Callable[[Path], GreyImage] = read_image, *, graded: bool = False
+    enhance: str,
+    reader: Callable[[Path], GreyImage | TemplateRecord] = _READER,
+    *,
+    graded: bool = False,
 ) -> Extractor:
     """Return the extractor with the ridge enhancement of a name; see `extract_image`."""
     return partial(extract_image, enhance=enhance, reader=reader, graded=graded)
@@ -106,16 +134,24 @@ def extractor_of(
 
 def dataset_reader(
     datasets: Sequence[Dataset],
-    reader: Callable[..., GreyImage] = read_image,
+    reader: Callable[..., GreyImage | TemplateRecord] = _READER,
     engine: Engine | None = None,
-) -> PolarityReader[GreyImage]:
-    """Return a reader of the images of some databases, those of a folder with one polarity.
+) -> PolarityReader[GreyImage | TemplateRecord]:
+    """Return a reader of the prints of some databases, the images of a folder with one polarity.
 
     An `engine` looks at the images (default: this process).
     """
-    paths = [impression.path for dataset in datasets for impression in dataset.impressions]
+    files = [dataset for dataset in datasets if not dataset.in_gallery]
+    paths = [impression.path for dataset in files for impression in dataset.impressions]
     each = map if engine is None else partial(results_of_each, engine)
-    return PolarityReader(reader, find_polarities(paths, reader=reader, each=each))
+    stated = {
+        impression.path.parent: dataset.polarity
+        for dataset in files
+        if dataset.polarity != "auto"
+        for impression in dataset.impressions
+    }
+    others = [path for path in paths if path.parent not in stated]
+    return PolarityReader(reader, stated | find_polarities(others, reader=reader, each=each))
 
 
 def extract_datasets(
@@ -128,6 +164,8 @@ def extract_datasets(
     stage: str = "extract",
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases; failures are kept as such.
+
+    The templates of a gallery are taken as they are, whatever the extractor.
 
     Parameters
     ----------
@@ -146,12 +184,20 @@ def extract_datasets(
         Each database with its templates, CPU times and reasons of failures.
     """
     work = extractor or partial(extract_image, reader=dataset_reader(datasets))
-    found = attempt_each_image(
-        datasets, work, stage=stage, workers=workers, engine=engine, progress=progress
+    files = [dataset for dataset in datasets if not dataset.in_gallery]
+    found = iter(
+        attempt_each_image(
+            files, work, stage=stage, workers=workers, engine=engine, progress=progress
+        )
     )
     return [
-        ExtractedSet(dataset, tuple(map(_extraction, dataset.impressions, attempts)))
-        for dataset, attempts in zip(datasets, found, strict=True)
+        ExtractedSet(
+            dataset,
+            _stored(dataset)
+            if dataset.in_gallery
+            else tuple(map(_extraction, dataset.impressions, next(found))),
+        )
+        for dataset in datasets
     ]
 
 
@@ -168,7 +214,7 @@ def attempt_each_image(
 
     `work` is called with a path and a resolution (None: the file's own).
     """
-    images = [(i.path, dataset.dpi) for dataset in datasets for i in dataset.impressions]
+    images = [(i.path, i.dpi or dataset.dpi) for dataset in datasets for i in dataset.impressions]
     on_image = partial(_on_image, work)
     attempts = iter(
         attempt_all(
@@ -193,3 +239,17 @@ def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPri
     if len(found.template.minutiae):
         return Extraction(found.template, "", *beside)
     return Extraction(None, f"{impression.path}: no minutiae found", *beside)
+
+
+def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
+    """Return the templates of a database that is a gallery, in the order of its impressions."""
+    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports a database)
+
+    with open_gallery(dataset.place) as gallery:
+        found = dict(gallery.templates())
+        name = gallery.name
+    if missing := [i.name for i in dataset.impressions if i.entry not in found]:
+        raise DatasetError(f"{missing[0]} has been removed meanwhile", path=name, code="changed")
+    return tuple(
+        Extraction(found[i.entry], "", math.nan) for i in dataset.impressions if i.entry is not None
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.engine.workers import Progress, no_progress
@@ -12,6 +11,7 @@ from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores import choose_matcher, read_scores
 from fpmatch.evaluation.scores_set import scores_of
+from fpmatch.gallery.kinds import kind_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import Extractor
     from fpmatch.evaluation.ranked_trials import Trials
     from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.result import Matcher
 
 
@@ -39,15 +40,18 @@ def gather_impostors(
     workers: int | None = None,
     progress: Progress = no_progress,
     extractor: Extractor = extract_image,
+    pattern: str | NamePattern | None = None,
+    by_folder: bool = False,
 ) -> list[ImpostorSet]:
-    """Return the impostor comparisons of files of scores, then of folders of prints, by database.
+    """Return the impostor comparisons of files of scores, then of databases of prints.
 
     Parameters
     ----------
     sources : sequence of path
         Files of scores, see `fpmatch.evaluation.score_file`, of which those of the matcher are
-        read, and FVC-style folders, whose prints are compared by the extended protocol.
-    matcher, workers, progress, extractor
+        read, and folders, manifests and galleries, whose prints are compared by the extended
+        protocol.
+    matcher, workers, progress, extractor, pattern, by_folder
         As for `evaluate`.
 
     Raises
@@ -57,22 +61,27 @@ def gather_impostors(
     MatcherError
         If the matcher is unknown.
     """
-    paths = [Path(source) for source in sources]
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     gathered = [
         ImpostorSet(one.name, one.impostors)
-        for path in paths
-        if path.is_file()
-        for one in choose_matcher(read_scores(path), chosen.name, path)
+        for source in sources
+        if kind_of(source) == "file"
+        for one in choose_matcher(read_scores(source), chosen.name, source)
     ]
     seen: set[str] = set()
     for one in gathered:
         if one.name in seen:
             raise DatasetError(f"{one.name}: scores of this database are given twice")
         seen.add(one.name)
-    if folders := [path for path in paths if not path.is_file()]:
+    if databases := [source for source in sources if kind_of(source) != "file"]:
         report = evaluate(
-            folders, matcher=chosen, workers=workers, progress=progress, extractor=extractor
+            databases,
+            matcher=chosen,
+            workers=workers,
+            progress=progress,
+            extractor=extractor,
+            pattern=pattern,
+            by_folder=by_folder,
         )
         for row in report.sets:
             if row.name in seen:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError, unknown_name
+from fpmatch.evaluation.dataset import finger_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +33,7 @@ class Pairs:
     Parameters
     ----------
     probe, reference : ndarray of intp, shape (N,)
-        Indices of the two impressions of each pair; probe < reference.
+        Indices of the two impressions of each pair; of a protocol, probe < reference.
     genuine : ndarray of bool, shape (N,)
         Whether both show the same finger.
     """
@@ -75,7 +76,7 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     """
     if protocol not in PROTOCOLS:
         raise DatasetError(unknown_name("protocol", protocol, PROTOCOLS))
-    finger = np.array([i.finger for i in impressions])
+    finger = finger_numbers(impressions)
     probe, reference = np.triu_indices(len(impressions), k=1)
     genuine = finger[probe] == finger[reference]
     if protocol == "fvc":

@@ -1,7 +1,8 @@
-"""Evaluation of matchers on FVC-style databases: extract, compare, count errors."""
+"""Evaluation of matchers on databases: extract, compare, count errors."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.engine.engine import processes
@@ -18,11 +19,11 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
-    from pathlib import Path
 
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.enrolment import Enrolment
     from fpmatch.evaluation.extraction import ExtractedSet, Extractor
+    from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.result import Matcher
 
 
@@ -34,13 +35,16 @@ def evaluate(
     workers: int | None = None,
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
+    pattern: str | NamePattern | None = None,
+    by_folder: bool = False,
 ) -> EvaluationReport:
-    """Evaluate a matcher on FVC-style databases.
+    r"""Evaluate a matcher on databases.
 
     Parameters
     ----------
-    datasets : sequence of Dataset or path
-        The databases, or their folders.
+    datasets : sequence of Dataset or path or str
+        The databases, or their folders, manifests or galleries; see
+        `fpmatch.evaluation.dataset.load_dataset`, which also takes a list of pairs.
     matcher : str or Matcher
         The matcher, or its name.
     protocol : str
@@ -51,12 +55,16 @@ def evaluate(
         Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
     extractor : callable
         Makes a template from a path and a resolution; see `extract_datasets`.
+    pattern, by_folder
+        Where the names or subfolders of folders contain the fingers, as for `load_dataset`.
 
     Raises
     ------
     DatasetError
-        If a folder is not an FVC-style database, is given twice or has nothing to compare, or
-        the protocol is unknown.
+        If a database cannot be read, is given twice or has nothing to compare, or the protocol is
+        unknown.
+    GalleryError
+        If a gallery cannot be read, or the pattern is none.
     MatcherError
         If the matcher is unknown.
     FpmatchError
@@ -67,9 +75,13 @@ def evaluate(
     >>> report = evaluate(["fvc2002/DB1_B", "fvc2002/DB2_B"])  # doctest: +SKIP
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123
+    >>> evaluate(["manifest.csv"]).genuine  # doctest: +SKIP
+    240
+    >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").genuine  # doctest: +SKIP
+    240
     """
     (report,) = evaluate_matchers(
-        datasets,
+        load_datasets(datasets, protocol, pattern=pattern, by_folder=by_folder),
         [matcher],
         protocol=protocol,
         workers=workers,
@@ -115,6 +127,8 @@ def evaluate_matchers(
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
+    if probe_extractor is not None and (stored := [d for d in loaded if d.in_gallery]):
+        raise DatasetError("a gallery has no images to crop", path=stored[0].name)
     everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
     with engine or processes(workers) as place:
         found = extract_datasets(everything, extractor=extractor, engine=place, progress=progress)
@@ -165,7 +179,11 @@ def evaluate_templates(
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     enrolled = None
     if enrolment is None:
-        pairs = [choose_pairs(extracted.dataset.impressions, protocol) for extracted in sets]
+        pairs = [
+            one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol) for one in sets
+        ]
+        if any(one.dataset.pairs is not None for one in sets):
+            protocol = "list"
     else:
         own = [len(extracted.extractions) for extracted in sets]
         sets = [with_impostors(extracted, impostors) for extracted in sets]
@@ -189,22 +207,38 @@ def evaluate_templates(
 
 
 def load_datasets(
-    datasets: Sequence[Dataset | str | os.PathLike[str]], protocol: str = "extended"
+    datasets: Sequence[Dataset | str | os.PathLike[str]],
+    protocol: str = "extended",
+    *,
+    pattern: str | NamePattern | None = None,
+    by_folder: bool = False,
+    pairs: str | os.PathLike[str] | None = None,
 ) -> list[Dataset]:
-    """Load the databases among `datasets` that are given as folders.
+    """Load the databases among `datasets` that are given as folders, manifests or galleries.
 
-    Raises a `DatasetError` if there is none, a folder is not an FVC-style database or is given
-    twice, or a database has no pair to compare.
+    Other parameters are as for `load_dataset`. Raises what that raises, and a `DatasetError` if
+    there is none, one is given twice, a list of pairs comes with several, or one has no pair to
+    compare.
     """
-    loaded = [d if isinstance(d, Dataset) else load_dataset(d) for d in datasets]
+    if pairs is not None and len(datasets) != 1:
+        raise DatasetError("a list of pairs goes with one database")
+    loaded = [
+        d
+        if isinstance(d, Dataset)
+        else load_dataset(d, pattern=pattern, by_folder=by_folder, pairs=pairs)
+        for d in datasets
+    ]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()
     for dataset in loaded:
-        if not len(choose_pairs(dataset.impressions, protocol)):
+        if not len(dataset.pairs or choose_pairs(dataset.impressions, protocol)):
             raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
         first = dataset.impressions[0].path.resolve()
-        if first in seen:
-            raise DatasetError(f"{first.parent}: database given twice")
-        seen.add(first)
+        key, name = first, dataset.place or first.parent
+        if dataset.place and not Path(dataset.place).is_dir():
+            key = Path(dataset.place).resolve()
+        if key in seen:
+            raise DatasetError(f"{name}: database given twice")
+        seen.add(key)
     return loaded

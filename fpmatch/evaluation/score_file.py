@@ -95,7 +95,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
         why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])
     quality = ["" if e.quality is None else e.quality for e in result.extracted.extractions]
     columns = (
-        *([impressions[i].path.name for i in side] for side in (pairs.probe, pairs.reference)),
+        *([impressions[i].name for i in side] for side in (pairs.probe, pairs.reference)),
         pairs.genuine.astype(int).tolist(),
         ["" if no else value for no, value in zip(failed, similarity.tolist(), strict=True)],
         ["" if no else _short(value) for no, value in zip(failed, score.tolist(), strict=True)],

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.dataset import finger_numbers
 from fpmatch.evaluation.ranked_trials import Trials
 
 if TYPE_CHECKING:
@@ -80,10 +81,9 @@ def scores_of_set(
 ) -> ScoresSet:
     """Return the comparisons of a database; its fingers are numbered from 0."""
     impressions = extracted.dataset.impressions
-    fingers, finger = np.unique([i.finger for i in impressions], return_inverse=True)
-    trials = Trials(
-        outcomes["similarity"], finger[pairs.probe], finger[pairs.reference], int(fingers.size)
-    )
+    finger = finger_numbers(impressions)
+    fingers = int(finger.max()) + 1
+    trials = Trials(outcomes["similarity"], finger[pairs.probe], finger[pairs.reference], fingers)
     compared = outcomes["reason"] != NO_TEMPLATE
     graded = [e.quality for e in extracted.extractions]
     quality = None
@@ -92,7 +92,7 @@ def scores_of_set(
     return ScoresSet(
         matcher=matcher,
         name=extracted.dataset.name,
-        prints=tuple(i.path.name for i in impressions),
+        prints=tuple(i.name for i in impressions),
         probe=pairs.probe,
         reference=pairs.reference,
         trials=trials,

@@ -41,6 +41,11 @@ def percent(rate: float | None) -> str:
     return "-" if rate is None else f"{100 * rate:.2f} %"
 
 
+def _time(value: float, digits: int, unit: str) -> str:
+    """Return a time as text, "-" where nothing was timed."""
+    return f"{value:.{digits}f} {unit}" if math.isfinite(value) else "-"
+
+
 def decidability(rates: Rates) -> str:
     """Write d', "-" where there is none."""
     return "-" if rates.d_prime is None else f"{rates.d_prime:.2f}"
@@ -82,7 +87,7 @@ def format_report(report: RatesReport) -> str:
         ranks = percent(row.rank_one), str(len(row.failures))
         return [*counts, *_cells(rates, names), decidability(rates), *ranks]
 
-    times = [(f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs") for row in report.sets]
+    times = [(_time(row.extract_ms, 1, "ms"), _time(row.match_us, 0, "µs")) for row in report.sets]
     head = ("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")
     rows = [
         (*head, "extract", "match"),
@@ -90,7 +95,7 @@ def format_report(report: RatesReport) -> str:
         ("mean", "", "", *_cells(report.mean, names), decidability(report.mean), *[""] * 4),
         (*cells("pooled", report, report.pooled), "", ""),
     ]
-    timed = any(math.isfinite(row.extract_ms) for row in report.sets)
+    timed = any(math.isfinite(row.match_us) for row in report.sets)
     return text_table(rows if timed else [row[: len(head)] for row in rows])
 
 

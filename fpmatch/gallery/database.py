@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.kinds import SQLITE_HEADER
 
 if TYPE_CHECKING:
     import os
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 BUSY_S: Final = 60.0  # to wait for another program that holds a SQLite file
 CONNECT_S: Final = 10  # to wait for a server
-_SQLITE_HEADER: Final = b"SQLite format 3\0"
 _SQLITE_REASONS: Final = {
     "SQLITE_FULL": "the disk is full",
     "SQLITE_READONLY": "cannot be written: it, or its folder, is read-only",
@@ -129,8 +129,8 @@ def _check_file(path: Path, *, create: bool) -> None:
             why, code = "is a folder, not a gallery", "no gallery"
         elif path.exists():
             with path.open("rb") as stream:
-                head = stream.read(len(_SQLITE_HEADER))
-            if head != _SQLITE_HEADER and not (create and not head):
+                head = stream.read(len(SQLITE_HEADER))
+            if head != SQLITE_HEADER and not (create and not head):
                 why = "not a gallery" if head else "not a gallery: the file is empty"
                 code = "no gallery"
         elif not create:

@@ -14,7 +14,7 @@ from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry, as_text
-from fpmatch.gallery.prints import ExtractedPrint, PrintFile, extract_print, folder_reader
+from fpmatch.gallery.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
 from fpmatch.reading import group_by_note
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.entry import Label
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.print_file import PrintFile
     from fpmatch.gallery.prints import Extractor
 
 PRINTS_PER_COMMIT: Final = 8
@@ -65,7 +66,7 @@ def enrol(
     prints : sequence of PrintFile
         From `find_prints`.
     pattern : NamePattern, optional
-        Gets labels from paths (default: FVC's names).
+        Gets the labels of prints without one from their paths (default: FVC's names).
     engine : Engine, optional
         Where templates are extracted (default: all cores); its workers must see the files.
     extractor : callable
@@ -134,7 +135,7 @@ class _Run:
 
     def _request(self, file: PrintFile) -> EnrolmentRequest | None:
         """Return what is known of a file; None, with a failure, where it cannot be enrolled."""
-        label = self.pattern.label(file.path)
+        label = file.label or self.pattern.label(file.path)
         if label is None:
             self._fail(file, f"its name does not fit the pattern {self.pattern.text}")
             return None

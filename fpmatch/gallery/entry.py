@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from fpmatch.minutiae import Template
@@ -144,6 +146,16 @@ class Entry:
             "dpi": self.dpi,
             "minutiae": self.minutiae,
         }
+
+
+def entry_names(entries: Sequence[Entry]) -> list[str]:
+    """Return the labels of entries as text, with the number where several give the same."""
+    labels = [str(entry.label) for entry in entries]
+    times = Counter(labels)
+    return [
+        label if times[label] == 1 else f"{label}#{entry.id}"
+        for label, entry in zip(labels, entries, strict=True)
+    ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from fpmatch.engine.workers import results_of_each
-from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
-from fpmatch.formats.codec import read_head
+from fpmatch.errors import ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
+from fpmatch.gallery.folders import prints_below, prints_by_folder, prints_in
+from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.manifest import read_manifest
+from fpmatch.gallery.print_file import PrintFile
+from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import check_dpi
 from fpmatch.reading import ASSUMED_DPI, PrintReader, make_given_print
 
@@ -20,22 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.entry import NamePattern
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.folder_polarity import PolarityReader
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
-
-_COMMON_SUFFIXES: Final = (".json", ".csv")
-
-
-@dataclass(frozen=True, slots=True)
-class PrintFile:
-    """Hold the file of an image or a template, and its resolution (None: that in the file)."""
-
-    path: Path
-    dpi: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,20 +55,30 @@ if TYPE_CHECKING:
 
 
 def find_prints(
-    places: Iterable[str | os.PathLike[str]], dpi: float | None = None
+    places: Iterable[str | os.PathLike[str]],
+    dpi: float | None = None,
+    *,
+    pattern: NamePattern | None = None,
+    by_folder: bool = False,
 ) -> list[PrintFile]:
-    """Find the prints of some files and folders, each once, those of a folder by name.
+    """Find the prints of some files, folders and manifests, each once, those of a folder by name.
 
     Those of a folder are its images or, where it has none, its templates; of templates whose names
-    differ in the suffix only, one is taken: JSON before CSV before others. `dpi` is the resolution
-    of all (default: that in the ``dataset.toml`` beside a file, else the file's own).
+    differ in the suffix only, one is taken: JSON before CSV before others. Where a folder has
+    neither, or if `by_folder`, they are those of its subfolders, one a finger, or one a subject
+    with one a finger in it. `dpi` is the resolution of all (default: that in a manifest, else that
+    in the ``dataset.toml`` beside a file or in the place, else the file's own).
+
+    Labels are those of a manifest, else by a `pattern`, with which subfolders may lie deeper, else
+    of the subfolders.
 
     Raises
     ------
     ImageReadError
         If one of `places` is missing, or is a folder without images and templates.
     DatasetError
-        If a folder cannot be listed, or its ``dataset.toml`` is malformed.
+        If a folder cannot be listed, its ``dataset.toml`` or a manifest is malformed, or its
+        subfolders are not of one finger each.
     ResolutionError
         If `dpi` is outside 100 to 4000.
     """
@@ -83,9 +87,10 @@ def find_prints(
     folder_dpi = cache(lambda folder: read_dataset_info(folder).dpi)
     found: dict[Path, PrintFile] = {}
     for place in map(Path, places):
-        for path in _files(place):
-            own = folder_dpi(path.parent) if dpi is None else dpi
-            found.setdefault(path.absolute(), PrintFile(path, own))
+        base = place if place.is_dir() else place.parent
+        for file in _files(place, pattern, by_folder=by_folder):
+            own = dpi or file.dpi or folder_dpi(file.path.parent) or folder_dpi(base)
+            found.setdefault(file.path.absolute(), replace(file, dpi=own))
     return list(found.values())
 
 
@@ -148,51 +153,26 @@ def extract_print(
     return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes, quality)
 
 
-def _files(place: Path) -> list[Path]:
-    if place.is_dir():
-        files = images_in(place) or _templates_in(place)
-        if not files:
-            raise ImageReadError("the folder holds no images", path=place, code="empty folder")
-        return files
+def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iterable[PrintFile]:
+    kind = kind_of(place)
+    if kind == "manifest":
+        return read_manifest(place)
+    if kind != "folder":
+        return _labelled([PrintFile(place)], pattern)
     if not place.exists():
         raise ImageReadError("no such file or folder", path=place, code="missing")
-    return [place]
+    if not place.is_dir():  # a pipe, say
+        return [PrintFile(place)]
+    if not by_folder and (paths := prints_in(place)):
+        return _labelled(map(PrintFile, paths), pattern)
+    if pattern is None:
+        return prints_by_folder(place, certain=by_folder)
+    if files := prints_below(place):
+        return _labelled(files, pattern)
+    raise ImageReadError("the folder holds no images", path=place, code="empty folder")
 
 
-def _templates_in(folder: Path) -> list[Path]:
-    """Return the files of a folder that are named like templates, one of each name, by name.
-
-    JSON and CSV files are taken if they begin like templates or, beside such, are no JSON or CSV at
-    all, so that a damaged template is an error.
-    """
-    from fpmatch.formats.files import is_template_file  # noqa: PLC0415
-    from fpmatch.formats.registry import known_codecs  # noqa: PLC0415
-
-    # json first, which keeps everything
-    by_rank = sorted(known_codecs(), key=lambda codec: codec.name != "json")
-    suffixes = [suffix for codec in by_rank for suffix in codec.suffixes]
-    try:
-        files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
-    except OSError as error:
-        raise DatasetError(f"cannot be listed: {error.strerror}", path=folder) from error
-    suffix_of = {p: p.suffix.lower() for p in files if p.is_file() and not p.name.startswith(".")}
-    sure = {
-        path
-        for path, suffix in suffix_of.items()
-        if suffix not in _COMMON_SUFFIXES or is_template_file(path)
-    }
-    usual = {suffix_of[path] for path in sure}
-    found: dict[str, Path] = {}
-    for path, suffix in sorted(suffix_of.items(), key=lambda item: suffixes.index(item[1])):
-        if path in sure or (suffix in usual and _is_other_content(path)):
-            found.setdefault(path.stem, path)
-    return sorted(found.values())
-
-
-def _is_other_content(path: Path) -> bool:
-    """Return whether a file named JSON or CSV is neither, or cannot be read."""
-    text = read_head(path).decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
-    if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last character may be cut through
-        return True
-    first_line = text.splitlines()[0]
-    return text[0] not in "{[" if path.suffix.lower() == ".json" else "," not in first_line
+def _labelled(files: Iterable[PrintFile], pattern: NamePattern | None) -> list[PrintFile]:
+    if pattern is None:
+        return list(files)
+    return [replace(file, label=pattern.label(file.path)) for file in files]

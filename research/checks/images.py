@@ -42,7 +42,7 @@ class DatabaseCheck:
         Files whose correct resolution was doubted.
     first : list of (GreyImage, float)
         The first image of each finger, and its resolution.
-    fingers : dict of int to list of Template
+    fingers : dict of int or str to list of Template
         The templates of each finger.
     """
 
@@ -50,7 +50,7 @@ class DatabaseCheck:
     images: int = 0
     doubted: list[str] = field(default_factory=list)
     first: list[tuple[GreyImage, float]] = field(default_factory=list)
-    fingers: dict[int, list[Template]] = field(default_factory=dict)
+    fingers: dict[int | str, list[Template]] = field(default_factory=dict)
 
 
 @click.command(

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    Templates = dict[str, list[tuple[int, Template | None]]]
+    Templates = dict[str, list[tuple[int | str, Template | None]]]
     Similarities = dict[tuple[str, str, str], NDArray[np.float64]]
 
 EVERY_IMPOSTOR: Final = 12
@@ -200,7 +200,7 @@ def run_worker(
     Path(into).write_bytes(pickle.dumps(found))
 
 
-def _as_extracted(name: str, rows: list[tuple[int, Template | None]]) -> Any:
+def _as_extracted(name: str, rows: list[tuple[int | str, Template | None]]) -> Any:
     """Return templates in the form in which `sample_of` takes a database."""
     impressions = [
         SimpleNamespace(finger=finger, impression=k) for k, (finger, _) in enumerate(rows)

@@ -207,7 +207,7 @@ def amount_samples(
     """
     p = parameters or AmountParameters()
     whole: list[Template] = []
-    finger: list[int] = []
+    finger: list[int | str] = []
     for impression, found in zip(extracted.dataset.impressions, extracted.extractions, strict=True):
         if found.template is not None and len(found.template.minutiae) >= MIN_MINUTIAE:
             whole.append(found.template)

@@ -9,7 +9,8 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.gallery.entry import Label, NewEntry
-from fpmatch.gallery.prints import ExtractedPrint, PrintFile
+from fpmatch.gallery.print_file import PrintFile
+from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, Template
 

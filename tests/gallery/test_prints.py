@@ -8,7 +8,8 @@ from PIL import Image
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, ResolutionError, TemplateError
 from fpmatch.formats.files import load_template, save_template
-from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
+from fpmatch.gallery.print_file import PrintFile
+from fpmatch.gallery.prints import extract_print, find_prints
 from fpmatch.minutiae import Minutiae
 
 

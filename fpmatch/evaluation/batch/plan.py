@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-from array import array
-from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from fpmatch.errors import ScoringError
-from fpmatch.output import reason
+from fpmatch.evaluation.pair_list import PrintNames, iterate_pairs, number_pairs
 
 if TYPE_CHECKING:
     import os
@@ -21,16 +16,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-PROBE: Final = "probe"
-REFERENCE: Final = "reference"
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PairChunk:
-    """Hold some pairs, as numbers of prints of the two sides; shape (N,) each."""
+    """Hold some pairs, as numbers of prints of the two sides; shape (N,) each.
+
+    `genuine` is 1, 0 or -1 (unknown) where a list states it.
+    """
 
     probe: NDArray[np.int32]
     reference: NDArray[np.int32]
+    genuine: NDArray[np.int8] | None = None
 
     def __len__(self) -> int:
         return int(self.probe.size)
@@ -88,36 +84,32 @@ class AllPairs:
 class ListedPairs:
     """The pairs of a list, in its order.
 
-    The list is a CSV file with the columns ``probe`` and ``reference`` among others; or, without a
-    first line that names these, with probe and reference as the first two. They contain names of
-    prints, with or without extension. Raises a `ScoringError` if the list cannot be read, is empty,
-    or names a print that is not there.
+    `fpmatch.evaluation.pair_list` describes it; `probes` and `references` are the names of the
+    prints. Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is
+    not there.
     """
 
     def __init__(
         self,
         path: str | os.PathLike[str],
-        probes: Sequence[str],
-        references: Sequence[str],
+        probes: Sequence[str] | PrintNames,
+        references: Sequence[str] | PrintNames,
         *,
         pairs_per_chunk: int = 512,
     ) -> None:
         self._size = pairs_per_chunk
-        # 8 bytes a pair: less than the rows of the output
-        numbers = array("i")
-        known = _numbers_by_name(probes), _numbers_by_name(references)
-        for line, names in _read_pairs(Path(path)):
-            for side, name, number_of in zip((PROBE, REFERENCE), names, known, strict=True):
-                if name not in number_of:
-                    raise ScoringError(f"{path}: line {line}: there is no {side} {name!r}")
-                numbers.append(number_of[name])
-        if not numbers:
-            raise ScoringError(f"{path}: the list holds no pairs")
-        self._pairs = np.array(numbers, dtype=np.int32).reshape(-1, 2)
+        sides = (
+            one if isinstance(one, PrintNames) else PrintNames(one) for one in (probes, references)
+        )
+        found = number_pairs(path, iterate_pairs(path), *sides)
+        self._pairs = found.prints
+        self._genuine = found.genuine if (found.genuine >= 0).any() else None
         self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)
         self.probes: Sequence[int] = np.unique(self._pairs[:, 0]).tolist()
         self.references: Sequence[int] = np.unique(self._pairs[:, 1]).tolist()
-        digest = hashlib.sha256(self._pairs.tobytes()).hexdigest()
+        content = self._pairs.tobytes()
+        content += b"" if self._genuine is None else self._genuine.tobytes()
+        digest = hashlib.sha256(content).hexdigest()
         self.identity = f"listed {digest} by {pairs_per_chunk}"
 
     def __len__(self) -> int:
@@ -127,37 +119,12 @@ class ListedPairs:
         """Yield the pairs, as `Plan` says."""
         for k in range(start * self._size, len(self._pairs), self._size):
             probe, reference = self._pairs[k : k + self._size].T
-            yield PairChunk(probe, reference)
+            yield PairChunk(
+                probe,
+                reference,
+                None if self._genuine is None else self._genuine[k : k + self._size],
+            )
 
 
 def _span(number: int, size: int, end: int) -> NDArray[np.int32]:
     return np.arange(number * size, min((number + 1) * size, end), dtype=np.int32)
-
-
-def _numbers_by_name(names: Sequence[str]) -> dict[str, int]:
-    """Return the numbers of prints by name, and by name without extension where it is unique."""
-    stems = [Path(name).stem for name in names]
-    times = Counter(stems)
-    by_stem = {stem: n for n, stem in enumerate(stems) if times[stem] == 1}
-    return by_stem | {name: n for n, name in enumerate(names)}
-
-
-def _read_pairs(path: Path) -> Iterator[tuple[int, tuple[str, str]]]:
-    """Yield the line number and the names of probe and reference of each pair of a list."""
-    columns = (0, 1)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.reader(stream)
-            for number, row in enumerate(reader):
-                cells = [cell.strip() for cell in row]
-                if number == 0 and {PROBE, REFERENCE} <= set(cells):
-                    columns = (cells.index(PROBE), cells.index(REFERENCE))
-                elif any(cells):
-                    line = reader.line_num
-                    if len(cells) <= max(columns):
-                        raise ScoringError(f"{path}: line {line}: expected a probe and a reference")
-                    yield line, (cells[columns[0]], cells[columns[1]])
-    except OSError as error:
-        raise ScoringError(f"{path}: cannot be read: {reason(error)}") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ScoringError(f"{path}: not a CSV file of pairs") from error

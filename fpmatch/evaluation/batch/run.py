@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.batch.plan import PairChunk, Plan
     from fpmatch.evaluation.batch.sources import PrintSource
     from fpmatch.evaluation.batch.store import Store
+    from fpmatch.gallery.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
@@ -48,13 +49,15 @@ class SideRows(NamedTuple):
     fingers: Sequence[str]
     failures: Mapping[int, str]
     quality: Mapping[int, int]
+    labels: Sequence[Label] | None = None  # of a manifest
 
 
 @dataclass(frozen=True, slots=True)
 class RowWriter:
     """Write pairs and their similarities as rows of `fpmatch.evaluation.score_file.COLUMNS`.
 
-    Genuine pairs are known only if both sides are the `same` prints. Without a calibration, scores
+    Genuine pairs are known if a list states them, both sides are the `same` prints, or both are
+    manifests, whose subjects are taken for the same persons. Without a calibration, scores
     are left empty. With a `threshold`, rows of lower scores are left out, but not those of prints
     without a template, whose score is not known.
     """
@@ -79,13 +82,16 @@ class RowWriter:
         kept = np.arange(len(chunk))
         if self.threshold is not None:
             kept = np.flatnonzero(failed | (score >= self.threshold))
-        columns = (chunk.probe, chunk.reference, similarity, score)
+        listed = np.full(len(chunk), -1) if chunk.genuine is None else chunk.genuine
+        columns = (chunk.probe, chunk.reference, listed, similarity, score)
         rows = map(self._row, *(column[kept].tolist() for column in columns))
         return csv_lines(rows), len(kept), int(failed.sum())
 
-    def _row(self, i: int, j: int, similarity: float, score: float) -> tuple[object, ...]:
+    def _row(
+        self, i: int, j: int, listed: int, similarity: float, score: float
+    ) -> tuple[object, ...]:
         probes, references = self.probes, self.references
-        genuine = int(probes.fingers[i] == references.fingers[j]) if self.same else ""
+        genuine = listed if listed >= 0 else self._genuine(i, j)
         reason = ""
         if math.isnan(similarity):
             reason = failure_reason(probes.failures.get(i, ""), references.failures.get(j, ""))
@@ -93,6 +99,18 @@ class RowWriter:
         numbers = ["" if math.isnan(value) else value for value in (similarity, score)]
         quality = probes.quality.get(i, ""), references.quality.get(j, "")
         return (self.matcher, self.database, *names, genuine, *numbers, reason, *quality)
+
+    def _genuine(self, i: int, j: int) -> int | str:
+        """Return 1 or 0 where the names indicate whether a pair is genuine, else ""."""
+        probes, references = self.probes, self.references
+        if self.same:
+            return int(probes.fingers[i] == references.fingers[j])
+        if probes.labels is None or references.labels is None:
+            return ""
+        one, other = probes.labels[i], references.labels[j]
+        if one.subject == other.subject and bool(one.finger) != bool(other.finger):
+            return ""
+        return int(one.of_finger == other.of_finger)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from fpmatch.evaluation.batch.run import Comparing, RowWriter, SideRows, collect
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.decision import calibration_of
+from fpmatch.evaluation.pair_list import print_names
 from fpmatch.evaluation.score_file import check_format
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
@@ -100,7 +101,7 @@ def score(
     Parameters
     ----------
     references, probes : PrintSource or path-like or str
-        Folders of prints or galleries; see `open_source`.
+        Folders of prints, manifests or galleries; see `open_source`.
     output : path-like
         The ``.csv`` or ``.parquet`` to write or replace; see `fpmatch.evaluation.score_file`.
     pairs : path-like or Plan, optional
@@ -182,7 +183,10 @@ def score(
             (_full_name(sides[k], n), notes) for k in needed for n, notes in store.notes(k).items()
         )
         graded = {side: store.qualities(key[side]) for side in sides}
-        rows_of = {k: SideRows(s.names, s.fingers, failed[k], graded[k]) for k, s in sides.items()}
+        rows_of = {
+            k: SideRows(s.names, s.fingers, failed[k], graded[k], getattr(s, "labels", None))
+            for k, s in sides.items()
+        }
         comparing = Comparing(
             store=store,
             plan=plan,
@@ -236,11 +240,12 @@ def _opened(side: AnySource, dpi: float | None) -> PrintSource:
 
 
 def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, PrintSource]) -> Plan:
-    probes, references = sides[PROBES].names, sides[REFERENCES].names
+    probes, references = sides[PROBES], sides[REFERENCES]
     if pairs is None:
-        return AllPairs(len(probes), len(references))
+        return AllPairs(len(probes.names), len(references.names))
     if isinstance(pairs, str | os.PathLike):
-        return ListedPairs(pairs, probes, references)
+        names = (print_names(side.place, side.names) for side in (probes, references))
+        return ListedPairs(pairs, *names)
     return pairs
 
 

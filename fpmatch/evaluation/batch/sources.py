@@ -1,10 +1,9 @@
-"""The two sides of `fpmatch score`: folders of prints or galleries, as names and templates."""
+"""The two sides of `fpmatch score`: folders, manifests or galleries, as names and templates."""
 
 from __future__ import annotations
 
 import hashlib
 import io
-from collections import Counter
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache, partial
@@ -17,8 +16,10 @@ from fpmatch.engine.workers import attempt_each
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.compact import unpack_template
+from fpmatch.gallery.entry import entry_names
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, folder_reader
+from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.formats.record import TemplateRecord
+    from fpmatch.gallery.entry import Label, NamePattern
+    from fpmatch.gallery.print_file import PrintFile
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
 
@@ -76,51 +79,69 @@ def open_source(
     dpi: float | None = None,
     polarity: Polarity = "auto",
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
+    pattern: NamePattern | None = None,
+    by_folder: bool = False,
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
     Parameters
     ----------
     place : path-like or str
-        A folder of prints, or a gallery: a file or the URL of a database.
+        A folder of prints, a manifest (see `fpmatch.gallery.manifest`), or a gallery: a file or
+        the URL of a database.
     dpi : float, optional
-        Resolution of all images of a folder (default: that in its ``dataset.toml``, else each
-        file's own).
+        Resolution of all images of a folder (default: that in a manifest or ``dataset.toml``, else
+        each file's own).
     polarity, reader
         For the files of a folder, as for
         `fpmatch.image.quality.folder_polarity.find_polarities`.
+    pattern, by_folder
+        Where the names or subfolders of a folder contain the fingers, as for
+        `fpmatch.gallery.prints.find_prints`.
 
     Raises
     ------
     FpmatchError
         If there is no such folder or gallery, or nothing in it.
     """
-    if "://" in str(place) or Path(place).is_file():
+    if kind_of(place) in {"gallery", "file"}:
         return GallerySource(place)
-    return FolderSource(Path(place), dpi, polarity, reader)
+    files = find_prints([place], dpi, pattern=pattern, by_folder=by_folder)
+    return FolderSource(Path(place), files, dpi, polarity, reader)
 
 
 class FolderSource:
-    """The images of a folder by name, from which templates are extracted, or its templates."""
+    """The prints of a folder or manifest by name: images, to be extracted, or templates."""
+
+    labels: list[Label] | None = None
 
     def __init__(
         self,
-        folder: Path,
+        place: Path,
+        files: Sequence[PrintFile],
         dpi: float | None,
         polarity: Polarity,
         reader: Callable[..., GreyImage | TemplateRecord] | None,
     ) -> None:
-        self._files = find_prints([folder], dpi)
-        info = read_dataset_info(folder)
+        self._files = files
+        info = read_dataset_info(place if place.is_dir() else place.parent)
         known = info.polarity if polarity == "auto" else polarity
         self._open_reader = cache(
             partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
         )
-        self.place = str(folder)
-        self.title = info.name or folder.resolve().name
-        self.names = [file.path.name for file in self._files]
-        self.fingers = [finger_of_name(name) for name in self.names]
-        states = [repr(_state(file)) for file in self._files]
+        self.place = str(place)
+        self.title = info.name or (place.resolve().name if place.is_dir() else place.stem)
+        self.names = [file.name for file in files]
+        labels = [file.label for file in files]
+        self.fingers = [
+            finger_of_name(file.path.name) if label is None else str(label.of_finger)
+            for file, label in zip(files, labels, strict=True)
+        ]
+        if kind_of(place) == "manifest":
+            self.labels = [label for label in labels if label is not None]
+        states = [repr(_state(file)) for file in files]
+        if any(labels):
+            states.append(repr(self.fingers))
         parts = states if known == "auto" else [*states, repr(known)]
         self.content_hash = hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
@@ -156,12 +177,7 @@ class GallerySource:
             raise ScoringError(f"{self.place}: the gallery is empty")
         self._numbers = [entry.id for entry in entries]
         self.fingers = [str(entry.label.of_finger) for entry in entries]
-        labels = [str(entry.label) for entry in entries]
-        times = Counter(labels)  # different labels may give the same word
-        self.names = [
-            label if times[label] == 1 else f"{label}#{entry.id}"
-            for label, entry in zip(labels, entries, strict=True)
-        ]
+        self.names = entry_names(entries)
 
     def templates(
         self, engine: Engine, numbers: Sequence[int]
@@ -220,5 +236,5 @@ def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
     try:
         status = file.path.stat()
     except OSError:  # a missing file fails when it is read, and becomes a row
-        return file.path.name, -1, -1, file.dpi
-    return file.path.name, status.st_size, status.st_mtime_ns, file.dpi
+        return file.name, -1, -1, file.dpi
+    return file.name, status.st_size, status.st_mtime_ns, file.dpi

@@ -172,7 +172,7 @@ def measure_minutiae(
 def _measure_set(
     row: SetResult, truths: Sequence[ImpressionTruth], matcher: str
 ) -> MinutiaeSetResult:
-    names = [impression.path.name for impression in row.extracted.dataset.impressions]
+    names = [impression.name for impression in row.extracted.dataset.impressions]
     results = [
         measure_print(found.template, truth)
         for found, truth in zip(row.extracted.extractions, truths, strict=True)

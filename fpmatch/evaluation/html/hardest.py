@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.drawing.files import reduced, webp_bytes
+from fpmatch.drawing.ink import ridge_picture
 from fpmatch.drawing.overlay.draw import draw
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.formats.files import holds_minutiae_only
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from numpy.typing import NDArray
 
+    from fpmatch.evaluation.dataset import Impression
     from fpmatch.evaluation.extraction import Extraction
     from fpmatch.evaluation.report import EvaluationReport, SetResult
     from fpmatch.image.io.read import GreyImage
@@ -101,14 +104,14 @@ def _explained(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
         explain = explain_false_non_match if genuine else explain_false_match
         causes = explain(verification)
         try:
-            images = (_as_extracted(impressions[m].path, extractions[m]) for m in (i, j))
+            images = (_as_extracted(impressions[m], extractions[m]) for m in (i, j))
             picture = _picture(verification, *images)
         except FpmatchError as error:
             causes = (*causes, f"not drawn: {error}")
     return HardPair(
         set_name=row.name,
-        probe=impressions[i].path.name,
-        reference=impressions[j].path.name,
+        probe=impressions[i].name,
+        reference=impressions[j].name,
         score=score,
         similarity=float(row.outcomes["similarity"][k]),
         causes=causes,
@@ -116,12 +119,22 @@ def _explained(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
     )
 
 
-def _as_extracted(path: Path, extraction: Extraction) -> GreyImage:
-    """Read an image with the polarity with which its template was extracted."""
+def _as_extracted(impression: Impression, extraction: Extraction) -> GreyImage | NDArray[np.uint8]:
+    """Read an image with the polarity with which its template was extracted.
+
+    Of a template that was stored, the ridges are drawn.
+    """
+    path, template = impression.path, extraction.template
+    if template is not None and (impression.entry is not None or holds_minutiae_only(path)):
+        return ridge_picture(template)
     return read_image(path, polarity="white" if INVERTED in extraction.notes else "dark")
 
 
-def _picture(verification: Verification, probe: GreyImage, reference: GreyImage) -> bytes:
+def _picture(
+    verification: Verification,
+    probe: GreyImage | NDArray[np.uint8],
+    reference: GreyImage | NDArray[np.uint8],
+) -> bytes:
     drawn = draw(probe, reference, verification)
     return webp_bytes(reduced(drawn, width=_PICTURE_WIDTH, height=drawn.shape[0]))
 

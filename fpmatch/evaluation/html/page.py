@@ -33,6 +33,7 @@ _FILTERS: Final = ("change_limits", "decisions_sentence", "limits", "percent", "
 _IMPOSTOR_PAIRS: Final = {
     "extended": "every two impressions of different fingers",
     "fvc": "the first impressions of every two different fingers",
+    "list": "those of a list of pairs",
 }
 
 

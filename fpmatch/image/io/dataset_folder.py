@@ -60,7 +60,7 @@ def images_in(folder: str | os.PathLike[str]) -> list[Path]:
     except OSError as error:
         raise DatasetError(f"{root}: cannot be listed: {error.strerror}") from error
     images = (path for path in names if path.suffix.lower() in IMAGE_EXTENSIONS and path.is_file())
-    return sorted(images, key=_natural_order)
+    return sorted(images, key=lambda path: natural_key(path.name))
 
 
 def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
@@ -93,8 +93,14 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     return DatasetInfo(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
 
 
-def _natural_order(path: Path) -> tuple[list[str | int], str]:
-    """Return a sort key that compares numbers in names as numbers."""
-    parts: list[str | int] = list(_DIGITS.split(path.name))
+def natural_key(text: str) -> tuple[list[str | int], str]:
+    """Return a sort key that compares the numbers in a text as numbers.
+
+    Examples
+    --------
+    >>> sorted(["10_1", "9_2", "a"], key=natural_key)
+    ['9_2', '10_1', 'a']
+    """
+    parts: list[str | int] = list(_DIGITS.split(text))
     parts[1::2] = [int(part) for part in parts[1::2]]
-    return parts, path.name
+    return parts, text

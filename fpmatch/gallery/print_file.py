@@ -1,0 +1,53 @@
+"""The file of a print, as a command was given it: where it is, and whose it is."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from fpmatch.gallery.entry import Label
+
+
+@dataclass(frozen=True, slots=True)
+class PrintFile:
+    """Hold the file of an image or a template, and its resolution (None: that in the file).
+
+    `label` is that of a manifest, a pattern or the folders; None where only the file's name may
+    contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
+    it.
+    """
+
+    path: Path
+    dpi: float | None = None
+    label: Label | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            object.__setattr__(self, "name", self.path.name)
+
+
+def number_impressions(labels: Sequence[Label]) -> list[Label]:
+    """Return labels of which those without an impression have got a number, in their order.
+
+    Examples
+    --------
+    >>> from fpmatch.gallery.entry import Label
+    >>> [str(one) for one in number_impressions([Label("ada"), Label("ada", "", "1")])]
+    ['ada_2', 'ada_1']
+    """
+    taken = set(labels)
+    numbers: dict[Label, count[int]] = defaultdict(lambda: count(1))
+    found = []
+    for label in labels:
+        one = label
+        while not one.impression or (one is not label and one in taken):
+            one = replace(label, impression=str(next(numbers[label.of_finger])))
+        found.append(one)
+    return found

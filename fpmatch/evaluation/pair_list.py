@@ -189,8 +189,9 @@ def number_pairs(
 def with_pairs(dataset: Dataset, listed: PairList, place: str | os.PathLike[str]) -> Dataset:
     """Return a database of which only listed pairs are compared, each once, in either order.
 
-    Only their prints are left in it. Of a list that is labelled, prints joined by genuine pairs become one finger. Raises a
-    `ScoringError` for an unknown print, a print with itself, or labels that contradict each other.
+    Only their prints are left in it. Of a list that is labelled, prints joined by genuine pairs
+    become one finger. Raises a `ScoringError` for an unknown print, a print with itself, or labels
+    that contradict each other.
     """
     names = print_names(place, [one.name for one in dataset.impressions])
     found = number_pairs(listed.path, listed.rows, names, names)

@@ -11,7 +11,7 @@ from fpmatch.gallery.print_file import PrintFile
 from fpmatch.image.io.dataset_folder import images_in, natural_key
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
 _COMMON_SUFFIXES: Final = (".json", ".csv")
@@ -42,26 +42,31 @@ def prints_by_folder(root: Path, *, certain: bool = False) -> list[PrintFile]:
     found = prints_below(root)
     if not found:
         raise ImageReadError("the folder holds no images", path=root, code="empty folder")
-    labelled = []
-    subjects: dict[Path, str] = {}
+    if not certain:
+        _check_no_databases(found)
     above = {folder for file in found for folder in file.path.parent.parents}
+    labelled = []
     for file in found:
-        folder = file.path.parent
-        parts = folder.relative_to(root).parts
-        named = NamePattern().label(file.path)
-        subject = "" if named is None else subjects.setdefault(folder, named.subject)
-        if named is not None and not certain and named.subject != subject:
-            why = (
-                "prints of several fingers by their names FFF_M; give each folder of a database "
-                "by itself, or --by-folder where each is a finger"
-            )
-            raise DatasetError(why, path=folder, code="database")
-        if not 1 <= len(parts) <= 2 or folder in above:
+        parts = file.path.parent.relative_to(root).parts
+        if not 1 <= len(parts) <= 2 or file.path.parent in above:
             why = "the prints must all be in folders, one a finger, or one a subject and finger"
             raise DatasetError(why, path=file.path, code="not by folder")
         label = Label(parts[0], "".join(parts[1:]), file.path.stem)
         labelled.append(PrintFile(file.path, file.dpi, label, file.name))
     return labelled
+
+
+def _check_no_databases(found: Iterable[PrintFile]) -> None:
+    """Raise a DatasetError where a folder has prints of several fingers by FVC's names."""
+    subjects: dict[Path, str] = {}
+    for file in found:
+        folder, named = file.path.parent, NamePattern().label(file.path)
+        if named is not None and subjects.setdefault(folder, named.subject) != named.subject:
+            why = (
+                "prints of several fingers by their names FFF_M; give each folder of a database "
+                "by itself, or --by-folder where each is a finger"
+            )
+            raise DatasetError(why, path=folder, code="database")
 
 
 def _folders_below(root: Path, above: frozenset[Path] = frozenset()) -> Iterator[Path]:

@@ -22,17 +22,26 @@ if TYPE_CHECKING:
 Examples:
   fpmatch inspect print.tif template.iso
   fpmatch inspect prints/* --json
+  fpmatch inspect small_sensor.bmp --dpi 240
 
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
 """
 )
 @files_argument("files", metavar="FILE...")
+@click.option(
+    "--dpi",
+    type=float,
+    help="Resolution of all the images, in dots per inch.  [default: that in the file, else 500]",
+)
 @raw_option
 @json_array_option
-def inspect(files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool) -> int:
+def inspect(
+    files: tuple[Path, ...], dpi: float | None, raw: tuple[RawSize, ...], as_json: bool
+) -> int:
     """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
 
-    The quality of an image is 0, useless, to 100; what is wrong with it follows.
+    The quality of an image is 0, useless, to 100; what is wrong with it follows, as a resolution
+    that cannot be right, and which one is likely.
 
     Images and templates are recognised by content, not by name. The polarity of the images of one
     folder is detected from all of them. Where a file contains several prints, what differs between
@@ -40,15 +49,18 @@ def inspect(files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool) ->
     """
     from fpmatch.gallery.inspection import inspect_file
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.minutiae import check_dpi
     from fpmatch.reading import PrintReader
 
     reader = PrintReader(raw, quiet=True).image
-    image_reader = PolarityReader(reader, find_polarities(files, reader=reader))
+    if dpi is not None:
+        check_dpi(dpi)
+    image_reader = PolarityReader(reader, find_polarities(files, dpi=dpi, reader=reader), dpi)
     found: list[Inspection] = []
     failures = 0
     for file in files:
         try:
-            inspection = inspect_file(file, image_reader=image_reader)
+            inspection = inspect_file(file, image_reader=image_reader, dpi=dpi)
         except FpmatchError as error:
             failures += 1
             say_errors([_one_line(error)])

@@ -18,6 +18,7 @@ from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.print_file import PrintFile
 from fpmatch.gallery.prints import ExtractedPrint, extract_print
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.reading import PrintReader
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def extract_image(
 
     An image is `graded` with its quality, which takes a tenth of the time of the extraction.
     """
-    from fpmatch.image.assess import QualityRecorder  # noqa: PLC0415
+    from fpmatch.image.assess import QualityRecorder, assess  # noqa: PLC0415
     from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
 
     image, stages = reader(path), QualityRecorder() if graded else None
@@ -119,7 +120,10 @@ def extract_image(
         return extract_print(PrintFile(path, dpi), lambda _: image)
     template = extract(image, dpi=dpi, enhance=enhance or DEFAULT_ENHANCEMENT, recorder=stages)
     quality = stages.quality(template.dpi).score if stages else None
-    return ExtractedPrint(template, dpi is None and image.dpi is None, image.notes, quality)
+    empty = not len(template.minutiae)
+    why = why_no_minutiae(assess(image, dpi).quality) if empty else ""
+    assumed = dpi is None and image.dpi is None
+    return ExtractedPrint(template, assumed, image.notes, quality, why)
 
 
 def extractor_of(
@@ -238,7 +242,8 @@ def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPri
     beside = cpu_ms, found.dpi_assumed, found.notes, found.quality
     if len(found.template.minutiae):
         return Extraction(found.template, "", *beside)
-    return Extraction(None, f"{impression.path}: no minutiae found", *beside)
+    why = found.why_empty or why_no_minutiae(None)
+    return Extraction(None, f"{impression.path}: {why}", *beside)
 
 
 def _stored(dataset: Dataset) -> tuple[Extraction, ...]:

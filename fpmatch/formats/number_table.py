@@ -103,6 +103,6 @@ def recognises_text(data: bytes) -> bool:
 
 
 TEXT_CODEC: Final = Codec(
-    "numbers", "text of numbers (np.savetxt)", (".txt",), recognises_text, decode_text
+    "numbers", "text of numbers (np.savetxt)", (), recognises_text, decode_text
 )
-NPY_CODEC: Final = Codec("npy", "NumPy array (np.save)", (".npy",), is_npy, decode_array)
+NPY_CODEC: Final = Codec("npy", "NumPy array (np.save)", (), is_npy, decode_array)

@@ -153,10 +153,11 @@ def _meaning(name: str) -> str:
 
 
 def _recognises(data: bytes) -> bool:
-    """Return whether the first line has columns x and y."""
+    """Return whether the first line has columns x and y and one of angles."""
     first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:HEADER_BYTES]
     try:
-        return _find_header(first.decode("latin-1").splitlines()[:1]) is not None
+        header = _find_header(first.decode("utf-8", "replace").splitlines()[:1])
+        return header is not None and "theta" in header.found
     except TemplateError:
         return True  # which then says why
 

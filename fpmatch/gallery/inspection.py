@@ -68,20 +68,25 @@ class Inspection:
 
 
 def inspect_file(
-    path: str | os.PathLike[str], *, image_reader: Callable[[Path], GreyImage] = read_image
+    path: str | os.PathLike[str],
+    *,
+    image_reader: Callable[[Path], GreyImage] = read_image,
+    dpi: float | None = None,
 ) -> Inspection:
     """Find out what a file, an image or a template, contains, by its content, whatever its name.
+
+    An image is taken to be of `dpi` dots per inch (default: the resolution in the file, else 500).
 
     Raises TemplateError, ImageReadError or ImageError if it is no such file, or damaged.
     """
     if not is_template_file(path):
         image = image_reader(Path(path))
-        return Inspection(str(path), image.format, f"{image.format} image", _image(image))
+        return Inspection(str(path), image.format, f"{image.format} image", _image(image, dpi))
     record = load_record(path)
     picture, notes = None, record.notes
     if not holds_minutiae_only(path):
         try:
-            picture = _image(image_reader(Path(path)))
+            picture = _image(image_reader(Path(path)), dpi)
         except FpmatchError as error:
             notes += (f"its image cannot be read: {str(error).removeprefix(f'{path}: ')}",)
     return Inspection(
@@ -94,17 +99,17 @@ def inspect_file(
     )
 
 
-def _image(image: GreyImage) -> InspectedImage:
+def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
     from fpmatch.image.assess import assess  # noqa: PLC0415
 
     height, width = image.pixels.shape
     notes = image.notes
     try:
-        quality = assess(image).quality
+        quality = assess(image, dpi).quality
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {str(error).removeprefix(f'{image.source}: ')}",)
-    return InspectedImage(width, height, image.dpi, notes, quality)
+    return InspectedImage(width, height, dpi or image.dpi, notes, quality)
 
 
 def _print(view: View) -> dict[str, Any]:

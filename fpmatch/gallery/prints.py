@@ -15,6 +15,7 @@ from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.manifest import read_manifest
 from fpmatch.gallery.print_file import PrintFile
 from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.minutiae import check_dpi
 from fpmatch.reading import ASSUMED_DPI, PrintReader, make_given_print
 
@@ -36,13 +37,15 @@ if TYPE_CHECKING:
 class ExtractedPrint:
     """Hold the template of a print, whether its resolution was assumed, and notes on reading it.
 
-    `quality` is that of the image, 0 to 100; None where it was not measured.
+    `quality` is that of the image, 0 to 100; None where it was not measured. `why_empty` is the
+    reason for a template without minutiae, where one is known.
     """
 
     template: Template
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
     quality: int | None = None
+    why_empty: str = ""
 
     @property
     def all_notes(self) -> tuple[str, ...]:
@@ -148,7 +151,8 @@ def extract_print(
         why = f"{given.quality} ({min_quality} is required)"
         raise QualityError(why, path=file.path)
     if not len(given.template.minutiae):
-        raise ImageError("no minutiae found", path=file.path, code="no minutiae")
+        why = why_no_minutiae(given.quality)
+        raise ImageError(why, path=file.path, code="no minutiae")
     quality = given.quality.score if graded and given.quality is not None else None
     return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes, quality)
 

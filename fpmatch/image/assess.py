@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
 
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
-from fpmatch.image.quality.print_quality import PrintQuality, grade
+from fpmatch.image.quality.print_quality import (
+    MIN_CONCENTRATION,
+    PrintQuality,
+    grade,
+    wrong_resolution,
+)
+from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.image.io.read import GreyImage
@@ -25,6 +33,10 @@ class AssessedPrint:
 
     template: Template
     quality: PrintQuality
+
+
+_NOTHING_FOUND: Final = {"no ridges", "too small"}  # reasons of an image to look at enlarged
+_ENLARGED: Final = 2.5
 
 
 class QualityRecorder:
@@ -45,7 +57,20 @@ class QualityRecorder:
 
     def quality(self, dpi: float) -> PrintQuality:
         """Return the quality of that print, whose resolution was taken to be `dpi`."""
-        return grade(self.measures(), dpi)
+        quality = grade(self.measures(), dpi)
+        codes = {reason.code for reason in quality.reasons}
+        return (self._quality_enlarged(dpi) if codes >= _NOTHING_FOUND else None) or quality
+
+    def _quality_enlarged(self, dpi: float) -> PrintQuality | None:
+        """Return the quality of a small image with ridges too fine to be found; None without."""
+        grey = np.asarray(self._stages["input"], np.uint8)
+        enlarged = cv2.resize(grey, None, fx=_ENLARGED, fy=_ENLARGED, interpolation=cv2.INTER_CUBIC)
+        stages = QualityRecorder()
+        extract(np.asarray(enlarged, np.uint8), STANDARD_DPI, recorder=stages)
+        measures = stages.measures()
+        if not measures.ridges_mm2 > 0 or measures.concentration < MIN_CONCENTRATION:
+            return None
+        return PrintQuality(0, (wrong_resolution(measures.period_px / _ENLARGED, dpi),))
 
 
 def assess(

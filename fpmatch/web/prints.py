@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.reading import decode_print, make_given_print
 
@@ -77,7 +78,8 @@ def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPri
     """Return the print in an upload, as `open_upload` does, but refuse one without minutiae."""
     given = open_upload(upload, options)
     if not len(given.template.minutiae):
-        raise ImageError("no minutiae found", path=given.name, code="no minutiae")
+        why = why_no_minutiae(given.quality)
+        raise ImageError(why, path=given.name, code="no minutiae")
     return given
 
 

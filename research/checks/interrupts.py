@@ -29,8 +29,8 @@ SAMPLES: Final = ROOT / "sample_data"
 GALLERY: Final = "prints.db"
 ENDS_S: Final = 20.0
 """Time limit for a command to end after the interrupt."""
-_START_UP: Final = "Fatal Python error: init_import_site"
-"""What Python prints of an interrupt before it runs any program."""
+_START_UP: Final = ("Fatal Python error: init_import_site", "in _get_module_details")
+"""What Python prints of an interrupt before it runs the program, which cannot prevent it."""
 LEFT_S: Final = 3.0
 """Time limit for its processes to end after it."""
 PRINTS: Final = [f"sample_data/{path.name}" for path in sorted(SAMPLES.glob("*.tif"))]
@@ -69,7 +69,7 @@ class Interrupted:
             -signal.SIGINT,
             0 if self.command in STOPPED else EXIT_INTERRUPTED,
         }
-        if self.errors.startswith(_START_UP):
+        if any(words in self.errors for words in _START_UP):
             return ""
         if "Traceback" in self.errors or "Exception ignored" in self.errors:
             return "traceback"

@@ -166,7 +166,6 @@ def test_other_conventions_are_refused(text: str) -> None:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"x,y\n1,2\n", "line 1: found the columns x, y; minutiae also need one of angles"),
         (b"x,y,angle,theta\n1,2,3,4\n", "line 1: a column is there twice: x, y, angle, theta"),
         (b"x,y,angle\n1,2,three\n", "line 2, column angle: expected a number, found 'three'"),
         (b"x;y;angle\n1,5;2;3\n", "line 2, column x: expected a number, found '1,5'"),
@@ -204,6 +203,13 @@ def test_a_bad_table_is_refused_with_its_place(data: bytes, reason: str) -> None
     assert str(caught.value).startswith("table: ")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_points_are_no_minutiae() -> None:
+    with pytest.raises(TemplateError, match="not a template file of a known format"):
+        decoded(b"x,y\n1,2\n")
+    with pytest.raises(TemplateError, match="line 1: found the columns x, y; minutiae also need"):
+        decode_record(b"x,y\n1,2\n", "table", file_format="minutiae-csv")
 
 
 def test_nothing_is_unpickled(tmp_path: Path) -> None:

@@ -74,6 +74,19 @@ class PrintQuality:
         return {"score": self.score, "reasons": reasons}
 
 
+def why_no_minutiae(quality: PrintQuality | None) -> str:
+    """Return the message about a print without minutiae, with its probable resolution if known.
+
+    Examples
+    --------
+    >>> why_no_minutiae(PrintQuality(0, (wrong_resolution(4.4, 500),)))[:45]
+    'no minutiae found; wrong resolution: ridges l'
+    """
+    reasons = () if quality is None else quality.reasons
+    wrong = [str(reason) for reason in reasons if reason.code == WRONG_RESOLUTION]
+    return "; ".join(["no minutiae found", *wrong])
+
+
 def quality_features(measures: QualityMeasures) -> Doubles:
     """Return the features of the score, shape (6,), in the order of `FEATURES`.
 
@@ -108,7 +121,7 @@ def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
 def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
     blurred = m.detail < MIN_DETAIL and m.concentration >= MIN_CONCENTRATION / 2
     if _is_far_off(m, blurred=blurred):  # then no length or area is right
-        return [*_about_ink(m), _wrong_resolution(m.peak_px, dpi)]
+        return [*_about_ink(m), wrong_resolution(m.peak_px, dpi)]
     found = _about_area(m) + _about_ink(m)
     if blurred:
         advice = "(hold still, focus, clean the sensor)"
@@ -116,7 +129,7 @@ def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
     shortest, longest = PERIODS_PX
     odd = m.period_px < shortest or (m.period_px > longest and not blurred)  # blur lengthens it
     if odd and m.concentration >= MIN_CONCENTRATION:
-        found.append(_wrong_resolution(m.period_px, dpi))
+        found.append(wrong_resolution(m.period_px, dpi))
     return found
 
 
@@ -153,7 +166,7 @@ def _about_ink(m: QualityMeasures) -> list[Reason]:
     return []
 
 
-def _wrong_resolution(period_px: float, dpi: float) -> Reason:
+def wrong_resolution(period_px: float, dpi: float) -> Reason:
     """Return the reason for a ridge period of `period_px` pixels at 500 dpi."""
     probable = round(dpi * period_px / TYPICAL_PERIOD_PX, -1)
     return Reason(

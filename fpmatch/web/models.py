@@ -125,6 +125,50 @@ class Shown(BaseModel):
     reference: ShownPrint
 
 
+class Ridges(BaseModel):
+    """Where the ridges of two prints agree."""
+
+    mean: float = Field(description="Mean of the cells, as ridge_agreement in compared")
+    area_mm2: float
+    cell_px: float = Field(description="Side of a cell, in pixels of the reference")
+    rotation_deg: float = Field(description="Rotation of the rows of cells, clockwise")
+    cells: list[tuple[float, float, float, str]] = Field(
+        description="x, y of the centre (pixels of the reference), agreement -1 to 1, colour"
+    )
+    colours: list[str] = Field(description="of agreements from 0 to 1, evenly spaced")
+
+
+class Place(BaseModel):
+    """A rectangle in pixels of the reference."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class Warped(BaseModel):
+    """The probe warped on the mesh of the pairs, in pixels of the reference."""
+
+    ink: str | None
+    box: Place = Field(description="What the picture `ink` covers")
+    extent: tuple[float, float, float, float] = Field(
+        description="left, top, right, bottom of what shows ridges"
+    )
+    minutiae: list[tuple[float, float, float]] = Field(description="x, y, angle")
+    grid: list[list[tuple[float, float]]] = Field(
+        description="Places of nodes that are evenly spaced over the probe, by rows"
+    )
+
+
+class Views(BaseModel):
+    """Further views of a comparison."""
+
+    ridges: Ridges | None = Field(description="null where the ridges were not compared")
+    drawn: str = Field(description="By what the warped probe is drawn")
+    warped: Warped | None = Field(description="null where it is drawn by the transform")
+
+
 class Mark(BaseModel):
     """A mark of an examiner, in pixels of one of the prints."""
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.web.prints import PrintOptions
 
 LARGEST_SIDE_SHOWN: Final = 1600  # pixels of a print
-_INKED: Final = 96  # smallest coverage that counts as ink
+INKED: Final = 96  # smallest coverage that counts as ink
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +70,13 @@ def verify_pair(request: PairRequest) -> dict[str, Any]:
 def draw_pair(request: PairRequest, file_format: str, view: View) -> bytes:
     """Return the overlay of two prints as the content of a "png" or "svg" file."""
     pair = request.compare()
-    pixels = _pixels(pair.probe), _pixels(pair.reference)
+    pixels = pixels_of(pair.probe), pixels_of(pair.reference)
     return overlay_file(f".{file_format}", *pixels, pair.verification, view)
 
 
-def report_pair(request: PairRequest, notes: str, marks: list[dict[str, Any]]) -> str:
+def report_pair(
+    request: PairRequest, notes: str, marks: list[dict[str, Any]], warp: bool = False
+) -> str:
     """Return the case report of two uploads, with what an examiner noted and marked."""
     pair = request.compare()
     uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
@@ -84,7 +86,8 @@ def report_pair(request: PairRequest, notes: str, marks: list[dict[str, Any]]) -
         request.options, pair.verification, (first.dpi, second.dpi), first.enhance
     )
     placed = [CaseMark(**mark) for mark in marks]
-    return case_report(pair, (probe, reference), settings=settings, notes=notes, marks=placed)
+    files = probe, reference
+    return case_report(pair, files, settings=settings, notes=notes, marks=placed, warp=warp)
 
 
 def show_pair(request: PairRequest) -> dict[str, Any]:
@@ -105,7 +108,7 @@ def show_pair(request: PairRequest) -> dict[str, Any]:
 
 def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
     """Return one print for the web interface; a minutia is x, y, angle, kind, quality."""
-    template, pixels = given.template, _pixels(given)
+    template, pixels = given.template, pixels_of(given)
     m = template.minutiae
     factor = min(1.0, LARGEST_SIDE_SHOWN / max(pixels.shape))
     ink = ink_of(Print(pixels, template), zoomed(factor, (-0.5, -0.5), (-0.5, -0.5)), colour, "")
@@ -122,11 +125,11 @@ def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
             for x, y, angle, kind, q in zip(m.x, m.y, m.angle, m.kind, m.quality, strict=True)
         ],
         "picture": data_url(webp_bytes(shrunk(pixels, factor), 85), "webp"),
-        "ink": None if ink is None else data_url(png_bytes(_rgba(ink.coverage, colour)), "png"),
+        "ink": None if ink is None else data_url(png_bytes(rgba(ink.coverage, colour)), "png"),
     }
 
 
-def _pixels(given: GivenPrint) -> NDArray[np.uint8]:
+def pixels_of(given: GivenPrint) -> NDArray[np.uint8]:
     """Return the pixels of an image, or the ridges that a template contains."""
     return ridge_picture(given.template) if given.image is None else given.pixels
 
@@ -134,7 +137,7 @@ def _pixels(given: GivenPrint) -> NDArray[np.uint8]:
 def _extent(pixels: NDArray[np.uint8], ink: Ink | None, factor: float) -> list[int]:
     """Return left, top, right and bottom of the ridges, in pixels of the print."""
     height, width = pixels.shape
-    inked = np.zeros((1, 1), bool) if ink is None else ink.coverage > _INKED
+    inked = np.zeros((1, 1), bool) if ink is None else ink.coverage > INKED
     columns, rows = np.flatnonzero(inked.any(axis=0)), np.flatnonzero(inked.any(axis=1))
     if not columns.size:
         return [0, 0, width, height]
@@ -154,5 +157,6 @@ def _open_enrolled(enrolled: EnrolledPrint) -> GivenPrint:
         return GivenPrint(str(entry.label), gallery.template(enrolled.number))
 
 
-def _rgba(coverage: NDArray[np.uint8], colour: Colour) -> NDArray[np.uint8]:
+def rgba(coverage: NDArray[np.uint8], colour: Colour) -> NDArray[np.uint8]:
+    """Return an ink as RGB and opacity, shape (H, W, 4)."""
     return np.dstack([np.full((*coverage.shape, 3), colour, np.uint8), coverage])

@@ -13,7 +13,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.gallery.entry import Label
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 from fpmatch.web import gallery as gallery_work
-from fpmatch.web import models, pair, single
+from fpmatch.web import models, pair, single, views
 from fpmatch.web.access import Role
 from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import PrintOptions
@@ -157,6 +157,22 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
     return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
 
 
+@router.post("/views", summary="Where the ridges agree, and the probe warped through the pairs")
+async def further_views(run: Run, prints: UploadedPair) -> models.Views:
+    """Return the map of ridge agreement and the warped probe: for looking, not for measuring."""
+    return models.Views(**await run(views.show_views, prints))
+
+
+@gallery_router.post(
+    "/gallery/{number}/views",
+    summary="Further views of a probe and one enrolled print",
+    dependencies=_VERIFY,
+)
+async def views_of_enrolled(run: Run, prints: EnrolledPair) -> models.Views:
+    """Return what `/views` does."""
+    return await further_views(run, prints)
+
+
 @router.post("/case-report", summary="Report on a comparison, to be printed", **_PAGE)
 async def case_report(
     run: Run,
@@ -165,6 +181,7 @@ async def case_report(
     marks: Annotated[
         str, Form(max_length=100_000, description="JSON: list of side, x, y, note")
     ] = "[]",
+    warp: Annotated[bool, Form(description="Show the warped overlay, too")] = False,
 ) -> Response:
     """Return the page that `fpmatch verify --case-report` writes."""
     try:
@@ -172,7 +189,7 @@ async def case_report(
     except ValidationError:
         raise RequestError("marks: must be a JSON list of side, x, y and note") from None
     document = [mark.model_dump() for mark in placed]
-    html = await run(pair.report_pair, prints, notes, document)
+    html = await run(pair.report_pair, prints, notes, document, warp)
     return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 

@@ -95,6 +95,8 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
         ("POST", "/verify", Role.VERIFY),
         ("POST", "/compare", Role.VERIFY),
         ("POST", "/overlay", Role.VERIFY),
+        ("POST", "/views", Role.VERIFY),
+        ("POST", "/gallery/1/views", Role.VERIFY),
         ("POST", "/extract", Role.VERIFY),
         ("POST", "/stages", Role.VERIFY),
         ("POST", "/case-report", Role.VERIFY),

@@ -113,6 +113,38 @@ def test_overlays_are_pictures(client, prints):
     assert drawing.text.startswith("<svg")
 
 
+def test_further_views_are_of_the_same_comparison(client, prints):
+    files = sent(prints, probe="1_1.png", reference="1_2.png")
+    shown = client.post("/compare", files=files).json()
+    views = client.post("/views", files=files).json()
+    ridges, warped = views["ridges"], views["warped"]
+    compared = shown["result"]["compared"]
+    assert ridges["mean"] == pytest.approx(compared["ridge_agreement"], rel=1e-12)
+    assert ridges["area_mm2"] == compared["ridge_area_mm2"]
+    assert {len(cell) for cell in ridges["cells"]} == {4}
+    assert all(re.fullmatch("#[0-9a-f]{6}", cell[3]) for cell in ridges["cells"])
+    assert views["drawn"].startswith("warped through")
+    assert len(warped["minutiae"]) == len(shown["probe"]["minutiae"])
+    assert warped["ink"].startswith("data:image/png;base64,")
+    left, top, right, bottom = warped["extent"]
+    box = warped["box"]
+    assert box["x"] <= left < right <= box["x"] + box["width"] + 1
+    assert box["y"] <= top < bottom <= box["y"] + box["height"] + 1
+    picture = client.post("/overlay", files=files, data={"warp": "true", "format": "svg"})
+    assert "for looking, not for measuring" in picture.text
+    both = client.post("/overlay", files=files, data={"warp": "true", "ridges": "true"})
+    assert both.status_code == 422
+    assert "exclude" in both.json()["error"]
+    report = client.post("/case-report", files=files, data={"warp": "true"})
+    assert "for looking, not for measuring" in report.text
+
+
+def test_prints_without_ridges_have_no_further_views(client, prints):
+    files = sent(prints, probe="blank.png", reference="1_2.png")
+    views = client.post("/views", files=files).json()
+    assert views == {"ridges": None, "drawn": "similarity transform", "warped": None}
+
+
 def test_compare_tells_all_that_the_page_shows(client, prints):
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     shown = client.post("/compare", files=files).json()
@@ -256,6 +288,10 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
         assert shown["reference"]["kind"] == "template"
         overlay = client.post(f"/gallery/{best['id']}/overlay", files=files)
         assert overlay.content.startswith(b"\x89PNG")
+        views = client.post(f"/gallery/{best['id']}/views", files=files).json()
+        assert views["ridges"]["mean"] == pytest.approx(
+            shown["result"]["compared"]["ridge_agreement"]
+        )
         missing = client.post("/gallery/77/compare", files=files)
         assert missing.status_code == 404
         assert str(gallery.parent) not in missing.text
@@ -269,7 +305,7 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
 def test_the_api_describes_itself(client):
     paths = client.get("/openapi.json").json()["paths"]
     assert set(paths) == {
-        *("/verify", "/extract", "/overlay", "/compare", "/stages", "/case-report"),
+        *("/verify", "/extract", "/overlay", "/compare", "/stages", "/case-report", "/views"),
         *("/about", "/health", "/ready", "/metrics"),
     }
 

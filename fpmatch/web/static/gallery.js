@@ -45,8 +45,9 @@ export async function identify(slot, signal) {
       slot.tell(shown.probe);
       showResult(shown, {
         verify: async (threshold) => (await (await ask(`${path}/compare`, { ...probe, threshold })).json()).result,
-        overlay: async (format, apart, threshold) =>
-          (await ask(`${path}/overlay`, { ...probe, format, side_by_side: apart, threshold })).blob(),
+        overlay: async (format, view, threshold) =>
+          (await ask(`${path}/overlay`, { ...probe, format, ...view, threshold })).blob(),
+        views: async () => (await ask(`${path}/views`, probe)).json(),
       });
     } catch (error) {
       if (error.name !== "AbortError") complain(error.message);

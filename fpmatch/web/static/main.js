@@ -90,10 +90,11 @@ function makeSlots() {
       reference.tell(shown.reference);
       showResult(shown, {
         verify: async (threshold) => (await ask("verify", { ...asked, threshold })).json(),
-        report: async (threshold, { notes, marks }) =>
-          (await ask("case-report", { ...asked, threshold, notes, marks: JSON.stringify(marks) })).blob(),
-        overlay: async (format, apart, threshold) =>
-          (await ask("overlay", { ...asked, format, side_by_side: apart, threshold })).blob(),
+        report: async (threshold, { notes, marks }, warp) =>
+          (await ask("case-report", { ...asked, threshold, notes, marks: JSON.stringify(marks), warp })).blob(),
+        overlay: async (format, view, threshold) =>
+          (await ask("overlay", { ...asked, format, ...view, threshold })).blob(),
+        views: async () => (await ask("views", asked)).json(),
       });
     });
   }

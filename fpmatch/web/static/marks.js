@@ -82,7 +82,8 @@ function mark(print, index, side, number, move, labelled) {
   turned.style.transform = `rotate(${degrees}deg)`;
   const group = svg("g", { class: `mark ${side} ${number ? "paired" : "lone"}` }, turned);
   group.style.transform = `translate(${x}px, ${y}px) scale(var(--k))`;
-  group.prepend(svg("title", {}, `${number ? `pair ${number}: ` : ""}${side} ${minutia(found)}`));
+  const named = print.named?.[index] ?? found; // a warped minutia by where it is in its print
+  group.prepend(svg("title", {}, `${number ? `pair ${number}: ` : ""}${side} ${minutia(named)}`));
   if (number) {
     group.dataset.pair = number;
     group.prepend(svg("circle", { class: "reach", r: 12 }));
@@ -103,10 +104,10 @@ export function minutiae(print, side, pairs, move = null, labelled = false) {
   };
 }
 
-export function links(shown, move) {
-  const lines = shown.pairs.map(([i, j], k) => {
-    const [x1, y1] = move.point(shown.probe.minutiae[i]);
-    const [x2, y2] = shown.reference.minutiae[j];
+export function links({ pairs, probe, reference }, move = null) {
+  const lines = pairs.map(([i, j], k) => {
+    const [x1, y1] = move ? move.point(probe.minutiae[i]) : probe.minutiae[i];
+    const [x2, y2] = reference.minutiae[j];
     return svg("line", { x1, y1, x2, y2, "data-pair": k + 1 });
   });
   return svg("g", { class: "links" }, ...lines);

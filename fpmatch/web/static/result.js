@@ -4,12 +4,13 @@ import { byId, complain, el, save } from "./dom.js";
 import { Examination } from "./examination.js";
 import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
+import { aboutRidges, bent, bentInk, bentPlace, cells, scale } from "./views.js";
 import { count, minutia, odds, place } from "./words.js";
 
 const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
 
-// Show one comparison. `source.verify(threshold)` and `source.overlay(format, apart, threshold)`
-// ask the server for it again, at another threshold, as files.
+// Show one comparison. `source.verify(threshold)` and `source.overlay(format, view, threshold)`
+// ask the server for it again, at another threshold, as files; `source.views()` for further views.
 export function showResult(shown, source) {
   const view = new ResultView(shown, source);
   const root = byId("result");
@@ -26,7 +27,8 @@ class ResultView {
     this.move = shown.result.transform && layer.mover(shown.result.transform);
     this.turn = 0; // degrees by which both prints are rotated
     this.linked = this.move !== null;
-    this.examination = new Examination(() => this.arrange(this.apart, true));
+    this.warped = false;
+    this.examination = new Examination(() => this.arrange(this.view, true));
     this.verdict = this.#verdict();
     this.evidence = this.#evidence();
     this.stage = this.#stage();
@@ -34,7 +36,11 @@ class ResultView {
 
   start() {
     this.decide();
-    this.arrange(!this.move);
+    this.arrange(this.move ? "over" : "beside");
+  }
+
+  get apart() {
+    return this.view === "beside";
   }
 
   #verdict() {
@@ -106,7 +112,7 @@ class ResultView {
       button("Overlay PNG", "export-png", () => this.#overlay("png")),
       button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
       ...(this.source.report ? [button("Case report", "export-report", async () => {
-        save(await this.source.report(this.threshold, this.examination), "case.html");
+        save(await this.source.report(this.threshold, this.examination, this.warped), "case.html");
       })] : []),
       button("Result JSON", "export-json", async () => {
         const result = await this.source.verify(this.threshold);
@@ -117,7 +123,9 @@ class ResultView {
   }
 
   async #overlay(format) {
-    save(await this.source.overlay(format, this.apart, this.threshold), `overlay.${format}`);
+    const over = this.view === "over";
+    const view = { side_by_side: this.apart, ridges: this.view === "ridges", warp: over && this.warped };
+    save(await this.source.overlay(format, view, this.threshold), `overlay.${format}`);
   }
 
   async #export(button, does) {
@@ -142,14 +150,18 @@ class ResultView {
     this.right.onview = () => this.#follow(this.right, this.left);
     this.panes = el("div", { class: "panes" });
     this.info = el("p", { class: "pair-info", "aria-live": "polite" });
-    const choice = (words, id, apart) => {
-      const made = el("button", { type: "button", id, "aria-pressed": "false" }, words);
-      made.addEventListener("click", () => this.arrange(apart));
+    this.drawn = el("p", { id: "drawn", "aria-live": "polite" });
+    const choice = (words, view) => {
+      const made = el("button", { type: "button", id: `view-${view}`, "aria-pressed": "false" }, words);
+      made.addEventListener("click", () => this.#choose(view, this.warped));
       return made;
     };
-    this.together = choice("Overlay", "view-over", false);
-    this.beside = choice("Side by side", "view-beside", true);
-    this.together.disabled = !this.move;
+    this.choices = { over: choice("Overlay", "over"), beside: choice("Side by side", "beside"), ridges: choice("Ridges", "ridges") };
+    this.choices.over.disabled = !this.move;
+    if ((this.shown.result.compared?.ridge_agreement ?? null) === null) {
+      this.choices.ridges.disabled = true;
+      this.choices.ridges.title = "The ridges of these prints were not compared";
+    }
     const tool = (words, label, does) => {
       const made = el("button", { type: "button", "aria-label": label, title: label }, words);
       made.addEventListener("click", () => does(this.viewers[0], this));
@@ -157,8 +169,12 @@ class ResultView {
     };
     this.fade = el("input", { type: "range", id: "fade", min: -100, max: 100, step: 1, value: 0 });
     this.fade.addEventListener("input", () => this.#fade());
+    this.bend = el("input", { type: "checkbox", id: "warp" });
+    this.bend.addEventListener("change", () => this.#choose("over", this.bend.checked));
     this.fader = el("div", { class: "fader" }, el("label", { for: "fade", class: "probe" }, "Probe"), this.fade,
       el("span", { class: "reference", "aria-hidden": "true" }, "Reference"));
+    this.bender = el("label", { class: "tick", title: "Bend the probe on the mesh of the pairs: for looking, not for measuring" }, this.bend, "Warped");
+    this.scale = el("div", { class: "fader", "aria-hidden": "true" });
     const tick = (words, id, name) => {
       const box = el("input", { type: "checkbox", id, checked: true });
       box.addEventListener("change", () => this.panes.classList.toggle(`without-${name}`, !box.checked));
@@ -167,7 +183,7 @@ class ResultView {
     this.link = el("input", { type: "checkbox", id: "link", checked: this.linked, disabled: !this.move });
     this.link.addEventListener("change", () => {
       this.linked = this.link.checked;
-      this.arrange(this.apart);
+      this.arrange(this.view);
     });
     this.linker = el("label", { class: "tick", title: "Both prints show the same place, as large, and stand alike" }, this.link, "Linked");
     this.marking = el("button", { type: "button", id: "mark", "aria-pressed": "false", title: "Then click on a print" }, "Mark");
@@ -186,11 +202,13 @@ class ResultView {
       el(
         "div",
         { class: "tools", role: "toolbar", "aria-label": "View" },
-        el("div", { class: "choice" }, this.together, this.beside),
+        el("div", { class: "choice" }, ...Object.values(this.choices)),
         this.fader,
+        this.scale,
         this.linker,
         this.picture,
         el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
+        this.bender,
         this.marking,
         el("div", { class: "zooms" },
           tool("−", "Zoom out", (viewer) => viewer.zoom(1 / 1.5)),
@@ -200,8 +218,28 @@ class ResultView {
           tool("Fit", "Show all", (viewer) => viewer.fit())),
       ),
       this.panes,
-      this.info,
+      el("div", { class: "below" }, this.drawn, this.info),
     );
+  }
+
+  // Show a view; what it needs beyond the comparison is asked of the server once.
+  async #choose(view, warped) {
+    if (view === "ridges" || warped) {
+      this.stage.setAttribute("aria-busy", "true");
+      try {
+        this.asked ??= this.source.views();
+        this.further = await this.asked;
+      } catch (error) {
+        this.asked = null;
+        this.bend.checked = this.warped;
+        complain(error.message);
+        return;
+      } finally {
+        this.stage.removeAttribute("aria-busy");
+      }
+    }
+    this.warped = warped;
+    this.arrange(view);
   }
 
   #pictureTools() {
@@ -232,13 +270,15 @@ class ResultView {
     follower.look({ x: fx, y: fy }, leader.unit * scale, degrees, leader.whole);
   }
 
-  arrange(apart, still = false) {
+  arrange(view, still = false) {
     const { probe, reference, pairs } = this.shown;
-    const views = still ? this.viewers.map(({ centre, unit, degrees, whole }) => ({ centre, unit, degrees, whole })) : null;
-    this.apart = apart;
-    this.together.setAttribute("aria-pressed", String(!apart));
-    this.beside.setAttribute("aria-pressed", String(apart));
-    this.fader.hidden = apart;
+    const sameViewer = this.view && !this.apart && view !== "beside";
+    const views = still || sameViewer ? this.viewers.map(({ centre, unit, degrees, whole }) => ({ centre, unit, degrees, whole })) : null;
+    this.view = view;
+    const { apart } = this;
+    for (const [name, made] of Object.entries(this.choices)) made.setAttribute("aria-pressed", String(name === view));
+    this.fader.hidden = this.bender.hidden = view !== "over";
+    this.scale.hidden = view !== "ridges";
     this.linker.hidden = this.picture.hidden = !apart;
     this.panes.classList.toggle("apart", apart);
     if (!still) this.panes.replaceChildren(...this.viewers.map((viewer) => viewer.svg));
@@ -258,17 +298,33 @@ class ResultView {
           this.examination.layer(side, same, map));
       }
       if (linked) this.left.fit();
-    } else {
+      this.drawn.textContent = "Both prints as they are.";
+    } else if (view === "ridges") {
+      const { ridges } = this.further;
       const bounds = layer.together(layer.extentOf(reference), layer.extentOf(probe, this.move));
-      const ours = layer.minutiae(probe, "probe", pairs, this.move);
+      const theirs = layer.minutiae(reference, "reference", pairs);
+      this.scale.replaceChildren(...scale(ridges));
+      this.over.show(bounds, 0, layer.paper(bounds), cells(ridges), layer.ink(reference, "plain"),
+        theirs.lone, theirs.paired, this.examination.layer("reference", same, there));
+      this.drawn.textContent = aboutRidges(ridges);
+    } else {
+      const warp = this.warped ? this.further.warped : null;
+      const [drawn, move] = warp ? [bent(probe, warp), null] : [probe, this.move];
+      const bounds = layer.together(layer.extentOf(reference), warp ? layer.extentOf(warp) : layer.extentOf(probe, move));
+      const ours = layer.minutiae(drawn, "probe", pairs, move);
       const theirs = layer.minutiae(reference, "reference", pairs);
       this.over.show(bounds, 0, layer.paper(bounds),
-        layer.ink(reference, "reference"), layer.ink(probe, "probe", this.move),
-        theirs.lone, ours.lone, theirs.paired, layer.links(this.shown, this.move), ours.paired,
-        this.examination.layer("reference", same, there));
+        layer.ink(reference, "reference"), warp ? bentInk(warp) : layer.ink(probe, "probe", move),
+        theirs.lone, ours.lone, theirs.paired, layer.links({ ...this.shown, probe: drawn }, move), ours.paired,
+        this.examination.layer("reference", same, warp ? bentPlace(probe, warp) : there));
+      this.drawn.textContent = `Probe drawn by: ${this.warped ? this.further.drawn : "similarity transform"}.`;
       this.#fade();
     }
-    views?.forEach((view, k) => this.viewers[k].look(view.centre, view.unit, view.degrees, view.whole));
+    views?.forEach(({ centre, unit, degrees, whole }, k) => {
+      const viewer = this.viewers[k];
+      if (!whole) viewer.look(centre, unit, degrees, whole);
+      else if (degrees !== viewer.degrees) viewer.turn(degrees - viewer.degrees);
+    });
     this.lit = undefined;
     this.#light(null);
   }

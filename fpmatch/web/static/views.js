@@ -1,0 +1,55 @@
+// The map of ridge agreement, and the probe as the mesh of the pairs bends it.
+
+import { el, svg } from "./dom.js";
+
+const clamped = (value) => Math.min(Math.max(value, 0), 1);
+
+export function cells({ cell_px: side, rotation_deg: degrees, cells: found }) {
+  return svg("g", { class: "cells" }, ...found.map(([x, y, value, colour]) => svg(
+    "rect",
+    {
+      x: x - side / 2, y: y - side / 2, width: side, height: side, fill: colour, stroke: colour,
+      transform: `rotate(${degrees} ${x} ${y})`,
+    },
+    svg("title", {}, `ridge agreement ${value.toFixed(2)}`),
+  )));
+}
+
+// The scale of colours, with ticks at what is usual of different fingers and at this comparison.
+export function scale({ mean, colours }) {
+  const tick = (value, name) => {
+    const made = el("i", { class: name });
+    made.style.left = `${100 * clamped(value)}%`;
+    return made;
+  };
+  const bar = el("div", { class: "scale-bar" }, tick(0.2, "usual"), tick(mean, "mean"));
+  bar.style.background = `linear-gradient(90deg, ${colours.join()})`;
+  return [el("span", {}, "Ridges differ"), bar, el("span", {}, "coincide")];
+}
+
+export const aboutRidges = ({ mean, area_mm2: area }) =>
+  `Ridge agreement ${mean.toFixed(2)} (thick tick) on ${area.toFixed(0)} mm²; of different fingers about 0.2 (thin tick). White: not compared.`;
+
+// The probe with its minutiae where the mesh has them; no transform moves it any more.
+export function bent(probe, { minutiae }) {
+  const moved = probe.minutiae.map(([, , , ...rest], k) => [...minutiae[k], ...rest]);
+  return { ...probe, minutiae: moved, named: probe.minutiae };
+}
+
+export function bentInk({ ink, box }) {
+  return svg("g", { class: "ink probe" }, ...(ink ? [svg("image", { href: ink, ...box, preserveAspectRatio: "none" })] : []));
+}
+
+// Return what maps a place of the probe to the reference, between the nodes of a grid.
+export function bentPlace({ width, height }, { grid }) {
+  const last = grid.length - 1;
+  return ([x, y]) => {
+    const [u, v] = [clamped(x / (width - 1)) * last, clamped(y / (height - 1)) * last];
+    const [i, j] = [Math.min(Math.floor(v), last - 1), Math.min(Math.floor(u), last - 1)];
+    const [down, right] = [v - i, u - j];
+    return [0, 1].map((axis) => {
+      const row = (k) => grid[k][j][axis] * (1 - right) + grid[k][j + 1][axis] * right;
+      return row(i) * (1 - down) + row(i + 1) * down;
+    });
+  };
+}

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-_COMMON_SUFFIXES: Final = (".json", ".csv")
+_COMMON_SUFFIXES: Final = (".json", ".csv", ".txt", ".npy")
 
 
 def prints_in(folder: Path) -> list[Path]:
@@ -85,8 +85,8 @@ def _folders_below(root: Path, above: frozenset[Path] = frozenset()) -> Iterator
 def _templates_in(folder: Path) -> list[Path]:
     """Return the files of a folder that are named like templates, one of each name, by name.
 
-    JSON and CSV files are taken if they begin like templates or, beside such, are no JSON or CSV at
-    all, so that a damaged template is an error.
+    JSON, CSV, text and array files are taken if they begin like templates; beside such, also JSON
+    and CSV files that are none at all, so that a damaged template is an error.
     """
     from fpmatch.formats.files import is_template_file  # noqa: PLC0415
     from fpmatch.formats.registry import known_codecs  # noqa: PLC0415
@@ -113,7 +113,9 @@ def _templates_in(folder: Path) -> list[Path]:
 
 
 def _is_other_content(path: Path) -> bool:
-    """Return whether a file named JSON or CSV is neither, or cannot be read."""
+    """Return whether a file named JSON or CSV is neither, or cannot be read; text may be any."""
+    if path.suffix.lower() not in {".json", ".csv"}:
+        return False
     text = read_head(path).decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
     if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last character may be cut through
         return True

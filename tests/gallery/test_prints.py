@@ -65,6 +65,7 @@ def test_a_folder_without_images_is_its_templates_one_of_each_name(tmp_path, tem
         save_template(tmp_path / name, template)
     (tmp_path / "scores.csv").write_text("probe,reference,score\n")
     (tmp_path / "notes.json").write_text("[]")
+    (tmp_path / "README.txt").write_text("templates of 2002, one finger a number\n")
     (tmp_path / "11_1.iso").write_text("what a damaged disk left of a template")
     assert [file.path.name for file in find_prints([tmp_path])] == [
         "10_1.iso",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.record import ReadingOptions, TemplateRecord
 from fpmatch.image.assess import QualityRecorder
@@ -61,11 +61,13 @@ class PrintReader:
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
     ) -> GreyImage | TemplateRecord:
         """Read a file of minutiae alone as a template, and any other file as an image."""
-        if _contains_minutiae_only(read_head(path)):
+        head = read_head(path)
+        if _contains_minutiae_only(head):
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
 
             return load_record(path, options=ReadingOptions(angles=self.angles))
-        return self.image(path, polarity=polarity, dpi=dpi)
+        with _failed_formats_named(head):
+            return self.image(path, polarity=polarity, dpi=dpi)
 
     def image(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
@@ -80,7 +82,8 @@ def decode_print(
 ) -> GreyImage | TemplateRecord:
     """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
     if not _contains_minutiae_only(data[:HEAD_BYTES]):
-        return decode_image(data, name, limits=limits)
+        with _failed_formats_named(data[:HEAD_BYTES]):
+            return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
 
     return decode_record(data, name)
@@ -166,6 +169,19 @@ def _contains_minutiae_only(head: bytes) -> bool:
     from fpmatch.formats.files import is_of_minutiae_only  # noqa: PLC0415
 
     return is_of_minutiae_only(head)
+
+
+@contextmanager
+def _failed_formats_named(head: bytes) -> Iterator[None]:
+    """Add to the error on a file of no known format which formats could not be loaded."""
+    try:
+        yield
+    except ImageReadError as error:
+        if not head or is_image_file(head):
+            raise
+        from fpmatch.formats.registry import failures_text  # noqa: PLC0415
+
+        raise ImageReadError(f"{error}{failures_text()}") from error
 
 
 @contextmanager

@@ -64,8 +64,7 @@ def codec_of_content(data: bytes) -> Codec:
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
             "which is not known"
         )
-    failed = "".join(f"; {why}" for why in load_plugins(FORMATS).failures.values())
-    raise TemplateError(f"not a template file of a known format{failed}")
+    raise TemplateError(f"not a template file of a known format{failures_text()}")
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
@@ -109,6 +108,11 @@ def known_codecs() -> Iterator[Codec]:
         if name not in own:
             yield _guarded(codec)
     yield from _GENERAL
+
+
+def failures_text() -> str:
+    """Return why formats of other packages cannot be loaded, to be added to a message."""
+    return "".join(f"; {why}" for why in load_plugins(FORMATS).failures.values())
 
 
 def _guarded(codec: Codec) -> Codec:

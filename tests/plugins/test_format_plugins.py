@@ -111,7 +111,7 @@ def test_an_error_of_its_own_is_one_of_the_file(run, tmp_path, text):
 
 
 @pytest.mark.usefixtures("broken")
-def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, tmp_path):
+def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, tmp_path, run):
     save_template(tmp_path / "a.deg", template)
     with pytest.warns(UserWarning, match="format careless: recognises: KeyError"):
         assert is_template_file(tmp_path / "a.deg")
@@ -123,6 +123,10 @@ def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, t
         pytest.raises(TemplateError, match="known format; no_such_module:CODEC cannot be loaded"),
     ):
         load_template(unknown)
+    with pytest.warns(UserWarning, match="format careless"):
+        refused = run("verify", unknown, unknown)
+    assert refused.exit_code == 2
+    assert "not an image of a known format; no_such_module:CODEC cannot be loaded" in refused.stderr
     with pytest.raises(TemplateError, match="format absent: no_such_module:CODEC cannot be loaded"):
         save_template(tmp_path / "a.json", template, file_format="absent")
     with pytest.raises(TemplateError, match=r"a\.careless: format careless: KeyError: 'fault'"):

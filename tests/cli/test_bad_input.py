@@ -28,7 +28,7 @@ POINTS = {
 CASES = {
     "calibrate": [
         ("nowhere -o c.json", "nowhere: no such folder"),
-        ("notes.txt -o c.json", "notes.txt: not a file of scores"),
+        ("notes.txt -o c.json", "notes.txt: line 1: not a file of scores"),
         ("scores.csv -o c.json", "1 impostor comparisons are too few"),
         ("empty -o c.json", "holds no prints named"),
         ("set -o no/c.json", "c.json: cannot be written"),
@@ -62,7 +62,7 @@ CASES = {
         ("set --scores .", "is a folder"),
         ("set --report notes.txt", "notes.txt: no folder can be made"),
         ("set --baseline nowhere.csv", "nowhere.csv: cannot be read: no such file"),
-        ("set --baseline notes.txt", "notes.txt: not a file of scores"),
+        ("set --baseline notes.txt", "notes.txt: line 1: not a file of scores"),
         ("set --ground-truth", "1.json: no such file"),
     ],
     "gallery": [

@@ -114,6 +114,9 @@ class Installation:
             memory += f", of which this container may use {_gigabytes(self.memory_limit)}"
         slow = [name for name, compiled in self.kernels.items() if not compiled]
         compiled = f"{len(self.kernels) - len(slow)} of {len(self.kernels)} compiled"
+        if slow:
+            names = f", not {', '.join(slow)}" if len(slow) < len(self.kernels) else ""
+            compiled += f"{names}: slow; with a C compiler, install fpmatch again"
         engines = [name for name, usable in self.engines.items() if usable]
         rows = [
             ("fpmatch", f"{self.version}, in {self.folder}"),
@@ -121,7 +124,7 @@ class Installation:
             ("system", self.platform),
             ("cores", str(self.cores)),
             ("memory", memory),
-            ("kernels", compiled + ("" if not slow else f"; not {', '.join(slow)}")),
+            ("kernels", compiled),
             ("engines", ", ".join(engines)),
             ("packages", _versions(self.packages)),
         ]

@@ -49,6 +49,20 @@ def test_everything_that_is_installed_is_listed(run):
     assert set(document["extras"]) == set(installation.EXTRAS)
 
 
+@pytest.mark.parametrize(
+    ("states", "text"),
+    [
+        ([True, True], "2 of 2 compiled\n"),
+        ([True, False], "1 of 2 compiled, not b: slow; with a C compiler, install fpmatch again\n"),
+        ([False, False], "0 of 2 compiled: slow; with a C compiler, install fpmatch again\n"),
+    ],
+)
+def test_kernels_that_are_not_compiled_are_named(monkeypatch, states, text):
+    found = dict(zip("ab", states, strict=True))
+    monkeypatch.setattr(installation, "compiled_kernels", lambda: found)
+    assert f"kernels         {text}" in installation.inspect_installation().as_text()
+
+
 def np_version():
     return importlib.import_module("numpy").__version__
 

@@ -25,13 +25,21 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
-_SHOWN_WIDTH: Final = 480  # pixels
+# Pixels in a notebook.
+_OVERLAY_WIDTH: Final = 1000
+_SHOWN_WIDTH: Final = 480
 _FIELDS: Final = tuple(one.name for one in fields(Verification))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlay:
-    """Hold a drawn overlay, which a notebook shows; `pixels` are RGB, shape (H, W, 3), uint8."""
+    """Hold a drawn overlay, of which a notebook shows a reduced copy.
+
+    Parameters
+    ----------
+    pixels : ndarray of uint8, shape (height, width, 3)
+        The picture, RGB.
+    """
 
     pixels: NDArray[np.uint8]
 
@@ -43,16 +51,18 @@ class Overlay:
         OutputError
             If the file cannot be written.
         """
-        atomic_write_bytes(path, self._repr_png_())
+        from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
+
+        atomic_write_bytes(path, png_bytes(self.pixels))
 
     def __repr__(self) -> str:
         height, width, _ = self.pixels.shape
         return f"Overlay({width} x {height} px)"
 
     def _repr_png_(self) -> bytes:
-        from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
+        from fpmatch.drawing.files import png_bytes, reduced  # noqa: PLC0415
 
-        return png_bytes(self.pixels)
+        return png_bytes(reduced(self.pixels, width=_OVERLAY_WIDTH, height=2 * _OVERLAY_WIDTH))
 
 
 @dataclass(frozen=True)

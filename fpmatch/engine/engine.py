@@ -64,9 +64,10 @@ def processes(workers: int | None = None) -> Engine:
 
     They start with the first chunk and end with the `map`, or with the block of the engine as a
     context manager. They are spawned, or on Linux forked from a process that has only imported
-    modules, because OpenCV's threads do not survive a fork; a script therefore needs the usual
-    ``if __name__ == "__main__":`` guard. There are `workers` of them (default: one a core); 1 works
-    in this process, and less is a ValueError.
+    modules, because OpenCV's threads do not survive a fork. Work that is defined in a notebook, or
+    in a script without the usual ``if __name__ == "__main__":``, is done in this process, with a
+    warning. There are `workers` of them (default: one a core); 1 works in this process, and less
+    is a ValueError.
     """
     count = available_cores() if workers is None else workers
     if count < 1:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
+import warnings
 from collections import deque
 from contextlib import nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.engine.task import init_worker, pack_task, run_chunk, task_file
@@ -37,9 +39,10 @@ _EVERY_WORKER_NEEDS: Final = (
     "concurrent.futures.process",
     "multiprocessing.synchronize",
 )
-_BROKEN: Final = (
-    "a worker process ended before its work was done: out of memory, or its work is a function of "
-    'a script without `if __name__ == "__main__":`; one worker needs neither'
+_BROKEN: Final = "a worker process ended before its work was done: out of memory?"
+_ONE_PROCESS: Final = (
+    "one process works, not several: a function or class is defined in a notebook or in a script "
+    'without `if __name__ == "__main__":`'
 )
 
 
@@ -112,6 +115,10 @@ class Processes:
 
         packed = pack_task(work, shared)
         needs_main = b"__main__" in packed  # a function or type of the script that was started
+        if needs_main and not _main_has_guard():
+            warnings.warn(_ONE_PROCESS, RuntimeWarning, stacklevel=2)
+            yield from Serial().map(work, shared, chunks)
+            return
         start = nullcontext if needs_main else main_hidden
         executor = self._open(needs_main=needs_main)
         waiting: deque[Future[Any]] = deque()
@@ -142,6 +149,19 @@ class Processes:
         if self._held and self._executor is None:
             self._executor, self._has_main = executor, needs_main
         return executor
+
+
+def _main_has_guard() -> bool:
+    """Return whether workers can import the script that was started without running it again."""
+    import ast  # noqa: PLC0415  (seldom needed)
+
+    file = getattr(sys.modules["__main__"], "__file__", None)
+    try:
+        statements = ast.parse(Path(file or "").read_bytes()).body
+    except (OSError, SyntaxError, ValueError):  # a notebook, a prompt, a program in one file
+        return False
+    tests = [ast.dump(one.test) for one in statements if isinstance(one, ast.If)]
+    return any("'__name__'" in test and "'__main__'" in test for test in tests)
 
 
 def _start(workers: int) -> ProcessPoolExecutor:

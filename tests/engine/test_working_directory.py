@@ -108,3 +108,37 @@ def test_workers_import_the_script_only_where_they_need_it(
     script = tmp_path / "program.py"
     script.write_text(program)
     assert run(tmp_path, str(script), method).stdout == printed
+
+
+OWN_MATCHER = """
+from fpmatch.engine.engine import processes
+
+class Counter:
+    def compare(self, probe, reference):
+        return min(probe, reference)
+
+def similarity_to_itself(matcher, prepared):
+    return matcher.compare(prepared, prepared)
+
+with processes(2) as engine:
+    print(sum(engine.map(similarity_to_itself, Counter(), range(5))))
+"""
+
+
+@pytest.mark.parametrize("given", ["file", "standard input"])
+def test_work_of_a_script_without_a_main_guard_is_done_in_one_process(
+    tmp_path: Path, given: str
+) -> None:
+    """It works, and a line says that it is not several processes."""
+    script = tmp_path / "program.py"
+    script.write_text(OWN_MATCHER)
+    with script.open() as lines:
+        finished = subprocess.run(
+            [sys.executable, str(script)] if given == "file" else [sys.executable],
+            stdin=None if given == "file" else lines,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    assert finished.stdout == "10\n", finished.stderr
+    assert finished.stderr.count("RuntimeWarning: one process works, not several") == 1

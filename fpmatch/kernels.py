@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
+from typing import Final
+
+# Times the CPU time of `fpmatch evaluate` if no kernel is compiled; docs/data/performance.json has
+# it as measured.
+SLOWER: Final = 12
 
 
 def compiled_kernels() -> dict[str, bool]:
@@ -32,3 +37,15 @@ def kernels_text() -> str:
     if compiled == 0:
         return "kernels not compiled: slow"
     return f"only {compiled} of {len(kernels)} kernels compiled: slow"
+
+
+def slow_kernels_note() -> str | None:
+    """Return what long work notes first where kernels do not run compiled; None where all do."""
+    kernels = compiled_kernels()
+    slow = len(kernels) - sum(kernels.values())
+    if not slow:
+        return None
+    return (
+        f"{slow} of {len(kernels)} kernels are not compiled: batches take up to {SLOWER} times as "
+        "long, with the same results; `pip install .` compiles them where there is a C compiler"
+    )

@@ -28,6 +28,14 @@ def rng():
     return np.random.default_rng(20240611)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def unnoted_kernels():
+    """Let commands in this process not note that kernels are interpreted: one test does that."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.kernels.slow_kernels_note", lambda: None)
+        yield
+
+
 @pytest.fixture
 def template(rng):
     """Return a template with every kind of minutia and a ridge field with a hole."""

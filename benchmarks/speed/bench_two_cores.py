@@ -24,11 +24,15 @@ ARITHMETIC = "total = 0\nfor k in range(20_000_000): total += k * k % 7"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder of 20 fingers with 8 impressions: the sample prints, turned a little."""
-    made = tmp_path_factory.mktemp("prints")
+    return turned_prints(tmp_path_factory.mktemp("prints"))
+
+
+def turned_prints(made: Path, turns_deg: tuple[float, ...] = TURNS_DEG) -> Path:
+    """Write the sample prints of five times as many fingers into a folder; return it."""
     for block in range(BLOCKS):
         for source in sorted(SAMPLE.glob("*.tif")):
             finger, impression = source.stem.split("_")
-            for k, turn in enumerate(TURNS_DEG):
+            for k, turn in enumerate(turns_deg):
                 with Image.open(source) as picture:
                     turned = picture.convert("L").rotate(turn - 7 * block, fillcolor=255)
                 name = f"{int(finger) + 10 * block}_{int(impression) + 4 * k}.png"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.notes import json_text
+from fpmatch.cli.notes import json_text, say_slow_kernels
 from fpmatch.cli.options import (
     by_folder_option,
     json_option,
@@ -69,6 +69,7 @@ def calibrate(
 
     check_writable(output)
     chosen = get_matcher(matcher)
+    say_slow_kernels()
     with ProgressBars(_STAGES) as bars:
         impostors = gather_impostors(
             sources,

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import count, json_text, notes_as_json, say_failures, say_notes
+from fpmatch.cli.notes import (
+    count,
+    json_text,
+    notes_as_json,
+    say_failures,
+    say_notes,
+    say_slow_kernels,
+)
 from fpmatch.cli.options import (
     by_folder_option,
     files_argument,
@@ -132,6 +139,8 @@ def enrol(
         places, dpi, pattern=None if pattern is None else names, by_folder=by_folder
     )
     read = PrintReader(raw, quiet=True)
+    if len(prints) > 1:
+        say_slow_kernels()
     start = time.perf_counter()
     with processes(workers) as engine:
         reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)

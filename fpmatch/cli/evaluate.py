@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import json_text, notes_as_json, say_dpi_assumed, say_note, say_notes
+from fpmatch.cli.notes import (
+    json_text,
+    notes_as_json,
+    say_dpi_assumed,
+    say_note,
+    say_notes,
+    say_slow_kernels,
+)
 from fpmatch.cli.options import (
     FROM_0,
     by_folder_option,
@@ -242,6 +249,7 @@ def evaluate(
         others = run.load_datasets([*found, *impostors], **labels)[len(found) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
+    say_slow_kernels()
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
         read = PrintReader(quiet=True)
         reader = extraction.dataset_reader(datasets, read, engine)

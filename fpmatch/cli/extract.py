@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_text, say_errors, say_note, say_notes
+from fpmatch.cli.notes import json_text, say_errors, say_note, say_notes, say_slow_kernels
 from fpmatch.cli.options import (
     FormatChoice,
     angles_option,
@@ -114,6 +114,8 @@ def extract(
     reader = PrintReader(raw, quiet=True, angles=angles)
     polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
     of_folder = PolarityReader(reader, polarities, dpi)
+    if len(images) > 1:
+        say_slow_kernels()
     failures: list[FpmatchError] = []
     done: list[_Extracted] = []
     with ProgressBars({"extract": "extracting"}) as bars:

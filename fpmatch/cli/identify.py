@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, json_text, say_errors, say_notes
+from fpmatch.cli.notes import count, json_text, say_errors, say_notes, say_slow_kernels
 from fpmatch.cli.options import (
     FROM_1,
     file_option,
@@ -186,6 +186,7 @@ def identify(
     failures: list[FpmatchError] = []
     noted: list[tuple[Path, tuple[str, ...]]] = []
     with open_gallery(gallery) as opened:
+        say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
             engine = processes(workers)
             search = open_search(opened, matcher, engine=engine, progress=bars.show)

@@ -43,6 +43,14 @@ def say_note(text: str) -> None:
     click.echo(f"fpmatch: note: {text}", err=True)
 
 
+def say_slow_kernels() -> None:
+    """Note before long work that kernels are not compiled, where that is so."""
+    from fpmatch import kernels
+
+    if note := kernels.slow_kernels_note():
+        say_note(note)
+
+
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     """Print each note once, with the first of the prints that it is about."""
     from fpmatch.reading import ASSUMED_DPI

@@ -16,6 +16,7 @@ from fpmatch.cli.notes import (
     say_failures,
     say_note,
     say_notes,
+    say_slow_kernels,
 )
 from fpmatch.cli.options import (
     by_folder_option,
@@ -164,6 +165,7 @@ def score(
         by_folder=by_folder,
     )
     fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
+    say_slow_kernels()
     try:
         with ProgressBars(_STAGES) as bars:
             done = scoring.score(

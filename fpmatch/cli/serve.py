@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
+from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import file_option, old_names, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
@@ -143,6 +144,7 @@ def serve(
         click.echo(f"fpmatch serves {server.address}")
         click.echo("Ctrl-C stops it", err=True)
 
+    say_slow_kernels()
     with server.listener, suppress(KeyboardInterrupt):
         if gallery is not None:
             _prepare(gallery, workers)

@@ -26,6 +26,12 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.scores_in import (
+    evaluate_given_scores,
+    prepare_outputs,
+    scores_in_options,
+    write_outputs,
+)
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
 
 if TYPE_CHECKING:
@@ -58,6 +64,8 @@ Columns:
   FMR10000  the same for one in 10,000, where the pairs allow it
   ZeroFMR   the same where none matches
   ZeroFNMR  false match rate where no genuine pair is rejected
+  d'        decidability: the distance of the means of genuine and impostor scores in units of
+            their mean standard deviation
   rank-1    prints whose own finger comes first when each is searched among all others of its
             database; a finger counts by its most similar impression (protocol extended only)
   failed    images that gave no template (failures to extract); they score 0 in all their pairs
@@ -98,12 +106,15 @@ Examples:
   fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
   fpmatch evaluate fvc2002/DB1_B --pairs list.csv
   fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
+  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+  fpmatch evaluate --scores-in scores.csv --scores-in theirs.txt --report report
+  fpmatch evaluate --genuine-scores genuine.txt --impostor-scores impostor.txt --distances
 
 Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
 not (a note on stderr names each), 2 when the run could not be done.
 """,
 )
-@places_argument("places", metavar="DIR|MANIFEST|GALLERY...")
+@places_argument("places", metavar="[DIR|MANIFEST|GALLERY...]", required=False)
 @pattern_option
 @by_folder_option
 @click.option(
@@ -177,6 +188,7 @@ not (a note on stderr names each), 2 when the run could not be done.
     multiple=True,
     help="With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
 )
+@scores_in_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @workers_option
 def evaluate(
@@ -197,26 +209,36 @@ def evaluate(
     enrolled: int | None,
     enrol_seed: int | None,
     impostors: tuple[str, ...],
+    fmrs: tuple[float, ...],
+    curves: Path | None,
     as_json: bool,
     workers: int | None,
+    **given: Any,
 ) -> int:
-    """Measure error rates on databases of prints.
+    """Measure error rates on databases of prints, or of scores that are already there.
 
     Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M; other formats
     too), or named by --pattern, or in folders, one a finger; it may contain a dataset.toml with
     name, dpi and sensor. A MANIFEST is a CSV file with the columns path and subject, and perhaps
     finger, impression and dpi. The output is the rates per database, their mean, those of all
-    scores pooled, and their 95 % intervals.
+    scores pooled, and their 95 % intervals. Files of scores take the place of databases: those of
+    --scores and of fpmatch score, or tables of another matcher's scores.
     """
+    draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
+    if given["scores_in"] or given["genuine_scores"] or given["impostor_scores"]:
+        given |= {"report_folder": report_folder, "curves": curves, "pattern": pattern}
+        return evaluate_given_scores(baseline, as_json=as_json, fmrs=fmrs, **draws, **given)
+    if not places:
+        raise click.UsageError("Missing argument 'DIR|MANIFEST|GALLERY...'.")
     if crop is not None and (ground_truth or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --ground-truth")
     if enrolled is None and (enrol_seed is not None or impostors):
         raise click.UsageError("--enrol-seed and --impostors go with --enrol")
-    beside = (report_folder, crop, scores, baseline, pairs)
+    beside = (report_folder, crop, scores, baseline, pairs, curves)
     if enrolled is not None and (ground_truth or any(one is not None for one in beside)):
         raise click.UsageError(
-            "--enrol goes with none of --report, --ground-truth, --crop, --scores, --baseline and "
-            "--pairs"
+            "--enrol goes with none of --report, --ground-truth, --crop, --scores, --baseline, "
+            "--pairs and --curves"
         )
     from fpmatch.engine.local import start_fork_server
 
@@ -236,10 +258,7 @@ def evaluate(
 
     if scores is not None:
         check_writable(scores)
-    if report_folder is not None:
-        from fpmatch.evaluation.html.page import prepare_page, write_page
-
-        prepare_page(report_folder)
+    prepare_outputs(report_folder, curves)
     earlier = None if baseline is None else read_scores(baseline)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     found = run.load_datasets(places, protocol, **labels, pairs=pairs)
@@ -248,6 +267,7 @@ def evaluate(
     if enrolled is not None:
         others = run.load_datasets([*found, *impostors], **labels)[len(found) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
+    graded = any(one is not None for one in (scores, report_folder, curves))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
     say_slow_kernels()
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
@@ -259,7 +279,7 @@ def evaluate(
             protocol=protocol,
             engine=engine,
             progress=bars.show,
-            extractor=extraction.extractor_of(enhance, reader),
+            extractor=extraction.extractor_of(enhance, reader, graded=graded),
             probe_extractor=(
                 None if crop is None else cropping.crop_extractor_of(crop, enhance, reader)
             ),
@@ -272,15 +292,12 @@ def evaluate(
     for row in reports[0].sets:
         for _, reason in row.failures:
             say_note(f"no template: {reason}")
-    draws = {"bootstrap": bootstrap, "seed": seed}
     analyses = [
-        analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
+        analyse(report, **draws, fmrs=fmrs, baseline=earlier, baseline_name=str(baseline))
         for report in reports
     ]
     comparisons = compare_matchers(analyses, **draws)
-    if report_folder is not None:
-        page = write_page(report_folder, analyses, comparisons)
-        say_note(f"report: {page}")
+    write_outputs(report_folder, curves, analyses, comparisons)
     document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
     document["dpi_assumed"] = len(reports[0].dpi_assumed)
     document["notes"] = notes_as_json(reports[0].noted)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.evaluation import tables
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.evaluation.intervals import rate_intervals
-from fpmatch.evaluation.run_comparison import compare_runs
+from fpmatch.evaluation.operating_points import operating_points
+from fpmatch.evaluation.quality_analysis import USUAL_FMRS, analyse_quality
+from fpmatch.evaluation.run_comparison import compare_runs, have_common_pairs
 from fpmatch.evaluation.scores import choose_matcher
 from fpmatch.evaluation.scores_set import scores_of
 
@@ -16,24 +18,38 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.intervals import ReportIntervals
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.operating_points import OperatingPoint
+    from fpmatch.evaluation.quality_analysis import QualityAnalysis
+    from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.run_comparison import RunComparison
     from fpmatch.evaluation.scores_set import ScoresSet
 
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Hold one matcher's evaluation, intervals of its rates, and the comparison with a baseline."""
+    """Hold one matcher's evaluation, intervals of its rates, and the comparison with a baseline.
 
-    report: EvaluationReport
+    `points` are the FNMR at chosen FMRs; `quality` is None where neither quality nor overlap is
+    known.
+    """
+
+    report: RatesReport
     intervals: ReportIntervals | None = None
     baseline: RunComparison | None = None
     baseline_name: str = ""
+    points: tuple[OperatingPoint, ...] = ()
+    quality: QualityAnalysis | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as JSON values."""
         beside = {"intervals": self.intervals, "baseline": self.baseline}
-        known = {name: part.as_json() for name, part in beside.items() if part is not None}
+        known: dict[str, Any] = {
+            name: part.as_json() for name, part in beside.items() if part is not None
+        }
+        if self.points:
+            known["fnmr_at_fmr"] = [point.as_json() for point in self.points]
+        if self.quality is not None:
+            known["quality"] = self.quality.as_json()
         return {**self.report.as_json(), **known}
 
     def as_text(self) -> str:
@@ -41,23 +57,29 @@ class Analysis:
         parts = [tables.format_report(self.report)]
         if self.intervals is not None:
             parts.append(tables.format_intervals(self.report, self.intervals))
+        if self.points:
+            parts.append(tables.format_points(self.points, self.report.matcher))
+        if self.quality is not None and self.quality.curves:
+            parts.append(tables.format_discard(self.quality))
         if self.baseline is not None:
             parts.append(tables.format_comparison(self.baseline, self.baseline_name))
         return "\n\n".join(parts)
 
 
 def analyse(
-    report: EvaluationReport,
+    report: RatesReport,
     *,
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
+    fmrs: Sequence[float] = (),
     baseline: Sequence[ScoresSet] | None = None,
     baseline_name: str = "the baseline",
 ) -> Analysis:
     """Analyse an evaluation.
 
     `bootstrap` is the number of replicates for the 95 % intervals (0: no intervals). `baseline` is
-    an earlier run: its comparisons by the same matcher, or by its only one, are compared.
+    an earlier run: its comparisons by the same matcher, or by its only one, are compared. `fmrs`
+    are false match rates at which the FNMR is reported; errors by quality are those at the first.
     """
     comparison = None
     if baseline is not None:
@@ -66,7 +88,9 @@ def analyse(
             earlier = choose_matcher(earlier, report.matcher, baseline_name)
         comparison = compare_runs(earlier, scores_of(report), bootstrap=bootstrap, seed=seed)
     intervals = rate_intervals(report, bootstrap=bootstrap, seed=seed) if bootstrap else None
-    return Analysis(report, intervals, comparison, baseline_name)
+    points = operating_points(report, fmrs, bootstrap=bootstrap, seed=seed)
+    quality = analyse_quality(report, [*fmrs, *USUAL_FMRS])
+    return Analysis(report, intervals, comparison, baseline_name, tuple(points), quality)
 
 
 def compare_matchers(
@@ -74,12 +98,17 @@ def compare_matchers(
 ) -> list[RunComparison]:
     """Compare the first matcher's run, as the earlier one, with that of each other matcher.
 
-    The list is empty where a kind of pair is missing.
+    Matchers without pairs in common with it, or without names of prints, are left out, and all
+    where a kind of pair is missing.
     """
     if analyses[0].report.pooled.eer is None:
         return []
     first, *others = (scores_of(one.report) for one in analyses)
-    return [compare_runs(first, other, bootstrap=bootstrap, seed=seed) for other in others]
+    return [
+        compare_runs(first, other, bootstrap=bootstrap, seed=seed)
+        for other in others
+        if have_common_pairs(first, other)
+    ]
 
 
 def document_of(

@@ -199,6 +199,13 @@ def compare_runs(
     )
 
 
+def have_common_pairs(before: Sequence[ScoresSet], now: Sequence[ScoresSet]) -> bool:
+    """Return whether `compare_runs` finds genuine and impostor pairs in both."""
+    earlier = {one.name: one for one in before}
+    common = [_in_common(earlier[one.name], one) for one in now if one.name in earlier]
+    return any(c.after.genuine.any() and not c.after.genuine.all() for c in common)
+
+
 def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     """Find the pairs of one database that both runs compared, whichever print came first."""
     number = {name: k for k, name in enumerate(now.prints)}

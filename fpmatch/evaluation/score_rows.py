@@ -142,7 +142,7 @@ class ScoreRows:
         known = np.unique(finger[np.concatenate([probe, reference])])
         finger = np.searchsorted(known, finger)
         trials = Trials(filled[kept], finger[probe], finger[reference], int(known.size))
-        overlap = np.frombuffer(self.overlap, np.float64)[kept]
+        overlap = np.where(compared, np.frombuffer(self.overlap, np.float64), np.nan)[kept]
         nothing = np.empty(0, np.intp)
         return ScoresSet(
             matcher=matcher,

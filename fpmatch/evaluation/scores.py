@@ -8,6 +8,7 @@ Fingers are what genuine pairs join, so that any names will do.
 from __future__ import annotations
 
 from array import array
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -85,7 +86,8 @@ def read_scores(
         found[key].add(line, *cells[2:])
     if not found:
         raise DatasetError("holds no comparison", path=path)
-    return [rows.as_set(*key, distances=distances) for key, rows in found.items()]
+    sets = [rows.as_set(*key, distances=distances) for key, rows in found.items()]
+    return [replace(one, note=table.note) for one in sets]
 
 
 def read_genuine_and_impostor(

@@ -43,6 +43,8 @@ class ScoresSet:
         Overlap of the prints as placed, as a share of the smaller; NaN where it is not known.
     distances : bool
         Whether the similarities are distances, taken negatively.
+    note : str
+        How the file was understood, where that is not certain.
     """
 
     matcher: str
@@ -55,6 +57,7 @@ class ScoresSet:
     quality: Numbers | None = None
     overlap: Numbers | None = None
     distances: bool = False
+    note: str = ""
 
     @property
     def impostors(self) -> Trials:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.evaluation.decision import calibration_of
+from fpmatch.evaluation.error_vs_discard import SHARES
 from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from fpmatch.evaluation.intervals import Interval, ReportIntervals
+    from fpmatch.evaluation.operating_points import OperatingPoint
+    from fpmatch.evaluation.quality_analysis import QualityAnalysis
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.report import RatesReport, SetRates
     from fpmatch.evaluation.run_comparison import (
@@ -127,6 +131,29 @@ def format_intervals(report: RatesReport, intervals: ReportIntervals) -> str:
     head = ("95 % intervals", *(INTERVAL_TITLES[name] for name in names))
     cells = [(title, *(limits(getattr(one, name)) for name in names)) for title, one in rows]
     return text_table([head, *cells])
+
+
+def format_points(points: Sequence[OperatingPoint], matcher: str) -> str:
+    """Return a line a database and FMR: the FNMR, its interval, and the threshold."""
+    calibration = calibration_of(matcher)
+    rows = [("FNMR at FMR", "", "FNMR", "95 % interval", "threshold", "score")]
+    for p in points:
+        threshold, score = "-", "-"
+        if p.threshold is not None:
+            threshold = f"{p.threshold:.6g}"
+            score = f"{calibration.score(p.threshold):.1f}" if calibration else ""
+        at = f"{100 * p.fmr:.6g} %", percent(p.fnmr), limits(p.interval)
+        rows.append((p.name, *at, threshold, score))
+    return text_table(rows if calibration else [row[:-1] for row in rows])
+
+
+def format_discard(quality: QualityAnalysis) -> str:
+    """Return the FNMR of each database where the prints of lowest quality are discarded."""
+    head = (
+        f"FNMR at FMR {100 * quality.fmr:.6g} %, of the worst prints discarded",
+        *(f"{100 * share:.0f} %" for share in SHARES),
+    )
+    return text_table([head, *((c.name, *map(percent, c.fnmr)) for c in quality.curves)])
 
 
 def format_comparison(comparison: RunComparison, name: str) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.evaluation.error_vs_discard import POOLED
 from fpmatch.text_table import markdown_table
-from research.experiments.error_vs_discard import POOLED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

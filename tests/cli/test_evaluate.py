@@ -1,6 +1,7 @@
 import importlib
 import json
 
+import numpy as np
 import pytest
 
 from fpmatch.evaluation import comparison, cropping, extraction
@@ -9,7 +10,7 @@ from fpmatch.matching.calibration import Calibration
 
 from .conftest import assert_refused, rows_of
 
-KEYS = ["sets", "mean", "pooled", "intervals", "dpi_assumed", "notes"]
+KEYS = ["sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
 
 
 @pytest.fixture
@@ -22,7 +23,7 @@ def evaluate(run):
 def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
     monkeypatch.setattr(work, "get_matcher", lambda name: bench.MATCHER)
-    monkeypatch.setattr(extraction, "extractor_of", lambda *_: bench.extractor)
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_, **__: bench.extractor)
 
 
 @pytest.fixture
@@ -170,7 +171,7 @@ def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkey
 @pytest.mark.usefixtures("known_answers")
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_was_noticed_on_reading_is_said_once(evaluate, database, bench, monkeypatch, workers):
-    monkeypatch.setattr(extraction, "extractor_of", lambda *_: bench.noting_extractor)
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_, **__: bench.noting_extractor)
     (database / "dataset.toml").unlink()
     result = evaluate(database, "--workers", workers, "--json")
     assert result.stderr.splitlines() == [
@@ -216,3 +217,97 @@ def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
     assert document["ground_truth"]["pooled"]["true"] == 20
     truth.write_text("{")
     assert_refused(evaluate(database, "--ground-truth"), f"{truth}: not a readable JSON file")
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_written_scores_give_the_same_rates_without_images(evaluate, database, tmp_path):
+    scores = tmp_path / "scores.csv"
+    options = ("--fmr", 0.05, "--bootstrap", 100, "--json")
+    first = json.loads(evaluate(database, "--scores", scores, *options).stdout)
+    result = json.loads(evaluate("--scores-in", scores, *options).stdout)
+    for document in (first, result):
+        for row in (*document["sets"], document["mean"]):
+            del row["extract_ms"], row["match_us"]
+    for key in ("sets", "mean", "pooled", "intervals", "fnmr_at_fmr", "quality"):
+        assert result[key] == first[key]
+    (note,) = result["notes"]
+    assert note == {
+        "note": "19 of 190 comparisons have no score and count as the lowest",
+        "matcher": "fake",
+    }
+
+
+def test_scores_of_other_matchers_stand_side_by_side(evaluate, tmp_path):
+    rng = np.random.default_rng(4)
+    for name, shift in (("good", 3.0), ("poor", 1.0)):
+        lines = [
+            f"{a // 4}_{a} {b // 4}_{b} {rng.normal(shift * (a // 4 == b // 4), 1):.6f}\n"
+            for a in range(32)
+            for b in range(a)
+        ]
+        (tmp_path / f"{name}.txt").write_text("".join(lines))
+    files = ("--scores-in", tmp_path / "good.txt", "--scores-in", tmp_path / "poor.txt")
+    result = evaluate(*files, "--bootstrap", 100)
+    assert result.exit_code == 0
+    assert "fpmatch: note: good: without a line of column names" in result.stderr
+    assert "side by side" in result.stdout
+    assert "poor compared with good: 496 pairs in both" in result.stdout
+    assert "pooled EER" in result.stdout
+    document = json.loads(evaluate(*files, "--bootstrap", 0, "--json").stdout)
+    eers = [one["pooled"]["eer"] for one in document["matchers"]]
+    assert eers[0] < eers[1]
+    wrong = evaluate(*files, "--distances")
+    assert "genuine scores are mostly lower than impostor scores" in wrong.stderr
+    assert_refused(evaluate(*files, "--scores-in", tmp_path / "good.txt"), "of the same name: good")
+
+
+def test_genuine_and_impostor_files(evaluate, tmp_path):
+    genuine, impostor = tmp_path / "g.txt", tmp_path / "i.txt"
+    genuine.write_text("".join(f"{k}\n" for k in range(12)))
+    impostor.write_text("".join(f"a b {k}\n" for k in range(9, 40)))
+    files = ("--genuine-scores", genuine, "--impostor-scores", impostor, "--distances")
+    curves = tmp_path / "curves"
+    result = evaluate(*files, "--fmr", 0.1, "--curves", curves)
+    assert result.exit_code == 0
+    assert "g: its fingers are not known" in result.stderr
+    assert "FNMR at FMR" in result.stdout
+    det = (curves / "det.csv").read_text().splitlines()
+    assert det[1].startswith("g,scores,39.0,1.0,0.0")
+    assert "go together" in evaluate("--genuine-scores", genuine).stderr
+
+
+def test_a_report_of_scores_names_the_hardest_pairs(evaluate, tmp_path):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "theirs.csv"
+    path.write_text(
+        "probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\nann 2,bob,0,nan\n"
+    )
+    result = evaluate("--scores-in", path, "--report", tmp_path / "report")
+    assert result.exit_code == 0
+    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "scores: ann&lt;1&gt; and ann 2, similarity 0.9" in page
+    assert "comparisons were read from files" in page
+    unnamed = tmp_path / "unnamed.csv"
+    unnamed.write_text("genuine,impostor\n0.9,0.1\n0.8,0.2\n")
+    assert evaluate("--scores-in", unnamed, "--report", tmp_path / "report").exit_code == 0
+    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "the scores do not name the prints" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--matcher", "paper"], "go without --matcher"),
+        (["prints"], "go without DIR"),
+        (["--crop", 100], "go without --crop"),
+        (["--fmr", 0], "0.0 is not in the range"),
+    ],
+)
+def test_options_of_images_are_refused_with_scores(evaluate, tmp_path, words, reason):
+    path = tmp_path / "scores.txt"
+    path.write_text("0.9 1\n0.1 0\n")
+    refused = evaluate("--scores-in", path, *words)
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert reason in refused.stderr
+    path.write_text("probe,reference,score\n1_1,1_2,high\n")
+    assert_refused(evaluate("--scores-in", path), "scores.txt: line 2, column 'score': 'high' is")

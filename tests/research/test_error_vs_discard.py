@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from research.experiments.error_vs_discard import QualitySample, curves_as_json, discard_curve, pool
+from fpmatch.evaluation.error_vs_discard import QualitySample, discard_curve, pool
+from research.experiments.error_vs_discard import curves_as_json
 from research.tables.quality import discard_tables
 
 
@@ -21,7 +22,8 @@ def made(seed, prints=20, *, predictive):
     worst = quality < 10
     genuine = np.where(worst[pairs].any(axis=1), 0.0, 9.0)
     given = quality if predictive else rng.permutation(quality)
-    return QualitySample("made", given, Counter(partial=2), pairs, genuine, rng.uniform(0, 5, 2000))
+    impostor = rng.uniform(0, 5, 2000)
+    return QualitySample("made", given, pairs, genuine, impostor, Counter(partial=2))
 
 
 def test_discarding_the_worst_ends_all_errors_if_quality_predicts_them():

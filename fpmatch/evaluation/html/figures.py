@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.report import RatesReport
 
 
 _SIZE: Final = (5.6, 4.4)  # inches; the page scales it
@@ -60,7 +60,7 @@ def det_plot(curves: Sequence[Curve], name: str) -> str:
     from scipy.special import ndtri  # noqa: PLC0415
 
     with svg.settings():
-        figure, axes = _axes()
+        figure, axes = new_axes()
         low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
         low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
         for index, curve in enumerate(curves):
@@ -74,7 +74,7 @@ def det_plot(curves: Sequence[Curve], name: str) -> str:
         axes.plot([-9, highest], [-9, highest], color=svg.MUTED, linewidth=0.8, linestyle=":")
         for set_ticks, low in ((axes.set_xticks, low_x), (axes.set_yticks, low_y)):
             ticks = [t for t in _DET_TICKS if low <= t <= _DET_HIGHEST]
-            set_ticks([float(ndtri(t)) for t in ticks], [_in_percent(t) for t in ticks])
+            set_ticks([float(ndtri(t)) for t in ticks], [in_percent(t) for t in ticks])
         axes.set(xlim=(ndtri(low_x), highest), ylim=(ndtri(low_y), highest))
         axes.set(xlabel="false match rate, %", ylabel="false non-match rate, %")
         return svg.inline_svg(figure, name, "DET curves")
@@ -83,7 +83,7 @@ def det_plot(curves: Sequence[Curve], name: str) -> str:
 def roc_plot(curves: Sequence[Curve], name: str) -> str:
     """Draw the share of genuine pairs that match against FMR; else as `det_plot`."""
     with svg.settings():
-        figure, axes = _axes()
+        figure, axes = new_axes()
         lowest = 1.0
         for index, curve in enumerate(curves):
             found = error_curves(curve.genuine, curve.impostor)
@@ -92,7 +92,7 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
             lowest = min(lowest, float(1 - found.fnmr[shown].max()))
         axes.set_xscale("log")
         ticks = [1e-4, 1e-3, 1e-2, 1e-1, 1.0]
-        axes.set_xticks(ticks, [_in_percent(t) for t in ticks])
+        axes.set_xticks(ticks, [in_percent(t) for t in ticks])
         axes.minorticks_off()
         bottom = min(np.floor(lowest * 20) / 20, _LEAST_SPAN)
         axes.set(xlim=(_ROC_LOWEST_FMR, 1), ylim=(bottom, 1.002))
@@ -104,7 +104,7 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
 def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = None) -> str:
     """Draw the distributions of genuine and impostor scores, called `unit`; mark a threshold."""
     with svg.settings():
-        figure, axes = _axes()
+        figure, axes = new_axes()
         both = np.concatenate([curve.genuine, curve.impostor])
         edges = np.linspace(both.min(), max(both.max(), both.min() + 1e-9), _BINS + 1)
         for values, colour in ((curve.impostor, svg.IMPOSTOR), (curve.genuine, svg.GENUINE)):
@@ -113,7 +113,7 @@ def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = Non
             axes.stairs(share, edges, color=colour, linewidth=1.6)
         axes.set_yscale("log")
         axes.set_ylim(0.5 / max(curve.genuine.size, curve.impostor.size), 1)
-        axes.yaxis.set_major_formatter(lambda share, _: _in_percent(share))
+        axes.yaxis.set_major_formatter(lambda share, _: in_percent(share))
         axes.minorticks_off()
         if threshold is not None:
             axes.axvline(threshold, color=svg.INK, linewidth=1, linestyle="--")
@@ -125,7 +125,7 @@ def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = Non
 def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> str:
     """Draw the shares of probes whose own finger is at rank 1, 2, … or before, each with a name."""
     with svg.settings():
-        figure, axes = _axes()
+        figure, axes = new_axes()
         ranks = min(_MOST_RANKS, max(share.size for _, share in found))
         for index, (_, share) in enumerate(found):
             shown = share[:ranks]
@@ -139,7 +139,8 @@ def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> st
         return svg.inline_svg(figure, name, "cumulative match characteristic")
 
 
-def _axes() -> tuple[Figure, Axes]:
+def new_axes() -> tuple[Figure, Axes]:
+    """Return a figure of the page's size, and its axes."""
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     figure = Figure(figsize=_SIZE, layout="constrained")
@@ -153,7 +154,7 @@ def _line(
     axes.plot(x, y, **look)
 
 
-def _in_percent(share: float) -> str:
+def in_percent(share: float) -> str:
     """Write a share in percent without needless digits."""
     return f"{100 * share:.6g}"
 
@@ -174,7 +175,7 @@ class Figures(NamedTuple):
     drawings: list[tuple[str, str]]
 
 
-def matcher_figures(report: EvaluationReport, number: int) -> Figures:
+def matcher_figures(report: RatesReport, number: int) -> Figures:
     """Return the plots of one matcher, a line a database; `number` makes identifiers unique."""
     curves = [Curve(row.name, *split_scores([row])) for row in report.sets]
     usable = [c for c in curves if c.genuine.size and c.impostor.size]
@@ -206,7 +207,7 @@ def matcher_figures(report: EvaluationReport, number: int) -> Figures:
     return Figures(legend, drawings)
 
 
-def pooled_figures(reports: Sequence[EvaluationReport]) -> Figures:
+def pooled_figures(reports: Sequence[RatesReport]) -> Figures:
     """Return DET and ROC of several matchers; no drawings where a kind of pair is missing."""
     curves = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
     if any(not (curve.genuine.size and curve.impostor.size) for curve in curves):
@@ -220,9 +221,11 @@ def pooled_figures(reports: Sequence[EvaluationReport]) -> Figures:
     )
 
 
-def _scores(report: EvaluationReport, number: int) -> str:
+def _scores(report: RatesReport, number: int) -> str:
     name = f"scores-{number}"
     genuine, impostor = split_scores(report.sets)
+    if report.sets[0].scores.distances:
+        return score_plot(Curve("", -genuine, -impostor), name, "distance")
     calibration = calibration_of(report.matcher)
     if calibration is None:
         return score_plot(Curve("", genuine, impostor), name, "similarity")

@@ -12,7 +12,7 @@ from fpmatch.drawing.files import reduced, webp_bytes
 from fpmatch.drawing.ink import ridge_picture
 from fpmatch.drawing.overlay.draw import draw
 from fpmatch.errors import FpmatchError, MatcherError
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.report import SetResult
 from fpmatch.formats.files import holds_minutiae_only
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.dataset import Impression
     from fpmatch.evaluation.extraction import Extraction
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.report import RatesReport
+    from fpmatch.evaluation.scores_set import ScoresSet
     from fpmatch.image.io.read import GreyImage
     from fpmatch.matching.result import Verification
 
 
 DEFAULT_COUNT: Final = 6
+NO_PAIRS: Final = np.empty(0, np.intp)
 _PICTURE_WIDTH: Final = 900
 
 # Bounds of what is named as a likely cause.
@@ -59,36 +61,57 @@ class HardPair:
 
 
 def hardest_pairs(
-    report: EvaluationReport, count: int = DEFAULT_COUNT, *, genuine: bool
+    report: RatesReport, count: int = DEFAULT_COUNT, *, genuine: bool
 ) -> list[HardPair]:
     """Find the genuine pairs least similar, or the impostor pairs most similar, and draw them.
 
     The hardest come first. Each print comes once, so that one bad print does not fill the list;
-    pairs with a print that gave no template are left out. The images must still be there.
+    pairs with a print that gave no template are left out. The images must still be there; of scores
+    without images, the pairs are only named.
     """
-    rows = report.sets
+    every = [row.scores for row in report.sets]
     usable = [
-        np.flatnonzero((row.pairs.genuine == genuine) & (row.outcomes["reason"] != NO_TEMPLATE))
-        for row in rows
+        np.flatnonzero((one.trials.genuine == genuine) & one.compared) if one.prints else NO_PAIRS
+        for one in every
     ]
     places = [(n, k) for n, pairs in enumerate(usable) for k in pairs.tolist()]
     similarity = np.concatenate(
-        [row.outcomes["similarity"][pairs] for row, pairs in zip(rows, usable, strict=True)]
+        [one.trials.similarity[pairs] for one, pairs in zip(every, usable, strict=True)]
     )
     found: list[HardPair] = []
     seen: set[tuple[int, int]] = set()
     for n in np.argsort(similarity if genuine else -similarity, kind="stable"):
         of, k = places[n]
-        sides = {(of, int(rows[of].pairs.probe[k])), (of, int(rows[of].pairs.reference[k]))}
+        sides = {(of, int(every[of].probe[k])), (of, int(every[of].reference[k]))}
         if seen.isdisjoint(sides):
             seen |= sides
-            found.append(_explained(report, rows[of], k, genuine=genuine))
+            row = report.sets[of]
+            explained = (
+                _explained(report, row, k, genuine=genuine)
+                if isinstance(row, SetResult)
+                else _named(row.scores, k)
+            )
+            found.append(explained)
         if len(found) >= count:
             break
     return found
 
 
-def _explained(report: EvaluationReport, row: SetResult, k: int, *, genuine: bool) -> HardPair:
+def _named(scores: ScoresSet, k: int) -> HardPair:
+    """Return a pair of which only the scores are known."""
+    similarity = float(scores.trials.similarity[k])
+    return HardPair(
+        set_name=scores.name,
+        probe=scores.prints[scores.probe[k]],
+        reference=scores.prints[scores.reference[k]],
+        score=None,
+        similarity=-similarity if scores.distances else similarity,
+        causes=(),
+        picture=b"",
+    )
+
+
+def _explained(report: RatesReport, row: SetResult, k: int, *, genuine: bool) -> HardPair:
     i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
     impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
     probe, reference = extractions[i].template, extractions[j].template

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,6 +16,7 @@ from fpmatch.evaluation import tables
 from fpmatch.evaluation.decision import calibration_of, decide, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
+from fpmatch.evaluation.html.quality_figures import quality_drawings
 from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.tables import INTERVAL_TITLES, RATE_TITLES, defined_rates
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
@@ -25,11 +27,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.analysis import Analysis
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.run_comparison import RunComparison
 
 PAGE_NAME: Final = "index.html"
-_FILTERS: Final = ("change_limits", "decisions_sentence", "limits", "percent", "points")
+_FILTERS: Final = (
+    *("change_limits", "decidability", "decisions_sentence", "limits", "percent", "points"),
+)
 _IMPOSTOR_PAIRS: Final = {
     "extended": "every two impressions of different fingers",
     "fvc": "the first impressions of every two different fingers",
@@ -89,8 +93,9 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
         comparisons=comparisons,
         first=first,
         fingers=sum(row.scores.trials.fingers for row in first.sets),
+        timed=any(math.isfinite(row.extract_ms) for row in first.sets),
         totals=[first.prints, len(first.failures), first.genuine, first.impostor],
-        impostor_pairs=_IMPOSTOR_PAIRS[first.protocol],
+        impostor_pairs=_IMPOSTOR_PAIRS.get(first.protocol, ""),
         version=__version__,
         rates_of_all=defined_rates(report.pooled for report in reports),
         figures_of_all=pooled_figures(reports) if len(reports) > 1 else None,
@@ -110,12 +115,14 @@ def _section(analysis: Analysis, number: int) -> dict[str, Any]:
         "names": defined_rates([*(row.rates for row in report.sets), report.pooled]),
         "decisions": _default_decisions(report),
         "figures": matcher_figures(report, number),
+        "quality_drawings": quality_drawings(analysis.quality, number),
+        "calibration": calibration_of(report.matcher),
         "hardest_genuine": hardest_pairs(report, genuine=True),
         "hardest_impostors": hardest_pairs(report, genuine=False),
     }
 
 
-def _default_decisions(report: EvaluationReport) -> str:
+def _default_decisions(report: RatesReport) -> str:
     """Return the errors of `verify` with its defaults, in a sentence; "" without a rule."""
     rho = rho_of(report.matcher)
     if rho is None and calibration_of(report.matcher) is None:

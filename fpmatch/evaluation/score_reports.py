@@ -1,0 +1,118 @@
+"""Error rates of scores that are already there: of fpmatch, or of any other matcher."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.report import RatesReport, summarise_scores
+from fpmatch.evaluation.score_rows import finger_of_fvc_name
+from fpmatch.evaluation.scores import read_genuine_and_impostor, read_scores
+from fpmatch.gallery.entry import NamePattern
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Sequence
+
+    from fpmatch.evaluation.scores_set import ScoresSet
+
+    AnyPath = str | os.PathLike[str]
+
+UNKNOWN_FINGERS: Final = (
+    "its fingers are not known: comparisons are drawn for the 95 % intervals, which are too narrow "
+    "where fingers come in several comparisons"
+)
+PROBABLY_DISTANCES: Final = (
+    "genuine scores are mostly lower than impostor scores: distances need --distances"
+)
+_HALF: Final = 0.5
+
+
+def evaluate_scores(
+    files: Sequence[AnyPath] = (),
+    *,
+    genuine_and_impostor: Sequence[tuple[AnyPath, AnyPath]] = (),
+    distances: bool = False,
+    pattern: str | None = None,
+) -> list[RatesReport]:
+    r"""Compute the error rates of scores in files, one report a matcher.
+
+    Parameters
+    ----------
+    files : sequence of path-like
+        Files of scores, see `fpmatch.evaluation.scores.read_scores`. Without a column ``matcher``,
+        or where files have scores of the same matcher and database, the matcher is named after the
+        file, and without a column ``set`` all have the same database.
+    genuine_and_impostor : sequence of (path-like, path-like)
+        Files of genuine, and of impostor scores of a matcher, which is named after the first.
+    distances : bool
+        As for `fpmatch.evaluation.scores.read_scores`.
+    pattern : str, optional
+        Finds the fingers in names of prints, as for `fpmatch.gallery.entry.NamePattern`; by default
+        prints are named FFF_M.
+
+    Raises
+    ------
+    DatasetError
+        If there is no file, one cannot be read, or a matcher comes twice.
+    GalleryError
+        If the pattern is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "mine.txt")
+    ...     _ = file.write_text("1_1 1_2 0.9\n1_1 2_1 0.2\n1_2 2_1 0.1\n")
+    ...     (report,) = evaluate_scores([file])
+    >>> report.matcher, report.genuine, report.impostor, report.pooled.eer
+    ('mine', 1, 2, 0.0)
+    """
+    finger_of = finger_of_fvc_name if pattern is None else _finger_by(NamePattern(pattern))
+    found: list[tuple[Path, ScoresSet]] = []
+    for file in map(Path, files):
+        for one in read_scores(file, distances=distances, finger_of=finger_of):
+            name = "scores" if not one.matcher and one.name == file.stem else one.name
+            found.append((file, replace(one, name=name)))
+    for genuine, impostor in genuine_and_impostor:
+        of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
+        found.append((Path(genuine), of_pair))
+    if not found:
+        raise DatasetError("no file of scores given")
+    times = Counter((one.matcher, one.name) for _, one in found)
+    by_matcher: dict[str, list[ScoresSet]] = {}
+    for file, one in found:
+        matcher = one.matcher
+        if not matcher or times[matcher, one.name] > 1:
+            matcher = f"{matcher} ({file.stem})" if matcher else file.stem
+        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
+    for matcher, sets in by_matcher.items():
+        if len({one.name for one in sets}) < len(sets):
+            raise DatasetError(f"two files of scores of the same name: {matcher}")
+    return [summarise_scores(sets) for sets in by_matcher.values()]
+
+
+def _finger_by(pattern: NamePattern) -> Callable[[str], str | None]:
+    def finger_of(name: str) -> str | None:
+        label = pattern.label(Path(name))
+        return None if label is None else repr(label.of_finger)
+
+    return finger_of
+
+
+def notes_on(report: RatesReport) -> list[str]:
+    """Return what a user should know of how the scores of a report were understood."""
+    sets = [row.scores for row in report.sets]
+    notes = list(dict.fromkeys(one.note for one in sets if one.note))
+    failed = sum(int((~one.compared).sum()) for one in sets)
+    if failed:
+        total = sum(one.compared.size for one in sets)
+        notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
+    if not all(one.trials.fingers for one in sets):
+        notes.append(UNKNOWN_FINGERS)
+    if report.pooled.eer is not None and report.pooled.eer > _HALF:
+        notes.append(PROBABLY_DISTANCES)
+    return notes

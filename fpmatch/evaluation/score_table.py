@@ -8,7 +8,6 @@ only those before the first row.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.csv_rows import csv_rows
 from fpmatch.output import reason
 
 if TYPE_CHECKING:
@@ -228,39 +228,9 @@ def _is_number(cell: Any) -> bool:
 
 def _rows_of(path: Path) -> Lines:
     """Yield line number and cells of each row; blank lines and comments are left out."""
-    return _parquet_rows(path) if is_parquet(path) else _text_rows(path)
-
-
-def _text_rows(path: Path) -> Lines:
-    with path.open(newline="", encoding="utf-8-sig") as stream:
-        start = next((line for line in stream if not _is_idle(line)), "")
-        stream.seek(0)
-        delimiter = _delimiter(start)
-        if delimiter is None:
-            for number_of_line, text in enumerate(stream, 1):
-                if not _is_idle(text):
-                    yield number_of_line, text.split()
-            return
-        reader = csv.reader(stream, delimiter=delimiter, strict=True)
-        begun = False
-        for row in reader:
-            blank = not row or (len(row) == 1 and not row[0].strip())
-            if not blank and (begun or not row[0].lstrip().startswith("#")):
-                begun = True
-                yield reader.line_num, row
-
-
-def _is_idle(line: str) -> bool:
-    return not line.strip() or line.lstrip().startswith("#")
-
-
-def _delimiter(line: str) -> str | None:
-    """Return what separates the columns of a line; None: spaces."""
-    if "\t" in line:
-        return "\t"
-    if line.count(";") >= max(1, line.count(",")):
-        return ";"
-    return "," if "," in line or not line.strip().count(" ") else None
+    if is_parquet(path):
+        return _parquet_rows(path)
+    return csv_rows(path, DatasetError, spaces=True, exact=True, comments=True)
 
 
 def _parquet_rows(path: Path) -> Lines:
@@ -290,7 +260,3 @@ def _errors_of(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise DatasetError(f"cannot be read: {reason(error)}", path=path) from error
-    except UnicodeDecodeError as error:
-        raise DatasetError("not a text file of scores (UTF-8)", path=path) from error
-    except csv.Error as error:
-        raise DatasetError(f"not a CSV file of scores: {error}", path=path) from error

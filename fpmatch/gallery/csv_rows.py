@@ -1,4 +1,4 @@
-"""Rows of small tables that people write: lists of prints and of pairs."""
+"""Rows of tables that people and programs write: lists of prints and of pairs, scores."""
 
 from __future__ import annotations
 
@@ -14,41 +14,54 @@ if TYPE_CHECKING:
 
     from fpmatch.errors import FpmatchError
 
-DELIMITERS: Final = (",", "\t", ";")
+DELIMITERS: Final = ("\t", ";", ",")
 
 
 def csv_rows(
-    path: str | os.PathLike[str], error: type[FpmatchError], *, spaces: bool = False
+    path: str | os.PathLike[str],
+    error: type[FpmatchError],
+    *,
+    spaces: bool = False,
+    exact: bool = False,
+    comments: bool = False,
 ) -> Iterator[tuple[int, list[str]]]:
     """Yield line number and cells, without outer spaces, of the rows that are not blank.
 
     Cells are separated by comma, tab or semicolon, the most frequent of the first row; with
     `spaces` also by spaces, where that has none of these. The text is UTF-8 with or without a byte
-    order mark, and cells may be quoted. Raises `error`, with file and line, for anything else.
+    order mark, and cells may be quoted. With `exact` cells keep outer spaces; with `comments` lines
+    that begin with ``#`` are left out, in CSV those before the first row. Raises `error`, with file
+    and line, for anything else.
     """
+
+    def is_idle(text: str) -> bool:
+        return not text.strip() or (comments and text.lstrip().startswith("#"))
+
     source, line = Path(path), 0
     try:
         with source.open(encoding="utf-8-sig", newline="") as stream:
             lines = iter(stream)
             first, skipped = "", 0
             for first in lines:
-                if first.strip():
+                if not is_idle(first):
                     break
                 skipped += 1
+            else:
+                return
             delimiter = max(DELIMITERS, key=first.count)
             if spaces and not any(map(first.count, DELIMITERS)):
                 for line, text in enumerate(_again(first, lines), skipped + 1):
-                    if cells := text.split():
-                        yield line, cells
+                    if not is_idle(text):
+                        yield line, text.split()
                 return
             reader = csv.reader(
-                _again(first, lines), delimiter=delimiter, skipinitialspace=True, strict=True
+                _again(first, lines), delimiter=delimiter, skipinitialspace=not exact, strict=True
             )
             line = skipped
             for row in reader:
                 line = skipped + reader.line_num
-                cells = [cell.strip() for cell in row]
-                if any(cells):
+                cells = row if exact else [cell.strip() for cell in row]
+                if any(cell.strip() for cell in cells):
                     yield line, cells
             line = skipped + reader.line_num
     except UnicodeDecodeError as bad:

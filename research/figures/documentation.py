@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import click
@@ -36,7 +37,8 @@ def command(out: Path, only: str | None) -> None:
     """Draw the figures of the documentation.
 
     overlay.png is what ``fpmatch verify sample_data/101_1.tif sample_data/101_3.tif --overlay``
-    writes, with a palette of fewer colours. how_it_works.png shows two prints at each step of the
+    writes, ridges.png and warped.png the same with ``--view ridges`` and ``--warp``, with a palette
+    of fewer colours. how_it_works.png shows two prints at each step of the
     matcher "unit-circle". points/ holds what ``fpmatch points draw`` writes: the paper's Figures 2
     to 7.
     """
@@ -56,6 +58,8 @@ def _draw_prints(folder: Path) -> list[Path]:
     written = []
     for name, drawing, pair in (
         ("overlay.png", _overlay, OVERLAY_PAIR),
+        ("ridges.png", partial(_overlay, ridges=True), OVERLAY_PAIR),
+        ("warped.png", partial(_overlay, warp=True), OVERLAY_PAIR),
         ("how_it_works.png", how_it_works, STEPS_PAIR),
     ):
         prints = [ROOT / "sample_data" / f"{impression}.tif" for impression in pair]
@@ -64,11 +68,11 @@ def _draw_prints(folder: Path) -> list[Path]:
     return written
 
 
-def _overlay(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
+def _overlay(probe_path: Path, reference_path: Path, **view: bool) -> NDArray[np.uint8]:
     """Draw one print over another as the commands do."""
     probe, reference = fpmatch.read_image(probe_path), fpmatch.read_image(reference_path)
     found = fpmatch.verify(fpmatch.extract(probe), fpmatch.extract(reference))
-    return fpmatch.draw(probe, reference, found)
+    return fpmatch.draw(probe, reference, found, **view)
 
 
 def _small_png(picture: NDArray[np.uint8]) -> bytes:

@@ -6,8 +6,9 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.words import odds, verdict
+from fpmatch.drawing.words import odds, score_as_high, verdict
 from fpmatch.matching.calibration import MAX_SCORE
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,8 +59,8 @@ def as_rows(
         rate = f"{'at most ' if v.score >= MAX_SCORE else ''}{odds(v.fmr)}"  # clipped there
         reach = f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})"
         caution = reach if v.fmr < v.smallest_measured_fmr else ""
-        rows.append(("FMR", f"{rate} pairs of different fingers scores as high{caution}"))
-    pairs = f"{len(found.pairs)} pair{'s' * (len(found.pairs) != 1)}"
+        rows.append(("FMR", f"{score_as_high(rate)}{caution}"))
+    pairs = count(len(found.pairs), "pair")
     sides = f"{len(v.probe.minutiae)} of the probe and {len(v.reference.minutiae)} of the reference"
     rows.append(("Minutiae", f"{pairs} among {sides}"))
     if found.transform is not None:

@@ -1,4 +1,4 @@
-"""Tables as text: aligned columns for the terminal, Markdown, and HTML for notebooks."""
+"""Tables as text: aligned columns for the terminal, Markdown, and HTML; numbers with nouns."""
 
 from __future__ import annotations
 
@@ -6,6 +6,17 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+
+def count(number: int, noun: str, plural: str = "") -> str:
+    """Return a number and its noun, in the plural (default: with an s) unless it is one.
+
+    Examples
+    --------
+    >>> count(1, "subject"), count(2, "subject"), count(0, "minutia", "minutiae")
+    ('1 subject', '2 subjects', '0 minutiae')
+    """
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 
 def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:

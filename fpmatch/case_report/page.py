@@ -16,7 +16,7 @@ from fpmatch._version import __version__
 from fpmatch.drawing.files import data_url, png_bytes
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.warp import pair_warp
-from fpmatch.drawing.words import odds, verdict
+from fpmatch.drawing.words import odds, score_as_high, verdict
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.report import as_rows
@@ -179,7 +179,7 @@ def case_report(
         match=v.match,
         v=v,
         scored=scored,
-        odds=odds(v.fmr) if scored else "",
+        rarity=score_as_high(odds(v.fmr)) if scored else "",
         largest=odds(v.smallest_measured_fmr) if scored else "",
         rows=as_rows(v, pair.scale, pair.quality),
         settings=settings,

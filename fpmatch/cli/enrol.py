@@ -11,7 +11,6 @@ import click
 
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
-    count,
     json_text,
     notes_as_json,
     say_failures,
@@ -27,6 +26,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path

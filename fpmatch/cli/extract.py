@@ -21,6 +21,7 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -146,7 +147,8 @@ def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
     scores = sorted(one.quality.score for one in done if one.quality is not None)
     quality = f", quality {scores[0]}" if scores else ""
     quality += f" to {scores[-1]}" if len(set(scores)) > 1 else ""
-    return f"{len(done)} of {images} templates, {minutiae} minutiae{quality}: {output}"
+    found = count(minutiae, "minutia", "minutiae")
+    return f"{len(done)} of {count(images, 'template')}, {found}{quality}: {output}"
 
 
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:

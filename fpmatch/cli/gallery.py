@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, first_of, json_text, say_note
+from fpmatch.cli.notes import first_of, json_text, say_note
 from fpmatch.cli.options import FILE, json_array_option, json_option, output_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, json_text, say_errors, say_notes, say_slow_kernels
+from fpmatch.cli.notes import json_text, say_errors, say_notes, say_slow_kernels
 from fpmatch.cli.options import (
     FROM_1,
     file_option,
@@ -22,6 +22,7 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,23 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.text_table import count
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from fpmatch.reading import GivenPrint
 
 MOST_SHOWN: Final = 20
-
-
-def count(number: int, noun: str) -> str:
-    """Return a number and its noun, in the plural unless it is one.
-
-    Examples
-    --------
-    >>> count(1, "subject"), count(2, "subject")
-    ('1 subject', '2 subjects')
-    """
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def first_of(things: Sequence[object]) -> str:
@@ -58,7 +49,7 @@ def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     for note, prints in list(noted.items())[:MOST_SHOWN]:
         say_note(f"{first_of(prints)}: {note}{' (--dpi sets it)' * (note == ASSUMED_DPI)}")
     if len(noted) > MOST_SHOWN:
-        say_note(f"{len(noted) - MOST_SHOWN} more notes of other kinds")
+        say_note(f"{count(len(noted) - MOST_SHOWN, 'more note')} of other kinds")
 
 
 def say_notes_on(prints: Iterable[GivenPrint], *, resolution: bool = False) -> None:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import (
-    count,
     json_text,
     notes_as_json,
     say_dpi_assumed,
@@ -29,6 +28,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,6 +8,7 @@ import click
 
 from fpmatch.cli.notes import say_notes_on
 from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,4 +49,5 @@ def stages(
     given = make_given_print(found, str(image), dpi=dpi, enhance=enhance, recorder=recorder)
     say_notes_on([given])
     write_stages(recorder.stages, output)
-    click.echo(f"{len(recorder.stages)} stages, {len(given.template.minutiae)} minutiae: {output}")
+    found = count(len(given.template.minutiae), "minutia", "minutiae")
+    click.echo(f"{len(recorder.stages)} stages, {found}: {output}")

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import count, json_text
+from fpmatch.cli.notes import json_text
 from fpmatch.cli.options import FILE, Name, json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS, Sensor
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path

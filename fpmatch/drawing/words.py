@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from fpmatch.pointset.point_match import PointMatch
@@ -15,16 +15,22 @@ def verdict(match: bool) -> str:
     return "MATCH" if match else "NO MATCH"
 
 
+NEARLY_ALL: Final = "nearly all"
+_NEARLY_ALL_FROM: Final = 0.95  # rates above round to 1 in 1
+
+
 def odds(fmr: float) -> str:
     """Write a false match rate as one in so many.
 
     Examples
     --------
-    >>> odds(1e-4), odds(0.37), odds(6e-7), odds(1e-10)
-    ('1 in 10,000', '1 in 2.7', '1 in 1.7 million', '1 in 10 billion')
+    >>> odds(1e-4), odds(0.37), odds(6e-7), odds(1e-10), odds(1.0)
+    ('1 in 10,000', '1 in 2.7', '1 in 1.7 million', '1 in 10 billion', 'nearly all')
     """
     if not 0 < fmr <= 1:
         return "unknown"
+    if fmr > _NEARLY_ALL_FROM:
+        return NEARLY_ALL
     n = 1 / fmr
     for size, word in ((1e9, " billion"), (1e6, " million")):
         if n >= size * 0.9995:
@@ -33,6 +39,19 @@ def odds(fmr: float) -> str:
         return f"1 in {n:.1f}".removesuffix(".0")
     digits = max(0, math.floor(math.log10(n)) - 1)
     return f"1 in {round(n / 10**digits) * 10**digits:,}"
+
+
+def score_as_high(rate: str) -> str:
+    """Return the sentence about a false match rate, as `odds` writes it.
+
+    Examples
+    --------
+    >>> score_as_high("1 in 100"), score_as_high("nearly all")
+    ('1 in 100 pairs of different fingers scores as high', \
+'nearly all pairs of different fingers score as high')
+    """
+    verb = "score" if rate.endswith(NEARLY_ALL) else "scores"
+    return f"{rate} pairs of different fingers {verb} as high"
 
 
 def number(value: float, digits: int = 3) -> str:

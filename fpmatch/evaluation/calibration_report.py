@@ -14,6 +14,7 @@ from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.intervals import Interval, interval_of
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,12 +63,12 @@ class CalibrationReport:
 
     def as_text(self) -> str:
         """Return the report as text, a line an item."""
-        databases = f"{self.sets} database{'s' if self.sets > 1 else ''}"
+        databases = count(self.sets, "database")
         measured, fmr = self.largest_measured_score, odds(self.smallest_measured_fmr)
         rows = [
             ("Matcher", self.matcher),
             ("Fitted to", f"{self.impostors:,} impostor comparisons"),
-            ("", f"of {self.fingers} fingers ({databases})"),
+            ("", f"of {count(self.fingers, 'finger')} ({databases})"),
             ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
         ]
         if self.fmr_interval is not None:

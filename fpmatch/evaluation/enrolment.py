@@ -14,6 +14,7 @@ from fpmatch.evaluation.extraction import ExtractedSet
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,7 +78,8 @@ def plan_enrolment(
     genuine = finger[probe] == finger[reference]
     if not genuine.any():
         raise DatasetError(
-            f"no finger has more than {enrolment.count} impressions: nothing is left to compare"
+            f"no finger has more than {count(enrolment.count, 'impression')}: nothing is left to "
+            "compare"
         )
     return EnrolmentPlan(Pairs(probe, reference, genuine), enrolled)
 
@@ -123,8 +125,7 @@ def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[s
 def enrolment_text(document: Mapping[str, Any]) -> str:
     """Return the result of `enrolment_document` as text."""
     which = "the first" if document["seed"] is None else "drawn at random"
-    count = document["impressions"]
-    impressions = f"{count} impression{'s' if count > 1 else ''} of each finger, {which}"
+    impressions = f"{count(document['impressions'], 'impression')} of each finger, {which}"
     lines = [f"Enrolled: {impressions}. Compared: each other impression with each finger."]
     if document["impostors"]:
         lines.append(f"Impostors, too: the prints of {', '.join(document['impostors'])}.")

@@ -13,6 +13,7 @@ from fpmatch.evaluation.identification import Identification, identify_all
 from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.scores_set import scores_of_set
 from fpmatch.reading import group_by_note
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -143,7 +144,7 @@ class RatesReport:
     def __repr__(self) -> str:
         sets, failed = len(self.sets), len(self.failures)
         pairs = f"{self.genuine} genuine and {self.impostor} impostor pairs"
-        counts = f"{sets} database{'s' * (sets != 1)}, {pairs}, {failed} failed"
+        counts = f"{count(sets, 'database')}, {pairs}, {failed} failed"
         eer = "no EER" if self.pooled.eer is None else f"EER {self.pooled.eer:.4f}"
         return f"{type(self).__name__}({self.matcher}, {counts}, {eer})"
 

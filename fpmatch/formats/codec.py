@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.minutiae import Minutiae
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     import os
@@ -91,10 +92,12 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     sides = np.array([template.width, template.height])
     inside = ((minutiae.xy >= -0.5) & (minutiae.xy <= sides)).all(axis=1)
     if not inside.all():
-        notes.append(f"{np.count_nonzero(~inside)} minutiae outside the print dropped")
+        outside = count(np.count_nonzero(~inside), "minutia", "minutiae")
+        notes.append(f"{outside} outside the print dropped")
         minutiae = minutiae.take(inside)
     if len(minutiae) > most:
-        notes.append(f"{len(minutiae) - most} minutiae of lowest quality dropped: {most} fit in")
+        dropped = count(len(minutiae) - most, "minutia", "minutiae")
+        notes.append(f"{dropped} of lowest quality dropped: {most} fit in")
         best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
         minutiae = minutiae.take(np.sort(best))
     return minutiae

@@ -26,6 +26,7 @@ from fpmatch.formats.codec import (
 from fpmatch.formats.fmr_header import MAGIC, dpi_of
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -82,16 +83,16 @@ class RecordReader(ByteReader):
         self.notes: list[str] = []
 
     def record(
-        self, name: str, declared: int, count: int, view: Callable[[], View]
+        self, name: str, declared: int, views: int, view: Callable[[], View]
     ) -> TemplateRecord:
-        """Return the record of `count` views, the rest of `declared` bytes, each from `view`."""
-        self.options.limits.check_views(count)
-        views = tuple(view() for _ in range(count))
+        """Return the record of as many `views`, the rest of `declared` bytes, each from `view`."""
+        self.options.limits.check_views(views)
+        found = tuple(view() for _ in range(views))
         if declared != self.at:
             self.notes.append(f"the header declares {declared} bytes, the record has {self.at}")
         if self.data[self.at :].strip(b"\x00"):  # many writers pad with zeros
-            self.notes.append(f"{self.left} bytes after the record passed over")
-        return TemplateRecord(name, views, tuple(self.notes))
+            self.notes.append(f"{count(self.left, 'byte')} after the record passed over")
+        return TemplateRecord(name, found, tuple(self.notes))
 
     def view(self, frame: Frame, *, size: int = 6, quality: int | None, **about: Any) -> View:
         """Read count, minutiae of `size` bytes and extended data of a view.
@@ -101,10 +102,10 @@ class RecordReader(ByteReader):
         """
         if size not in MINUTIA:
             raise TemplateError(f"a minutia has {size} bytes, where 5 or 6 are expected")
-        count = self.number()
-        self.options.limits.check_minutiae(count)
+        found = self.number()
+        self.options.limits.check_minutiae(found)
         self.options.limits.check_size(frame.width, frame.height)
-        rows = np.frombuffer(self.take(count * size), MINUTIA[size])
+        rows = np.frombuffer(self.take(found * size), MINUTIA[size])
         minutiae, quality_known = self._minutiae(rows)
         extended = self._extended()
         dpi_known = frame.per_cm_x > 0 and frame.per_cm_y > 0
@@ -126,8 +127,8 @@ class RecordReader(ByteReader):
         kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
         reserved = kind > max(MinutiaKind)
         if reserved.any():
-            count = np.count_nonzero(reserved)
-            self.notes.append(f"{count} minutiae of a reserved kind read as other")
+            odd = count(np.count_nonzero(reserved), "minutia", "minutiae")
+            self.notes.append(f"{odd} of a reserved kind read as other")
             kind[reserved] = MinutiaKind.OTHER
         steps = self.layout.angle_steps
         if (rows["angle"] >= steps).any():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.matching.finger import verify_finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
@@ -48,10 +49,10 @@ class CheckedClaim:
 
     def in_words(self) -> str:
         """Return what was compared as a sentence."""
-        count, compared = len(self.entries), len(self.result.compared)
-        of_them = f", {compared} of them compared" if compared < count else ""
+        enrolled, compared = len(self.entries), len(self.result.compared)
+        of_them = f", {compared} of them compared" if compared < enrolled else ""
         return (
-            f"{count} impression{'s' if count > 1 else ''} of subject {self.best.label.subject}"
+            f"{count(enrolled, 'impression')} of subject {self.best.label.subject}"
             f"{of_them}; the most similar is {self.best.label}, entry {self.best.id}, by itself "
             f"{self.result.best_score:.1f}"
         )

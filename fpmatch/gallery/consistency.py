@@ -12,6 +12,7 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import link_impressions, linked_groups
 from fpmatch.matching.finger import choose_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -120,7 +121,8 @@ def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure
         if refused:
             why = (
                 f"refused: does not match {kept[0].label} or any other of "
-                f"{len(kept)} impressions of {check.name}: another finger, or other skin of it"
+                f"{count(len(kept), 'impression')} of {check.name}: another finger, or other skin "
+                "of it"
             )
             failed = [Failure(entry.source, why) for entry in refused]
             gallery.remove([entry.id for entry in refused])

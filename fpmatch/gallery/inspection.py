@@ -15,6 +15,7 @@ from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.minutiae import MinutiaKind
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     import os
@@ -164,17 +165,17 @@ def _print_parts(p: dict[str, Any]) -> Iterator[str]:
     yield ", ".join(f"{name} {value}" for name, value in p["fields"].items())
 
 
-def _minutiae(count: int, endings: int, bifurcations: int) -> str:
+def _minutiae(number: int, endings: int, bifurcations: int) -> str:
     """Return the number of minutiae, and of each kind where any is known."""
-    other = count - endings - bifurcations
-    kinds = [_count(endings, "ending"), _count(bifurcations, "bifurcation")]
+    other = number - endings - bifurcations
+    kinds = [_some(endings, "ending"), _some(bifurcations, "bifurcation")]
     kinds += [f"{other} other"] if other else []
-    by_kind = f" ({', '.join(filter(None, kinds))})" if other < count else ""
-    return (_count(count, "minutia", "e") or "no minutiae") + by_kind
+    by_kind = f" ({', '.join(filter(None, kinds))})" if other < number else ""
+    return (count(number, "minutia", "minutiae") if number else "no minutiae") + by_kind
 
 
-def _count(number: int, one: str, more: str = "s") -> str:
-    return f"{number} {one}{more if number > 1 else ''}" if number else ""
+def _some(number: int, noun: str) -> str:
+    return count(number, noun) if number else ""
 
 
 def _size(width: int, height: int) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.align import aligner_of, hypotheses
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,8 +43,8 @@ def explain(
 
 def main_reason(evidence: Evidence) -> str:
     """Return the main reason against one finger, by the evidence of the score."""
-    pairs = "1 pair" if evidence.pairs == 1 else f"{evidence.pairs} pairs"
-    share = f"{pairs} among {evidence.common} minutiae in the common region"
+    among = count(evidence.common, "minutia", "minutiae")
+    share = f"{count(evidence.pairs, 'pair')} among {among} in the common region"
     if evidence.overlap < SMALL_OVERLAP:
         return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
     if evidence.cells and evidence.ridges < POOR_RIDGES:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, cast, runtime_checkable
 
 import numpy as np
 
+from fpmatch.text_table import count
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -318,7 +320,8 @@ class PreparedPair:
         if reaches(1.0):
             return ""
         minutiae, area = matcher.available(self.probe, self.reference)
-        given = f"too little to decide: {minutiae} minutiae on {area:.0f} mm2 in the smaller print"
+        found = count(minutiae, "minutia", "minutiae")
+        given = f"too little to decide: {found} on {area:.0f} mm2 in the smaller print"
         enough = next(filter(reaches, FACTORS), None)
         if enough is None:
             return f"{given}; no amount is usually enough for a score of {needed:.1f}"

@@ -125,8 +125,15 @@ def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
             for x, y, angle, kind, q in zip(m.x, m.y, m.angle, m.kind, m.quality, strict=True)
         ],
         "picture": data_url(webp_bytes(shrunk(pixels, factor), 85), "webp"),
-        "ink": None if ink is None else data_url(png_bytes(rgba(ink.coverage, colour)), "png"),
+        "ink": _encoded_ink(ink, colour),
     }
+
+
+def _encoded_ink(ink: Ink | None, colour: Colour) -> str | None:
+    """Return an ink as a picture; None where there is none, as of a template without ridges."""
+    if ink is None or not ink.coverage.any():
+        return None
+    return data_url(png_bytes(rgba(ink.coverage, colour)), "png")
 
 
 def pixels_of(given: GivenPrint) -> NDArray[np.uint8]:

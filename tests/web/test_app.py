@@ -98,9 +98,14 @@ def test_extract_returns_the_template_that_the_command_writes(client, prints, tm
     again = client.post("/compare", files=pair).json()
     assert again["result"]["score"] > 40
     assert again["probe"]["kind"] == "template"
+    assert again["probe"]["ink"].startswith("data:image/png;base64,")  # it contains ridges
     other = client.post("/extract", files=files, data={"format": "iso2005"})
     assert other.content.startswith(b"FMR\0")
     assert "template.iso" in other.headers["content-disposition"]
+    pair["probe"] = ("1_1.iso", other.content)
+    of_minutiae = client.post("/compare", files=pair).json()["probe"]
+    assert (of_minutiae["kind"], of_minutiae["ink"]) == ("template", None)
+    assert of_minutiae["minutiae"]
 
 
 def test_overlays_are_pictures(client, prints):

@@ -25,6 +25,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
+from fpmatch import extract, read_image, save_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.app import make_app
@@ -527,6 +528,32 @@ def test_enrol_and_identify(page, tmp_path):
     page.keep("identify")
     page.all("#candidates button")[2].click()
     page.until(lambda: page.text("#badge") == "NO MATCH")
+
+
+def test_templates_without_ridges_are_shown_by_their_minutiae(page, tmp_path):
+    template = extract(read_image(SAMPLES / "104_1.tif"))
+    path = tmp_path / "104_1.iso"
+    save_template(path, template)
+    page.give("probe", path)
+    page.give("reference", SAMPLES / "104_2.tif")
+    page.until(lambda: page.shown("#badge") and page.idle())
+    drawn = page.all("#probe-slot span.preview svg .mark")
+    assert len(drawn) == len(template.minutiae)
+    assert page.shown("#probe-slot span.preview")
+    assert not page.shown("#probe-slot img.preview")
+    assert page.shown("#reference-slot img.preview")
+    page.keep("template")
+
+    page.one("#tab-enrol").click()
+    page.give("enrol", path)
+    page.until(lambda: page.text("#enrol-words").startswith("1 of 1"))
+    page.until(page.idle)
+    page.one("#tab-identify").click()
+    page.give("identify", SAMPLES / "104_2.tif")
+    page.until(lambda: page.shown("#badge") and page.idle())
+    page.until(lambda: page.all("#candidates .thumb .mark.reference"))
+    assert len(page.all("#candidates li:first-child .thumb .mark.reference")) == len(drawn)
+    page.keep("template_enrolled")
 
 
 def test_it_works_by_keyboard_alone(page):

@@ -13,6 +13,7 @@ from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Path, Pen, Scene
 from fpmatch.drawing.scene.placement import magnification, zoomed
 from fpmatch.drawing.words import odds, verdict
 from fpmatch.errors import ImageError
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -105,7 +106,7 @@ def page(
     )
     description = (
         f"{verdict(v.match)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
-        f"false match rate {odds(v.fmr)}, {len(v.pairs)} pairs of minutiae"
+        f"false match rate {odds(v.fmr)}, {count(len(v.pairs), 'pair')} of minutiae"
     )
     return Scene(math.ceil(width), height, items, description)
 

@@ -16,6 +16,7 @@ from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Point, Scene, Text
 from fpmatch.drawing.scene.placement import direction_on_page, moved, zoomed
 from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,7 +100,7 @@ def _ground(side: _Side, matrix: NDArray[np.float64], panel: Box) -> list[Item]:
     """Draw the title, the ridges and the frame of one print."""
     t = side.print_.template
     size = f"{t.width} x {t.height} px, {t.dpi:g} dpi"
-    title = f"{side.role.title()}: {len(t.minutiae)} minutiae, {size}"
+    title = f"{side.role.title()}: {count(len(t.minutiae), 'minutia', 'minutiae')}, {size}"
     ink = ink_of(side.print_, matrix, NEUTRAL_INK, f"{side.role} ridges")
     return [
         Text(panel.x, panel.y - 9, title, _TITLE_SIZE, BESIDE_PAIRED[side.role].colour),

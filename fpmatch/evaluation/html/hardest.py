@@ -18,6 +18,7 @@ from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -181,14 +182,14 @@ def explain_false_non_match(verification: Verification) -> tuple[str, ...]:
             "found in one print and not in the other, or wrongly placed"
         )
     found += _stretch(v)
-    return tuple(found) or (f"{len(v.pairs)} pairs agree; nothing stands out",)
+    return tuple(found) or (f"{count(len(v.pairs), 'pair')} of minutiae; nothing stands out",)
 
 
 def explain_false_match(verification: Verification) -> tuple[str, ...]:
     """Return evidence for and against prints of different fingers with a high score."""
     v = verification
     found = [
-        f"{len(v.pairs)} pairs, {v.agreement:.0%} of the minutiae where they overlap, "
+        f"{count(len(v.pairs), 'pair')}, {v.agreement:.0%} of the minutiae where they overlap, "
         "agree by chance"
     ]
     if v.overlap < SMALL_OVERLAP:
@@ -203,9 +204,9 @@ def explain_false_match(verification: Verification) -> tuple[str, ...]:
 def _poor_prints(v: Verification) -> list[str]:
     found = []
     for name, side in (("probe", v.probe), ("reference", v.reference)):
-        count = len(side.minutiae)
-        if count < FEW_MINUTIAE:
-            found.append(f"the {name} has only {count} minutiae")
+        if len(side.minutiae) < FEW_MINUTIAE:
+            few = count(len(side.minutiae), "minutia", "minutiae")
+            found.append(f"the {name} has only {few}")
         elif (quality := float(np.median(side.minutiae.quality))) < POOR_QUALITY:
             found.append(f"the {name} is poor: its minutiae have a median quality of {quality:.0f}")
     return found

@@ -1,7 +1,7 @@
 // The gallery: who may it be, and enrol more.
 
 import { ask } from "./api.js";
-import { byId, complain, el, say, svg } from "./dom.js";
+import { byId, complain, el, say } from "./dom.js";
 import * as layer from "./marks.js";
 import { showResult } from "./result.js";
 import { count, odds } from "./words.js";
@@ -76,10 +76,9 @@ function card(candidate, open) {
     const bounds = move
       ? layer.together(layer.extentOf(shown.reference), layer.extentOf(shown.probe, move), 0.2)
       : layer.extentOf(shown.reference);
-    const layers = [layer.paper(bounds), layer.ink(shown.reference, "reference")];
-    if (move) layers.push(layer.ink(shown.probe, "probe", move));
-    const viewBox = `${bounds.x} ${bounds.y} ${bounds.width} ${bounds.height}`;
-    thumb.replaceChildren(svg("svg", { viewBox, class: "panes" }, ...layers));
+    const layers = [layer.paper(bounds), layer.thumbnail(shown.reference, "reference")];
+    if (move) layers.push(layer.thumbnail(shown.probe, "probe", move));
+    thumb.replaceChildren(layer.small(bounds, ...layers));
   };
   return { root: el("li", {}, button), button, candidate, draw };
 }
@@ -107,7 +106,7 @@ export async function enrol(slot, signal) {
     try {
       const done = await (await ask("enrol", fields, signal)).json();
       tally[done.enrolled ? "enrolled" : "known"] += 1;
-      const outcome = done.enrolled ? `enrolled as ${called(done)}, ${done.minutiae} minutiae` : "enrolled before";
+      const outcome = done.enrolled ? `enrolled as ${called(done)}, ${count(done.minutiae, "minutia", "minutiae")}` : "enrolled before";
       list.append(el("li", { class: done.enrolled ? "done" : "" }, `${file.name}: ${outcome}`));
     } catch (error) {
       if (error.name === "AbortError") throw error;

@@ -2,6 +2,7 @@
 
 export function odds(fmr) {
   if (!(fmr > 0 && fmr <= 1)) return "unknown";
+  if (fmr > 0.95) return "nearly all";
   const n = 1 / fmr;
   for (const [size, word] of [[1e9, " billion"], [1e6, " million"]]) {
     if (n >= size * 0.9995) {
@@ -14,7 +15,7 @@ export function odds(fmr) {
   return `1 in ${(Math.round(n / step) * step).toLocaleString("en")}`;
 }
 
-export const count = (n, noun) => `${n} ${noun}${n === 1 ? "" : "s"}`;
+export const count = (n, noun, plural = `${noun}s`) => `${n} ${n === 1 ? noun : plural}`;
 
 export function size(bytes) {
   return bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;

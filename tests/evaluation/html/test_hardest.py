@@ -39,7 +39,7 @@ def verification(
 
 
 def test_nothing_stands_out():
-    assert explain_false_non_match(verification()) == ("12 pairs agree; nothing stands out",)
+    assert explain_false_non_match(verification()) == ("12 pairs of minutiae; nothing stands out",)
     # A difference of resolution is no change of size.
     half = Template(template().minutiae, 300, 300, dpi=250)
     found = verification(probe=half, transform=Similarity(2.0, 0.0, 0.0, 0.0))

@@ -43,7 +43,7 @@ def test_nothing_stands_out():
     # A difference of resolution is no change of size.
     half = Template(template().minutiae, 300, 300, dpi=250)
     found = verification(probe=half, transform=Similarity(2.0, 0.0, 0.0, 0.0))
-    assert explain_false_non_match(found) == ("12 pairs agree; nothing stands out",)
+    assert explain_false_non_match(found) == ("12 pairs of minutiae; nothing stands out",)
 
 
 def test_each_cause_is_named():

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Ink
+    from fpmatch.minutiae import Template
     from fpmatch.pair import ComparedPair, PairOptions
     from fpmatch.web.prints import PrintOptions
 
@@ -119,7 +120,7 @@ def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
         "height": template.height,
         "dpi": template.dpi,
         "notes": list(given.notes),
-        "extent": _extent(pixels, ink, factor),
+        "extent": _extent(template, ink, factor),
         "minutiae": [
             [round(float(x), 2), round(float(y), 2), round(float(angle), 4), int(kind), int(q)]
             for x, y, angle, kind, q in zip(m.x, m.y, m.angle, m.kind, m.quality, strict=True)
@@ -141,13 +142,15 @@ def pixels_of(given: GivenPrint) -> NDArray[np.uint8]:
     return ridge_picture(given.template) if given.image is None else given.pixels
 
 
-def _extent(pixels: NDArray[np.uint8], ink: Ink | None, factor: float) -> list[int]:
-    """Return left, top, right and bottom of the ridges, in pixels of the print."""
-    height, width = pixels.shape
+def _extent(template: Template, ink: Ink | None, factor: float) -> list[int]:
+    """Return left, top, right and bottom of the ridges, or minutiae, in pixels of the print."""
     inked = np.zeros((1, 1), bool) if ink is None else ink.coverage > INKED
     columns, rows = np.flatnonzero(inked.any(axis=0)), np.flatnonzero(inked.any(axis=1))
+    if not columns.size and not len(template.minutiae):
+        return [0, 0, template.width, template.height]
     if not columns.size:
-        return [0, 0, width, height]
+        xy = template.minutiae.xy
+        return [round(float(end)) for end in (*xy.min(axis=0), *xy.max(axis=0))]
     ends = (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1)
     return [round(float(end) / factor) for end in ends]
 

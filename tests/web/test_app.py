@@ -105,7 +105,10 @@ def test_extract_returns_the_template_that_the_command_writes(client, prints, tm
     pair["probe"] = ("1_1.iso", other.content)
     of_minutiae = client.post("/compare", files=pair).json()["probe"]
     assert (of_minutiae["kind"], of_minutiae["ink"]) == ("template", None)
-    assert of_minutiae["minutiae"]
+    left, top, right, bottom = of_minutiae["extent"]
+    x, y, *_ = zip(*of_minutiae["minutiae"], strict=True)
+    assert [left, right] == [round(min(x)), round(max(x))]
+    assert [top, bottom] == [round(min(y)), round(max(y))]
 
 
 def test_overlays_are_pictures(client, prints):

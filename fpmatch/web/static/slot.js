@@ -105,7 +105,7 @@ export class Slot {
 
   // A template without ridges is shown by its minutiae.
   #draw(print) {
-    const bounds = layer.boundsOf(print);
+    const bounds = layer.extentOf(print);
     const side = this.root.classList.contains("reference") ? "reference" : "probe";
     this.drawing.replaceChildren(layer.small(bounds, layer.paper(bounds), layer.thumbnail(print, side)));
     this.drawing.hidden = false;

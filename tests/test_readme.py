@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -28,6 +29,7 @@ NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else ("101_2.tif",)))
 """Prints that no command names; uncompiled, each takes seconds."""
 GALLERY = "prints.db"  # that one command makes and others use
+TEMPLATES = "templates"  # likewise
 AUDIT_LOG = "audit.jsonl"  # that `fpmatch serve` makes and others use
 OUTPUTS = [one for one in documented_outputs() if COMPILED or len(one.commands) == 1]
 SHOWN = {command for output in OUTPUTS for command in output.commands}
@@ -49,7 +51,7 @@ def commands(*pages):
 def arguments(command, folder):
     """Split a command as a shell in `folder` would, file name patterns filled in."""
     words = []
-    for word in command.split()[1:]:
+    for word in shlex.split(command)[1:]:
         found = sorted(path.relative_to(folder).as_posix() for path in folder.glob(word))
         words += found or [word]
     return words
@@ -69,13 +71,20 @@ def enrolled(tmp_path_factory):
     prints = folder / "sample_data"
     shutil.copytree(ROOT / "sample_data", prints, ignore=shutil.ignore_patterns(*NOT_NEEDED))
     assert run(folder, "-m", "fpmatch", "enrol", GALLERY, "sample_data").returncode == 0
+    made = [str(prints / f"{name}.tif") for name in ("101_1", "101_3", "102_1")]
+    assert run(folder, "-m", "fpmatch", "extract", *made, "-o", TEMPLATES).returncode == 0
+    for path in map(Path, made):
+        finger = folder / "people" / path.stem.partition("_")[0] / "right-index"
+        finger.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, finger)
     return folder
 
 
 @pytest.fixture
 def clone(tmp_path, enrolled):
     """Return a folder with some of the sample prints, in which files may be written."""
-    shutil.copytree(enrolled / "sample_data", tmp_path / "sample_data")
+    for name in ("sample_data", "people"):
+        shutil.copytree(enrolled / name, tmp_path / name)
     return tmp_path
 
 
@@ -108,6 +117,8 @@ def test_a_command_on_sample_prints_exits_cleanly_and_writes_its_file(command, c
     words = arguments(command, clone)
     if GALLERY in words and words[0] != "enrol":
         shutil.copy(enrolled / GALLERY, clone)
+    if TEMPLATES in words and "-o" not in words:
+        shutil.copytree(enrolled / TEMPLATES, clone / TEMPLATES)
     if AUDIT_LOG in words:
         AuditLog(clone / AUDIT_LOG).append("ada", "identify", {"candidates": [3]})
     done = run(clone, "-m", "fpmatch", *words)

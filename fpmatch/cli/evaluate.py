@@ -1,4 +1,4 @@
-"""`fpmatch evaluate`: error rates on FVC-style databases."""
+"""`fpmatch evaluate`: error rates on databases of prints."""
 
 from __future__ import annotations
 

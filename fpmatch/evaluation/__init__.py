@@ -1,1 +1,1 @@
-"""Measure the whole chain on FVC-style databases: many prints to a few error rates."""
+"""Measure the whole chain on databases of prints: many prints to a few error rates."""

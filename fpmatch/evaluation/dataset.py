@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.protocol import Pairs
     from fpmatch.gallery.print_file import PrintFile
-    from fpmatch.image.quality.polarity import Polarity
 
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 _TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
@@ -74,7 +73,6 @@ class Dataset:
     sensor: str
     impressions: tuple[Impression, ...]
     place: str = ""
-    polarity: Polarity = "auto"
     notes: tuple[str, ...] = ()
     pairs: Pairs | None = None
 
@@ -199,7 +197,7 @@ def _described(
     """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
     info = read_dataset_info(root if root.is_dir() else root.parent)
     name = info.name or (root.stem if root.is_file() else root.resolve().name)
-    return Dataset(name, info.dpi, info.sensor, tuple(found), place, info.polarity, notes)
+    return Dataset(name, info.dpi, info.sensor, tuple(found), place, notes)
 
 
 def _named_by_number(root: Path) -> list[Impression]:

@@ -148,14 +148,9 @@ def dataset_reader(
     files = [dataset for dataset in datasets if not dataset.in_gallery]
     paths = [impression.path for dataset in files for impression in dataset.impressions]
     each = map if engine is None else partial(results_of_each, engine)
-    stated = {
-        impression.path.parent: dataset.polarity
-        for dataset in files
-        if dataset.polarity != "auto"
-        for impression in dataset.impressions
-    }
-    others = [path for path in paths if path.parent not in stated]
-    return PolarityReader(reader, stated | find_polarities(others, reader=reader, each=each))
+    places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
+    found = find_polarities(paths, reader=reader, each=each, places=places)
+    return PolarityReader(reader, found)
 
 
 def extract_datasets(

@@ -20,13 +20,14 @@ class PrintFile:
 
     `label` is that of a manifest, a pattern or the folders; None where only the file's name may
     contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
-    it.
+    it. `place` is the folder above its own, or the manifest, from which it was taken.
     """
 
     path: Path
     dpi: float | None = None
     label: Label | None = None
     name: str = ""
+    place: Path | None = None
 
     def __post_init__(self) -> None:
         if not self.name:

@@ -93,7 +93,8 @@ def find_prints(
         base = place if place.is_dir() else place.parent
         for file in _files(place, pattern, by_folder=by_folder):
             own = dpi or file.dpi or folder_dpi(file.path.parent) or folder_dpi(base)
-            found.setdefault(file.path.absolute(), replace(file, dpi=own))
+            above = None if place in {file.path, file.path.parent} else place
+            found.setdefault(file.path.absolute(), replace(file, dpi=own, place=above))
     return list(found.values())
 
 
@@ -113,13 +114,14 @@ def folder_reader(
     """
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
-    read = reader or PrintReader()
+    read, files = reader or PrintReader(), list(prints)
     found = find_polarities(
-        [file.path for file in prints],
+        [file.path for file in files],
         polarity=polarity,
         dpi=dpi,
         reader=read,
         each=map if engine is None else partial(results_of_each, engine),
+        places={file.path.parent: file.place for file in files if file.place is not None},
     )
     return PolarityReader(read, found, dpi)
 

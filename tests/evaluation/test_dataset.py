@@ -124,7 +124,7 @@ def test_a_manifest_is_a_database_of_its_own_name(tmp_path):
     dataset = load_dataset(manifest)
     assert found_in(dataset) == [("9", 1, "x.png"), ("9", 2, "y.png"), ("10", 1, "z.png")]
     assert [i.dpi for i in dataset.impressions] == [569, 569, 1000]
-    assert (dataset.name, dataset.sensor, dataset.polarity) == ("spring", "optical", "white")
+    assert (dataset.name, dataset.sensor) == ("spring", "optical")
     (tmp_path / "dataset.toml").write_text('name = "all"\n')
     (tmp_path / "autumn.csv").write_text("path,subject\nx.png,1\ny.png,1\n")
     both = [load_dataset(manifest), load_dataset(tmp_path / "autumn.csv")]

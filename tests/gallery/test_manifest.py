@@ -38,7 +38,7 @@ FULL = "path,subject,finger,impression,dpi\na.png,ada,right index,1,500\n"
         "\ufeff" + FULL.replace("\n", "\r\n"),
         FULL.replace(",", ";"),
         FULL.replace(",", "\t"),
-        '"PATH","Subject","finger","impression","dpi"\n"a.png","ada","right index","1","500"\n\n,,\n',
+        '"PATH","Subject","finger","impression","dpi"\n"a.png","ada","right index","1","500"\n,\n',
         "\n dpi, x , path, impression , finger , subject \n500.0,new,a.png, 1 ,right index,ada\n",
     ],
     ids=["plain", "BOM and CRLF", "semicolons", "tabs", "quoted", "other order and columns"],

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
+FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
 
 Read = TypeVar("Read")
 
@@ -48,6 +49,7 @@ def find_polarities(
     dpi: float | None = None,
     reader: Callable[..., object] = read_image,
     each: Callable[..., Iterable[float | None]] = map,
+    places: Mapping[Path, Path] | None = None,
 ) -> dict[Path, Polarity]:
     """Find the polarity of the folders of some images: "dark", "white" or "auto".
 
@@ -56,7 +58,12 @@ def find_polarities(
     images' own. Folders whose own images leave doubt are decided together; "auto" leaves the
     decision to each image. Files that cannot be read are skipped; `reader` is as for
     `PolarityReader`, and `each` as the built-in `map`: it calls a function for each image looked
-    at, here or in other processes. Raises DatasetError if a ``dataset.toml`` is malformed.
+    at, here or in other processes.
+
+    `places` maps folders to the folder above, or the manifest, from which they are taken: the
+    ``dataset.toml`` there counts, too, and those with fewer than `FEW_IMAGES` images, such as
+    folders of one finger each, are decided together. Raises DatasetError if a ``dataset.toml`` is
+    malformed.
     """
     folders: dict[Path, list[Path]] = defaultdict(list)
     for path in map(Path, paths):
@@ -64,7 +71,12 @@ def find_polarities(
     if polarity != "auto":
         return dict.fromkeys(folders, polarity)
     known = cache(read_dataset_info)
+    place = {folder: (places or {}).get(folder, folder) for folder in folders}
     found = {folder: known(folder).polarity for folder in folders}
+    for folder, above in place.items():
+        if found[folder] == "auto" and above != folder:
+            found[folder] = known(above if above.is_dir() else above.parent).polarity
+    group = {f: place[f] if len(of) < FEW_IMAGES else f for f, of in folders.items()}
     open_ = [folder for folder in folders if found[folder] == "auto"]
     if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
         return found
@@ -74,13 +86,14 @@ def find_polarities(
         for folder in open_
         for path in _sample(folders[folder], most)
     ]
-    evidence: dict[Path, list[float]] = {folder: [] for folder in open_}
+    evidence: dict[Path, list[float]] = {group[folder]: [] for folder in open_}
     for (path, _), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
         if one is not None:
-            evidence[path.parent].append(one)
-    found |= {folder: common_polarity(own) for folder, own in evidence.items()}
+            evidence[group[path.parent]].append(one)
+    found |= {folder: common_polarity(evidence[group[folder]]) for folder in open_}
     doubtful = [folder for folder in open_ if found[folder] == "auto"]
-    together = common_polarity([one for folder in doubtful for one in evidence[folder]])
+    groups = dict.fromkeys(group[folder] for folder in doubtful)
+    together = common_polarity([one for key in groups for one in evidence[key]])
     return found | dict.fromkeys(doubtful, together)
 
 

@@ -52,6 +52,19 @@ def test_small_folders_decide_together(tmp_path, pressed, monkeypatch):
     assert find_polarities([*alone, *other]) == both
 
 
+def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed, stripes):
+    misleading = folder_of(tmp_path, "one", [255 - stripes])
+    others = folder_of(tmp_path, "other", [255 - image for image in pressed])
+    places = dict.fromkeys([tmp_path / "one", tmp_path / "other"], tmp_path)
+    found = find_polarities([*misleading, *others], places=places)
+    assert found == {tmp_path / "one": "white", tmp_path / "other": "white"}
+    (tmp_path / "dataset.toml").write_text('polarity = "dark"\n')
+    assert set(find_polarities(others, places=places).values()) == {"dark"}
+    assert set(find_polarities(others).values()) == {"white"}
+    manifest = dict.fromkeys(places, tmp_path / "manifest.csv")
+    assert set(find_polarities(others, places=manifest).values()) == {"dark"}
+
+
 def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
     monkeypatch.setattr(folder_polarity, "polarity_evidence", None)
     paths = folder_of(tmp_path, "dark", pressed[:2])

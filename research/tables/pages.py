@@ -25,6 +25,7 @@ from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.searching import format_searching
+from research.tables.serving import format_serving
 from research.tables.synthesis import format_synthesis, preset_rows
 
 if TYPE_CHECKING:
@@ -179,6 +180,10 @@ PAGES: Final = {
                 results["large"]
             )
         },
+    ),
+    "serving": Page(
+        {"load": Part("benchmarks/serve_load.py --json", "serving.json", alone=True)},
+        {(DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"])},
     ),
     "synthesis": Page(
         {

@@ -110,10 +110,10 @@ def _next_step(
     from_x: cython.int,
 ) -> cython.Py_ssize_t:
     """Return the index of the step that continues a trace from one pixel over (y, x), or -1."""
-    cython.declare(k=cython.Py_ssize_t, dy=cython.int, dx=cython.int)
+    k: cython.Py_ssize_t
     for k in range(8):
-        dy = y + step[k, 0] - from_y
-        dx = x + step[k, 1] - from_x
+        dy: cython.int = y + step[k, 0] - from_y
+        dx: cython.int = x + step[k, 1] - from_x
         if dy * dy + dx * dx > 2 and skeleton[y + step[k, 0], x + step[k, 1]] != 0:
             return k
     return -1

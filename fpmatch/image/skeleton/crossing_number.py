@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.thin import bordered, crossing_number_table
+from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Grey, Ints, Mask
@@ -33,11 +33,9 @@ class SkeletonNodes(NamedTuple):
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
     padded = bordered(skeleton)
-    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
-    yx = np.empty((len(pixels), 2), np.int32)
-    number = np.empty(len(pixels), np.uint8)
-    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
-    nodes = yx[:count].copy()
+    list_nodes = nodes_with_kernel if kernel.COMPILED else nodes_with_numpy
+    nodes, number = list_nodes(padded)
+    count = len(nodes)
     y, x = nodes.T
     labels = padded.astype(np.int32)
     labels[y, x] = np.arange(2, 2 + count)
@@ -45,5 +43,23 @@ def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     steps = np.zeros((count, _MAX_BRANCHES), np.int32)
     target = np.full((count, _MAX_BRANCHES), -1, np.int32)
     if branch_px > 0:
-        kernel.trace_branches(labels, nodes, _STEP, paths, steps, target)
-    return SkeletonNodes(y - 1, x - 1, number[:count].copy(), paths, steps, target)
+        traced = labels, nodes, _STEP, paths, steps, target
+        kernel.trace_branches(*(traced if kernel.COMPILED else map(memoryview, traced)))
+    return SkeletonNodes(y - 1, x - 1, number, paths, steps, target)
+
+
+def nodes_with_kernel(padded: Grey) -> tuple[Ints, Grey]:
+    """Return (y, x) and crossing numbers of the nodes of a skeleton with a border of zeros."""
+    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
+    yx = np.empty((len(pixels), 2), np.int32)
+    number = np.empty(len(pixels), np.uint8)
+    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
+    return yx[:count].copy(), number[:count].copy()
+
+
+def nodes_with_numpy(padded: Grey) -> tuple[Ints, Grey]:
+    """Return what `nodes_with_kernel` does: the uncompiled path, and the kernel's oracle."""
+    y, x = padded.nonzero()
+    number = crossing_number_table()[neighbour_code(padded)[y, x]]
+    chosen = (number == 1) | (number > 2)
+    return np.stack([y[chosen], x[chosen]], axis=1).astype(np.int32), number[chosen]

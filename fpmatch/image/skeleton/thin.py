@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -58,17 +59,27 @@ def thin_with_numpy(image: Grey) -> None:
         left = count
         for table in guo_hall_table():
             image[(image > 0) & (table[neighbour_code(image)] > 0)] = 0
-    simple = simple_table()
+    simple = simple_table().tobytes()
     flat = image.ravel()
+    code = bytearray(neighbour_code(image))
     width = image.shape[1]
     ring = [1, 1 - width, -width, -1 - width, -1, width - 1, width, width + 1]
-    changed = True
-    while changed:
-        changed = False
-        for at in np.flatnonzero(flat).tolist():
-            if simple[sum(int(flat[at + step]) << k for k, step in enumerate(ring))]:
-                flat[at] = 0
-                changed = True
+    # in raster order; a deletion can make only the pixels around it simple: those before it are
+    # visited in the next pass
+    passed = np.flatnonzero((image > 0) & (simple_table()[neighbour_code(image)] > 0)).tolist()
+    while visited := passed:
+        passed = []
+        heapify(visited)
+        while visited:
+            at = heappop(visited)
+            if not (flat[at] and simple[code[at]]):
+                continue
+            flat[at] = 0
+            for k, step in enumerate(ring):
+                beside = at + step
+                code[beside] &= ~(1 << (k + 4) % 8)  # for it, this pixel lies opposite
+                if flat[beside] and simple[code[beside]]:
+                    heappush(visited if step > 0 else passed, beside)
 
 
 def neighbour_code(image: Grey) -> Grey:

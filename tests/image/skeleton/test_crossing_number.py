@@ -7,8 +7,13 @@ from hypothesis import strategies as st
 from made_images import Binary, drawn, extremes_too, shapes
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.crossing_number import SkeletonNodes, find_nodes
-from fpmatch.image.skeleton.thin import thin
+from fpmatch.image.skeleton.crossing_number import (
+    SkeletonNodes,
+    find_nodes,
+    nodes_with_kernel,
+    nodes_with_numpy,
+)
+from fpmatch.image.skeleton.thin import bordered, thin
 
 LINE = drawn("#######", margin=3)
 FORK = drawn(
@@ -158,6 +163,14 @@ def test_agrees_with_the_twin(binary, limit, thinned):
         for branch, (path, target) in enumerate(branches):
             assert [(y, x) for x, y in walked(nodes, node, branch)] == path
             assert nodes.target[node, branch] == target
+
+
+@given(shapes, st.booleans())
+def test_kernel_and_numpy_list_the_same_nodes(binary, thinned):
+    padded = bordered(thin(binary) if thinned else binary)
+    for one, other in zip(nodes_with_kernel(padded), nodes_with_numpy(padded), strict=True):
+        assert one.dtype == other.dtype
+        assert np.array_equal(one, other)
 
 
 @given(shapes, st.integers(1, 12))

@@ -49,5 +49,5 @@ def stages(
     given = make_given_print(found, str(image), dpi=dpi, enhance=enhance, recorder=recorder)
     say_notes_on([given])
     write_stages(recorder.stages, output)
-    found = count(len(given.template.minutiae), "minutia", "minutiae")
-    click.echo(f"{len(recorder.stages)} stages, {found}: {output}")
+    minutiae = count(len(given.template.minutiae), "minutia", "minutiae")
+    click.echo(f"{len(recorder.stages)} stages, {minutiae}: {output}")

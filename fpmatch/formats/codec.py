@@ -92,7 +92,7 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     sides = np.array([template.width, template.height])
     inside = ((minutiae.xy >= -0.5) & (minutiae.xy <= sides)).all(axis=1)
     if not inside.all():
-        outside = count(np.count_nonzero(~inside), "minutia", "minutiae")
+        outside = count(int(np.count_nonzero(~inside)), "minutia", "minutiae")
         notes.append(f"{outside} outside the print dropped")
         minutiae = minutiae.take(inside)
     if len(minutiae) > most:

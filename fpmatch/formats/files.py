@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import plain_csv
 from fpmatch.formats.an2 import holds_image
+from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
@@ -24,14 +25,19 @@ if TYPE_CHECKING:
 ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
 
 
-def load_template(path: str | os.PathLike[str]) -> Template:
+def load_template(path: str | os.PathLike[str], *, angles: str | None = None) -> Template:
     """Load the first print of a template file.
 
     Parameters
     ----------
     path : path-like
         A file in any format of docs/reference/formats.md, recognised by its content: fpmatch's own
-        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9.
+        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9,
+        tables and arrays of x, y, angle.
+    angles : str, optional
+        How a table or array measures angles, where it does not define it: "deg" or "rad", then
+        ",clockwise" where they increase clockwise on screen, ",opposite" where directions are
+        opposite to those of ISO/IEC 19794-2.
 
     Returns
     -------
@@ -41,9 +47,20 @@ def load_template(path: str | os.PathLike[str]) -> Template:
     Raises
     ------
     TemplateError
-        If the file is missing, unreadable, of no known format, or invalid.
+        If the file is missing, unreadable, of no known format, or invalid, or `angles` is no such
+        text, or is given for a format that defines its angles.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.save(Path(folder, "print.npy"), [[10, 20, 1.5], [30, 40, 3.0]])
+    ...     load_template(Path(folder, "print.npy"), angles="rad,clockwise")
+    Template(31 x 41 px, 500 dpi, 2 minutiae)
     """
-    return load_record(path).views[0].template
+    convention = None if angles is None else AngleConvention.parse(angles)
+    return load_record(path, options=ReadingOptions(angles=convention)).views[0].template
 
 
 def load_record(

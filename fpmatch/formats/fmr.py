@@ -127,7 +127,7 @@ class RecordReader(ByteReader):
         kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
         reserved = kind > max(MinutiaKind)
         if reserved.any():
-            odd = count(np.count_nonzero(reserved), "minutia", "minutiae")
+            odd = count(int(np.count_nonzero(reserved)), "minutia", "minutiae")
             self.notes.append(f"{odd} of a reserved kind read as other")
             kind[reserved] = MinutiaKind.OTHER
         steps = self.layout.angle_steps

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.files import png_bytes
+from fpmatch.drawing.files import data_url, png_bytes
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.overlay.superposed import SIMILARITY, probe_outline, view_of
 from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.palette import PROBE_INK, agreement, hexadecimal
 from fpmatch.drawing.scene.items import Box
 from fpmatch.drawing.scene.placement import bounds, of_transform, zoomed
-from fpmatch.web.pair import INKED, LARGEST_SIDE_SHOWN, data_url, pixels_of, rgba
+from fpmatch.web.pair import INKED, LARGEST_SIDE_SHOWN, pixels_of, rgba
 
 if TYPE_CHECKING:
     from fpmatch.drawing.overlay.warp import PairWarp

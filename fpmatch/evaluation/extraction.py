@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -15,7 +14,7 @@ import numpy as np
 from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress, results_of_each
 from fpmatch.errors import DatasetError
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.gallery.print_file import PrintFile
+from fpmatch.gallery.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.prints import ExtractedPrint, extract_print
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.quality.print_quality import why_no_minutiae
@@ -73,14 +72,13 @@ class ExtractedSet:
     def notes(self) -> list[tuple[Path, tuple[str, ...]]]:
         """The images with notes, and these; those on the whole database are with its place."""
         whole = [(Path(self.dataset.place), self.dataset.notes)] if self.dataset.notes else []
-        usual = self._usual_dpi()
-        noted = [(path, _notes(one, usual)) for path, one in self._each()]
+        templates = [one.template for one in self.extractions]
+        on_dpi = resolution_notes([None if one is None else one.dpi for one in templates])
+        noted = [
+            (path, (*one.notes, *more))
+            for (path, one), more in zip(self._each(), on_dpi, strict=True)
+        ]
         return [*whole, *((path, notes) for path, notes in noted if notes)]
-
-    def _usual_dpi(self) -> float | None:
-        """Return the most frequent resolution, None where all prints have the same."""
-        count = Counter(one.template.dpi for one in self.extractions if one.template is not None)
-        return count.most_common(1)[0][0] if len(count) > 1 else None
 
     @property
     def median_cpu_ms(self) -> float:
@@ -90,14 +88,6 @@ class ExtractedSet:
     def _each(self) -> Iterator[tuple[Path, Extraction]]:
         paths = (impression.path for impression in self.dataset.impressions)
         return zip(paths, self.extractions, strict=True)
-
-
-def _notes(one: Extraction, usual_dpi: float | None) -> tuple[str, ...]:
-    """Return the notes on an image, with one on a resolution that is not the usual one."""
-    if usual_dpi is None or one.template is None or one.template.dpi == usual_dpi:
-        return one.notes
-    note = f"{one.template.dpi:g} dpi, where most prints of the database have {usual_dpi:g} dpi"
-    return (*one.notes, note)
 
 
 def extract_image(

@@ -14,6 +14,7 @@ from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry, as_text
+from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
@@ -86,6 +87,8 @@ def enrol(
         If the engine broke down.
     """
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
+    notes = resolution_notes([file.dpi for file in prints])
+    run.on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
     progress("enrol", 0, len(prints))
     with engine or processes() as place:
         make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))
@@ -114,6 +117,7 @@ class _Run:
     labels: list[Label] = field(default_factory=list)  # of the prints enrolled
     failures: list[Failure] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
+    on_dpi: dict[Path, tuple[str, ...]] = field(default_factory=dict)
     noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
     extracting: deque[EnrolmentRequest] = field(default_factory=deque)
 
@@ -160,7 +164,7 @@ class _Run:
                 continue
             source = as_text(file.path.absolute())
             new.append(NewEntry(request.label, source, request.content, made.template))
-            self.noted.append((file.path, made.all_notes))
+            self.noted.append((file.path, (*made.all_notes, *self.on_dpi[file.path])))
         if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
             conflicts = self.gallery.add(new, failures)

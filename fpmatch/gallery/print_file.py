@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
@@ -32,6 +32,22 @@ class PrintFile:
     def __post_init__(self) -> None:
         if not self.name:
             object.__setattr__(self, "name", self.path.name)
+
+
+def resolution_notes(dpi: Sequence[float | None]) -> list[tuple[str, ...]]:
+    """Return for each resolution a note where it is not that of most prints; None is unknown.
+
+    Examples
+    --------
+    >>> resolution_notes([500.0, None, 1000.0, 500.0])
+    [(), (), ('1000 dpi, where most prints have 500 dpi',), ()]
+    """
+    known = Counter(one for one in dpi if one is not None)
+    if len(known) < 2:
+        return [()] * len(dpi)
+    usual = known.most_common(1)[0][0]
+    note = "{:g} dpi, where most prints have {:g} dpi"
+    return [() if one in {None, usual} else (note.format(one, usual),) for one in dpi]
 
 
 def number_impressions(labels: Sequence[Label]) -> list[Label]:

@@ -138,3 +138,21 @@ def test_options_that_exclude_each_other(run, prints, tmp_path):
     assert_refused(run("evaluate", prints, prints, "--pairs", listed), "goes with one database")
     assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
     assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: no such folder")
+
+
+def test_resolutions_that_differ_are_noted_by_every_command(run, scans, tmp_path):
+    manifest = scans / "manifest.csv"
+    manifest.write_text(
+        manifest.read_text().replace("index-b.png,1,left index,500", "index-b.png,1,left index,480")
+    )
+    note = "480 dpi, where most prints have 500 dpi"
+    for words in (
+        ("evaluate", manifest, "--bootstrap", 0),
+        ("score", "--references", manifest, "--probes", manifest, "-o", tmp_path / "out.csv"),
+        ("enrol", tmp_path / "own.db", manifest),
+    ):
+        result = run(*words, "--workers", 1, "--json")
+        assert (result.exit_code, result.stderr.count(note)) == (0, 1)
+        (noted,) = json.loads(result.stdout)["notes"]
+        assert noted["note"] == note
+        assert noted["prints"][0].endswith("1-left index-b.png")

@@ -105,7 +105,7 @@ def test_resolutions_that_differ_are_noted(options, folder):
     ]
     manifest.write_text("path,subject,impression,dpi\n" + "".join(rows))
     report = evaluate([manifest], **options)
-    note = "1000 dpi, where most prints of the database have 500 dpi"
+    note = "1000 dpi, where most prints have 500 dpi"
     assert {n: [p.name for p in paths] for n, paths in report.noted.items()} == {
         note: ["2_1.tif", "2_2.tif"]
     }

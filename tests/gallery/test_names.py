@@ -9,6 +9,7 @@ from fpmatch.errors import GalleryError
 from fpmatch.gallery.entry import FVC_PATTERN, Label, NamePattern, as_text
 
 FOLDERS = r"(?P<subject>\w+)/((?P<finger>\w+)-)?(?P<impression>\d+)"
+SOCOFING = r"(?P<subject>\d+)__[MF]_(?P<finger>\w+)_finger"
 ALTERNATIVES = "(?i)p(?P<subject>[0-9]+)|q[0-9]+"
 
 
@@ -26,6 +27,7 @@ ALTERNATIVES = "(?i)p(?P<subject>[0-9]+)|q[0-9]+"
         (FOLDERS, "/x/ada/2.png", Label("ada", "", "2")),
         (FOLDERS, "/x/ada/y/index.png", None),
         (ALTERNATIVES, "/x/P7.png", Label("7")),
+        (SOCOFING, "/x/100__M_Left_index_finger.BMP", Label("100", "Left_index")),
         (ALTERNATIVES, "/x/q7.png", None),  # no subject
         (ALTERNATIVES, "/x/xP7.png", None),
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
@@ -19,6 +19,7 @@ from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.entry import entry_names
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -132,6 +133,7 @@ class FolderSource:
         self.place = str(place)
         self.title = info.name or (place.resolve().name if place.is_dir() else place.stem)
         self.names = [file.name for file in files]
+        self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
         self.fingers = [
             finger_of_name(file.path.name) if label is None else str(label.of_finger)
@@ -152,10 +154,12 @@ class FolderSource:
         # Read here, so that workers elsewhere need not see the files.
         opened = (self._read(self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
-            for (file, _), attempt in attempts:
-                yield attempt.result or StoredTemplate(
-                    None, attempt.reason.removeprefix(f"{file.path}: ")
-                )
+            for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
+                if attempt.result is None:
+                    yield StoredTemplate(None, attempt.reason.removeprefix(f"{file.path}: "))
+                else:
+                    notes = (*attempt.result.notes, *self._on_dpi[number])
+                    yield replace(attempt.result, notes=notes)
 
     def _read(self, file: PrintFile) -> OpenedPrint:
         try:

@@ -111,7 +111,10 @@ class ServerClient:
         return self._json("POST", "/verify", {"probe": probe, "reference": reference}, options)
 
     def overlay(self, probe: Print, reference: Print, **options: Any) -> bytes:
-        """Return the picture of `fpmatch overlay`; ``format`` is "png" or "svg"."""
+        """Return the picture of `fpmatch overlay`.
+
+        ``format`` is "png" or "svg"; ``side_by_side``, ``ridges`` or ``warp`` may be true.
+        """
         files = {"probe": probe, "reference": reference}
         return self._request("POST", "/overlay", files, options).content
 

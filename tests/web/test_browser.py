@@ -251,7 +251,7 @@ def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_warped_probe(page):
     assert "Ridge agreement 0.57" in page.text("#drawn")
     page.keep("ridges")
     page.one("#view-over").click()
-    assert page.text("#drawn") == "Probe drawn by: similarity transform."
+    assert page.text("#drawn") == "Picture of probe: similarity transform."
     still = marks_on_screen(page)
     page.one("#warp").click()
     page.until(lambda: "warped through 21 pairs" in page.text("#drawn"))
@@ -260,7 +260,7 @@ def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_warped_probe(page):
     assert marks_on_screen(page) != still
     page.keep("warped")
     page.one("#warp").click()
-    assert page.text("#drawn") == "Probe drawn by: similarity transform."
+    assert page.text("#drawn") == "Picture of probe: similarity transform."
 
 
 def marks_on_screen(page):

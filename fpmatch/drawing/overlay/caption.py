@@ -58,7 +58,7 @@ def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
         ("Scale", f"{v.transform.scale:.3f}"),
         ("Shift x, y", f"{v.transform.tx:+.1f}, {v.transform.ty:+.1f} px"),
         ("Residual", f"{v.rms_px:.1f} px rms" if math.isfinite(v.rms_px) else "-"),
-        *([("Probe drawn by", drawn)] if drawn else []),
+        *([("Picture of probe", drawn)] if drawn else []),
     ]
 
 

@@ -317,7 +317,7 @@ class ResultView {
         layer.ink(reference, "reference"), warp ? bentInk(warp) : layer.ink(probe, "probe", move),
         theirs.lone, ours.lone, theirs.paired, layer.links({ ...this.shown, probe: drawn }, move), ours.paired,
         this.examination.layer("reference", same, warp ? bentPlace(probe, warp) : there));
-      this.drawn.textContent = `Probe drawn by: ${this.warped ? this.further.drawn : "similarity transform"}.`;
+      this.drawn.textContent = `Picture of probe: ${this.warped ? this.further.drawn : "similarity transform"}.`;
       this.#fade();
     }
     views?.forEach(({ centre, unit, degrees, whole }, k) => {

@@ -10,7 +10,8 @@ COPY packaging/requirements.lock packaging/
 RUN python -m venv /opt/fpmatch \
     && /opt/fpmatch/bin/pip install --no-cache-dir --require-hashes -r packaging/requirements.lock
 COPY . .
-RUN /opt/fpmatch/bin/pip install --no-cache-dir --no-deps . \
+# Compiled kernels, or no image: interpreted ones are slow.
+RUN FPMATCH_REQUIRE_KERNELS=1 /opt/fpmatch/bin/pip install --no-cache-dir --no-deps . \
     && /opt/fpmatch/bin/python -m compileall -q /opt/fpmatch/lib
 
 FROM python:3.13-slim

@@ -38,6 +38,7 @@ def needs(role: Role) -> params.Depends:
     async def check(request: Request, _: Annotated[Any, Security(_BEARER)]) -> None:
         own = cast("Client", request.scope[CLIENT]).role
         if own < role:
+            request.scope.setdefault(AUDITED, {})["needs"] = role.name.lower()
             given = f"the token has {own.name.lower()}"
             raise RequestError(f"this needs the role {role.name.lower()}, and {given}", status=403)
 

@@ -28,6 +28,7 @@ from fpmatch.web.settings import Limits, Settings
 from .conftest import served
 
 TOKEN = "a-long-enough-token"
+GUEST = "another-long-enough-token"
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +45,10 @@ def http(tmp_path_factory: pytest.TempPathFactory, audit_log: Path) -> Iterator[
         workers=1,
         gallery=str(gallery),
         audit_log=str(audit_log),
-        clients={digest_of(TOKEN): Client("ada", Role.ADMIN)},
+        clients={
+            digest_of(TOKEN): Client("ada", Role.ADMIN),
+            digest_of(GUEST): Client("guest", Role.READ),
+        },
     )
     with served(make_app(settings)) as client:
         yield client
@@ -119,6 +123,26 @@ def test_the_client_does_all_that_the_server_does(
     assert removal["entries"] == [enrolled["id"]]
     assert "iVBOR" not in audit_log.read_text()
     assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
+
+
+def test_requests_that_a_role_does_not_permit_are_audited(
+    http: httpx.Client, audit_log: Path
+) -> None:
+    with ServerClient(f"{http.base_url}#token={GUEST}") as guest:
+        for request in (lambda: guest.identify(b"none"), lambda: guest.remove_subject("ada")):
+            with pytest.raises(ServerError, match="needs the role"):
+                request()
+    *_, first, last = read_audit_log(audit_log)
+    assert (first["client"], first["action"], first["needs"]) == (
+        "guest",
+        "POST /identify",
+        "verify",
+    )
+    assert (last["action"], last["status"], last["needs"]) == (
+        "DELETE /gallery/prints",
+        403,
+        "admin",
+    )
 
 
 def test_a_case_report_contains_notes_and_marks(

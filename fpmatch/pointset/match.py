@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError, unknown_name
+from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
+from fpmatch.pointset.given_set import GivenSet, check_tolerance
 from fpmatch.pointset.point_match import PointMatch, check_rho
-from fpmatch.pointset.triangles.matcher import GivenSet, match_by_triangles
+from fpmatch.pointset.reflect import TRIALS, match_either_way
+from fpmatch.pointset.triangles.matcher import MAX_CHANCE, TriangleParameters, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
@@ -17,10 +20,16 @@ from fpmatch.pointset.unit_circle.matcher import (
 from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 PointMatcher = Literal["triangles", "paper", "van-wamelen"]
 POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
+
+TransformModel = Literal["similarity", "affine"]
+TRANSFORM_MODELS: Final[tuple[TransformModel, ...]] = get_args(TransformModel)
 
 DEFAULT_LAMBDA: Final = 0.61
 """λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
@@ -34,8 +43,10 @@ def match_points(
     matcher: PointMatcher = "triangles",
     rho: float | None = None,
     area_tolerance: float | None = None,
+    reflect: bool = False,
+    model: TransformModel = "similarity",
 ) -> PointMatch:
-    """Find the similarity transform that maps points of P onto points of Q, if there is one.
+    """Find the transform that maps points of P onto points of Q, if there is one.
 
     Parameters
     ----------
@@ -53,19 +64,26 @@ def match_points(
         "van-wamelen" (this share of P).
     area_tolerance : float, optional
         Largest difference of the areas of similar rings on the unit circle, for "paper".
+    reflect : bool
+        Whether to seek mirrored maps too. Both the set and its mirror image are tried, and what
+        is less expected by chance is the result (more pairs, for "paper" and "van-wamelen").
+    model : {"similarity", "affine"}
+        The maps to seek: rotation, uniform scale and shift, or any linear map and shift, which
+        the matcher "triangles" alone can find.
 
     Returns
     -------
     PointMatch
         Transform, pairs, matched share, rms distance, and the expected number of matches as good
-        by chance; no transform where there is no match.
+        by chance; no transform where there is no match. The transform is a `Similarity`, or an
+        `AffineTransform` where it is mirrored or the model is affine.
 
     Raises
     ------
     PointSetError
         If a set is malformed, has fewer than three points or all of them on one line, the
-        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher is unknown,
-        or it has no such parameter.
+        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher or model is
+        unknown, or the matcher has no such parameter.
 
     Examples
     --------
@@ -78,17 +96,54 @@ def match_points(
     (1.0, 2.0, True)
     >>> match_points(points, np.random.default_rng(8).uniform(0, 100, (40, 2))).transform is None
     True
+    >>> mirrored = match_points(points * [-1, 1], moved, reflect=True)
+    >>> mirrored.transform.mirrored, round(mirrored.transform.scale, 6)
+    (True, 2.0)
+    >>> sheared = match_points(points, moved @ [[1.0, 0.0], [0.4, 1.5]], model="affine")
+    >>> round(sheared.transform.determinant, 6)
+    6.0
     """
     if matcher not in POINT_MATCHERS:
         raise PointSetError(unknown_name("matcher", matcher, POINT_MATCHERS))
+    if model not in TRANSFORM_MODELS:
+        raise PointSetError(unknown_name("model", model, TRANSFORM_MODELS))
+    if model == "affine" and matcher != "triangles":
+        raise PointSetError(
+            f"the affine model has no matcher {matcher}, which compares shapes that affine maps "
+            "change: triangles finds it"
+        )
     if rho is not None and matcher == "triangles":
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
     if area_tolerance is not None and matcher != "paper":
         raise PointSetError("area tolerance is a parameter of the matcher paper")
-    if matcher == "triangles":
-        return match_by_triangles(p, q, tolerance=tolerance)
-    if tolerance is not None and not 0 < tolerance < math.inf:
-        raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    trials = TRIALS if reflect else 1
+    search: Callable[[NDArray[np.float64]], PointMatch]
+    if model == "affine":
+        affine = AffineParameters(max_chance=MAX_CHANCE / trials)
+        search = partial(match_affine, q=q, tolerance=tolerance, parameters=affine)
+    elif matcher == "triangles":
+        similar = TriangleParameters(max_chance=MAX_CHANCE / trials)
+        search = partial(match_by_triangles, q=q, tolerance=tolerance, parameters=similar)
+    else:
+        search = _search_by_share(p, q, tolerance, matcher, rho, area_tolerance)
+    match = match_either_way(search, p) if reflect else search(p)
+    share = DEFAULT_RHO if rho is None else rho
+    return decided(match, share) if matcher == "paper" else match
+
+
+def _search_by_share(
+    p: ArrayLike,
+    q: ArrayLike,
+    tolerance: float | None,
+    matcher: PointMatcher,
+    rho: float | None,
+    area_tolerance: float | None,
+) -> Callable[[ArrayLike], PointMatch]:
+    """Return the search of a matcher that decides by the share ρ, once the parameters are checked.
+
+    That of the paper's method returns the best transform, whatever its share.
+    """
+    check_tolerance(tolerance)
     share = DEFAULT_RHO if rho is None else rho
     check_rho(share)
     areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
@@ -96,8 +151,8 @@ def match_points(
     for name, points in (("p", p), ("q", q)):
         GivenSet(name, points)  # refuses a set that spans no triangle
     if matcher == "paper":
-        return decided(match_by_unit_circle(p, q, parameters), share)
-    return match_van_wamelen(p, q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
+        return partial(match_by_unit_circle, q=q, parameters=parameters)
+    return partial(match_van_wamelen, q=q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
 
 
 def decided(match: PointMatch, rho: float) -> PointMatch:

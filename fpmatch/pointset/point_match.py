@@ -13,6 +13,7 @@ from fpmatch.errors import PointSetError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.pointset.affine.transform import AffineTransform
     from fpmatch.pointset.similarity import Similarity
 
 
@@ -22,8 +23,9 @@ class PointMatch:
 
     Parameters
     ----------
-    transform : Similarity or None
-        Maps P onto Q; None where there is no match.
+    transform : Similarity, AffineTransform or None
+        Maps P onto Q; None where there is no match. It is an `AffineTransform` where it is mirrored
+        or the model is affine.
     pairs : ndarray of int32, shape (K, 2)
         Indices (into P, into Q), one-to-one, sorted by the first.
     matched_share : float
@@ -40,7 +42,7 @@ class PointMatch:
         Why there is no match, where the matcher knows; else "".
     """
 
-    transform: Similarity | None
+    transform: Similarity | AffineTransform | None
     pairs: NDArray[np.int32]
     matched_share: float
     rms: float
@@ -61,7 +63,7 @@ class PointMatch:
         return cls(None, empty, 0.0, 0.0, local_matches, reason=reason)
 
     def inverse(self) -> PointMatch:
-        """Return the match of Q with P."""
+        """Return the match of Q with P; of an affine one the rms distance is an estimate."""
         if self.transform is None:
             return self
         pairs = np.ascontiguousarray(self.pairs[self.pairs[:, 1].argsort(), ::-1])

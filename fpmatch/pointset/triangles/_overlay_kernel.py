@@ -41,20 +41,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
             if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
                 continue
             inside += 1
-            at = grid.nearest(x, y, reach2)
-            if at < 0:
-                continue
-            x, y = x - grid.x[at], y - grid.y[at]
-            distance2[i] = x * x + y * y
-            held = owner[at]
-            if held >= 0:
-                if distance2[held] <= distance2[i]:
-                    continue
-                partner[held] = -1
-                pairs -= 1
-            owner[at] = i
-            partner[i] = at
-            pairs += 1
+            pairs += claim(grid, x, y, reach2, i, owner, partner, distance2)
         if pairs < 3:
             return -1
         if round_ > 0 and pairs == before:
@@ -65,14 +52,35 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
     return inside
 
 
-def log_chance(partner, distance2, inside, t2, density):
+def claim(grid, x, y, reach2, i, owner, partner, distance2):
+    """Pair point i, moved to (x, y), with the nearest point, unless that has a nearer partner.
+
+    Return by how much the number of pairs grows.
+    """
+    at = grid.nearest(x, y, reach2)
+    if at < 0:
+        return 0
+    x, y = x - grid.x[at], y - grid.y[at]
+    distance2[i] = x * x + y * y
+    held = owner[at]
+    if held >= 0:
+        if distance2[held] <= distance2[i]:
+            return 0
+        partner[held] = -1
+    owner[at] = i
+    partner[i] = at
+    return 0 if held >= 0 else 1
+
+
+def log_chance(partner, distance2, inside, t2, density, determined=2):
     """Return the log of the probability that so many of the points inside have partners by chance.
 
     Chernoff's bound on the binomial tail, at reaches of t, t/2, t/4 and so on; the least counts,
     corrected for the number of reaches. So near pairs are more significant than far ones, and a
-    few exact ones as significant as many rough ones.
+    few exact ones as significant as many rough ones. The transform is `determined` by two pairs,
+    or by three where it is affine.
     """
-    trials = inside - 2.0
+    trials = inside - determined
     reach2 = t2
     best = 0.0
     for part in range(REACHES):
@@ -80,10 +88,9 @@ def log_chance(partner, distance2, inside, t2, density):
         for i in range(partner.shape[0]):
             if partner[i] >= 0 and distance2[i] <= reach2:
                 pairs += 1
-        if pairs < 3:
+        if pairs <= determined:
             break
-        # the transform is determined by two pairs
-        share = (pairs - 2.0) / trials if trials > 0.0 else 0.0
+        share = (pairs - determined) / trials if trials > 0.0 else 0.0
         chance = -expm1(-3.141592653589793 * density * reach2)
         if share > chance > 0.0:
             value = share * log(share / chance)

@@ -2,6 +2,8 @@
 cimport cython
 from fpmatch.pointset._grid_kernel cimport CellGrid
 
+cdef double WIDEST
+
 @cython.locals(
     o=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t, j=cython.Py_ssize_t,
     row=cython.Py_ssize_t, met=cython.long, count=cython.Py_ssize_t, left=cython.int,
@@ -16,7 +18,7 @@ cpdef bint propose(
     long max_proposals, double[::1] fit, long[::1] state,
 )
 @cython.locals(n=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t, i=cython.int)
-cdef Py_ssize_t _find_neighbours(
+cdef Py_ssize_t find_neighbours(
     int[:, ::1] corner, Py_ssize_t k, const int[::1] ring_start, const int[::1] ring, int[::1] seen,
     int stamp, Py_ssize_t limit, int[::1] neighbours,
 ) noexcept

@@ -17,7 +17,7 @@ else:
 
 COMPILED = cython.compiled
 
-WIDEST = cython.declare(cython.double, 6.0)  # most by which a fit's uncertainty widens reach²
+WIDEST = 6.0  # most by which a fit's uncertainty widens reach²
 MIN_CHANCE = cython.declare(cython.double, 1e-300)  # of a hit, where the tolerance is tiny
 
 
@@ -62,7 +62,7 @@ def propose(
                 state[2] += 1
                 if count < 0:
                     stamp += 1
-                    count = _find_neighbours(
+                    count = find_neighbours(
                         corner_p, k, ring_start, ring, seen, stamp, test_length, neighbours
                     )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
@@ -70,7 +70,7 @@ def propose(
                 if ratio < accept and (ratio < accept_small or count >= test_length):
                     continue
                 stamp += 1
-                count = _find_neighbours(
+                count = find_neighbours(
                     corner_p, k, ring_start, ring, seen, stamp, neighbours.shape[0], neighbours
                 )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
@@ -80,7 +80,7 @@ def propose(
     return False
 
 
-def _find_neighbours(corner, k, ring_start, ring, seen, stamp, limit, neighbours):
+def find_neighbours(corner, k, ring_start, ring, seen, stamp, limit, neighbours):
     """Write the points around a triangle breadth-first, without its corners; return how many."""
     for at in range(3):
         seen[corner[k, at]] = stamp

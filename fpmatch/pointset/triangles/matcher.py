@@ -12,25 +12,22 @@ match, triangles over one-rings with gaps are tried. The pairs are the optimal o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
 from fpmatch.pointset._similarity_kernel import fit_partners
-from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.frames import IDENTITY, between_sets, frame_if_needed
-from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.frames import between_sets
+from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_distinct
 from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import pairs_of_coincident, points_in_box, unique_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods, propose
 from fpmatch.pointset.triangles.descriptors import (
     TriangleDescriptors,
-    density_of,
     density_over_hull,
     describe_all,
     describe_large,
@@ -44,16 +41,15 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
-MIN_POINTS: Final = 3
-"""Any two points can be mapped to any two others: smaller sets are refused."""
-
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
 
-_WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner anywhere
-_MAX_ROUNDS: Final = 12
-_GAIN_STEPS: Final = 33
-_MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough for any set
+MAX_CHANCE: Final = 1e-3
+"""Expected number of matches as good by chance, under which a match is accepted."""
+
+MAX_ROUNDS: Final = 12
+GAIN_STEPS: Final = 33
+MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough for any set
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +68,7 @@ class TriangleParameters:
     """The ratio that suffices where P has no more neighbours to test."""
     test_length: int = 60
     """Neighbours that are tested, at most."""
-    max_chance: float = 1e-3
+    max_chance: float = MAX_CHANCE
     """Expected number of matches as good by chance, under which a match is accepted."""
     sufficient_share: float = 0.5
     """Share of the smaller set with which the first match ends the search, else it goes on."""
@@ -106,61 +102,22 @@ def match_by_triangles(
     The tolerance is a quarter of the mean spacing 1/√density of the larger set by default; the
     search for the transform uses at most 0.6 of that spacing.
     """
-    if tolerance is not None and not 0 < tolerance < math.inf:
-        raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
     given = parameters or _DEFAULT
+    match = partial(_match, tolerance=tolerance, parameters=given)
     if tolerance is None and len(p_set) > len(q_set):
-        return _match(q_set, p_set, None, given).inverse()
-    return _match(p_set, q_set, tolerance, given)
-
-
-class GivenSet:
-    """A set as given, in its frame and triangulated.
-
-    One that is malformed, of too few points, or all on one line, is refused with a
-    `PointSetError` under its name.
-    """
-
-    def __init__(self, name: str, given: ArrayLike) -> None:
-        points, box = points_in_box(given, name)
-        if len(points) < MIN_POINTS:
-            raise PointSetError(f"{name}: fewer than three points: {len(points)}")
-        self.name, self.given = name, points
-        self.frame = frame_if_needed(points, box, name)
-        if self.frame is not IDENTITY:
-            points, box = points_in_box(self.frame.apply(points), name)
-        self.box = box
-        self.mesh = triangulate_checked(points)
-        if not len(self.mesh.triangles):
-            raise PointSetError(f"{name}: all points lie on one line")
-
-    def __len__(self) -> int:
-        return len(self.given)
+        return match_distinct(q_set, p_set, match).inverse()
+    return match_distinct(p_set, q_set, match)
 
 
 def _match(
     p: GivenSet, q: GivenSet, tolerance: float | None, parameters: TriangleParameters
 ) -> PointMatch:
-    """Match two sets; where points coincide, their distinct points."""
-    if not (p.mesh.has_coincident or q.mesh.has_coincident):
-        return _match_distinct(p, q, tolerance, parameters)
-    (distinct_p, index_p), (distinct_q, index_q) = unique_points(p.given), unique_points(q.given)
-    match = _match_distinct(
-        GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q), tolerance, parameters
-    )
-    pairs = pairs_of_coincident(match.pairs, index_p, index_q)
-    return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
-
-
-def _match_distinct(
-    p: GivenSet, q: GivenSet, tolerance: float | None, parameters: TriangleParameters
-) -> PointMatch:
     """Match two sets of which no points coincide, but for rounding."""
     if min(len(p), len(q)) < MIN_POINTS_TO_MATCH:
         return PointMatch.none()
-    reach = None if tolerance is None else math.ldexp(tolerance, -q.frame.exponent)
-    search = _Search(p, q, reach, parameters)
+    search = _Search(p, q, Target.of(q, tolerance), parameters)
     if not search.run():
         return PointMatch.none(search.passed)
     pairs, rms = search.pair()
@@ -178,17 +135,11 @@ class _Search:
     """A search for a transform and its state."""
 
     def __init__(
-        self, p: GivenSet, q: GivenSet, tolerance: float | None, parameters: TriangleParameters
+        self, p: GivenSet, q: GivenSet, target: Target, parameters: TriangleParameters
     ) -> None:
-        self.mesh_p, self.mesh_q, self.given = p.mesh, q.mesh, parameters
-        self.p, self.q = (np.array(mesh.points.T, order="C") for mesh in (p.mesh, q.mesh))
-        self.density_p, self.density = density_over_hull(p.mesh, self.p), density_of(q.mesh, self.q)
-        self.spacing = 1.0 / math.sqrt(self.density)
-        self.pairing_tolerance = 0.25 * self.spacing if tolerance is None else tolerance
-        self.tolerance = t = min(self.pairing_tolerance, _WIDEST_TOLERANCE * self.spacing)
-        left, right, top, bottom = q.box
-        low, high = (left - t, top - t), (right + t, bottom + t)
-        self.grid = sort_into_cells(self.q, max(0.7 * self.spacing, t), low=low, high=high)
+        self.mesh_p, self.mesh_q, self.given, self.target = p.mesh, q.mesh, parameters, target
+        self.p = np.array(p.mesh.points.T, order="C")
+        self.density_p = density_over_hull(p.mesh, self.p)
         self.move = np.empty(4)
         self.log_chance = math.inf
         self.tried = 0
@@ -197,15 +148,15 @@ class _Search:
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
         return self._search(self.mesh_p.triangles, self.mesh_q.triangles) or self._search(
-            ring_triangles(self.mesh_p, self.p), ring_triangles(self.mesh_q, self.q)
+            ring_triangles(self.mesh_p, self.p), ring_triangles(self.mesh_q, self.target.points)
         )
 
     def pair(self) -> tuple[Ints, float]:
         """Refit the move to its optimal pairs; return these (K, 2) and their rms distance."""
-        partner = optimal_pairs(self.p, self.grid, self.move, self.pairing_tolerance)
-        fit_partners(self.p, self.grid, partner, self.move)
+        partner = optimal_pairs(self.p, self.target.grid, self.move, self.target.pairing_tolerance)
+        fit_partners(self.p, self.target.grid, partner, self.move)
         pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
-        return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
+        return pairs, overlay.list_pairs(self.p, self.target.grid, partner, self.move, pairs)
 
     def _search(self, of_p: Ints, of_q: Ints) -> bool:
         """Search one kind of triangle, (T, 3) each, until a proposal is accepted."""
@@ -214,26 +165,30 @@ class _Search:
             return False
         outliers = (1.0 - given.share) * self.density_p
         in_p = describe_all(self.p, of_p, outliers)
-        shortest = given.shortest_side * self.spacing
-        in_q = describe_large(self.q, of_q, given.near_tie, shortest)
-        arguments = self._arguments(in_p, in_q, given.shape_tolerance * self.tolerance / shortest)
+        shortest = given.shortest_side * self.target.spacing
+        in_q = describe_large(self.target.points, of_q, given.near_tie, shortest)
+        arguments = self._arguments(
+            in_p, in_q, given.shape_tolerance * self.target.tolerance / shortest
+        )
         log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.mesh_q))
         owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
         partner, fit, move = np.empty(m, np.int32), np.empty(8), np.empty(4)
         state = np.array([0, 0, self.tried, 0], np.int_)
-        max_proposals, t2 = given.max_proposals, self.tolerance**2
+        max_proposals, t2 = given.max_proposals, self.target.tolerance**2
         while propose(*(*arguments, max_proposals, fit, state)):
             self.passed += 1
             if self.passed * m > given.max_overlaid:
                 break
             move[:] = _move(fit)
             inside = overlay.refine(
-                self.p, self.grid, t2, _MAX_ROUNDS, owner, partner, distance2, move
+                self.p, self.target.grid, t2, MAX_ROUNDS, owner, partner, distance2, move
             )
             if inside < 0:
                 continue
-            chance = log_tests + overlay.log_chance(partner, distance2, inside, t2, self.density)
+            chance = log_tests + overlay.log_chance(
+                partner, distance2, inside, t2, self.target.density
+            )
             if chance < self.log_chance:
                 self.log_chance, self.move = chance, move.copy()
                 if chance >= log_max:
@@ -249,18 +204,24 @@ class _Search:
     ) -> tuple[Any, ...]:
         """Return the arguments of `propose` that do not change during the search."""
         given, m = self.given, len(self.mesh_p)
-        reach2 = given.reach * self.tolerance**2
-        gain = np.empty(_GAIN_STEPS)
-        miss = hit_log_likelihoods(math.pi * reach2 * self.density, given.share, gain)
+        reach2 = given.reach * self.target.tolerance**2
+        gain = np.empty(GAIN_STEPS)
+        miss = hit_log_likelihoods(math.pi * reach2 * self.target.density, given.share, gain)
         half_of_all = 0.5 * (m - 3) * float(gain[0])
         return (
             self.p,
             in_p.negative_information[: in_p.number].argsort(kind="stable"),
             *(in_p.corner, in_p.shape, self.mesh_p.ring_start, self.mesh_p.ring),
-            *(self.q, self.grid, in_q.corner, in_q.side, sort_by_shape(in_q, widest)),
-            *(given.shape_tolerance * self.tolerance, widest, reach2, gain, miss),
+            *(
+                self.target.points,
+                self.target.grid,
+                in_q.corner,
+                in_q.side,
+                sort_by_shape(in_q, widest),
+            ),
+            *(given.shape_tolerance * self.target.tolerance, widest, reach2, gain, miss),
             *(given.reject, given.accept, min(given.accept_small, half_of_all)),
-            *(given.test_length, np.zeros(m, np.int32), np.empty(min(m, _MAX_GROWN), np.int32)),
+            *(given.test_length, np.zeros(m, np.int32), np.empty(min(m, MAX_GROWN), np.int32)),
         )
 
 

@@ -1,0 +1,1 @@
+"""Affine transforms between point sets: their class, and the matcher that finds them."""

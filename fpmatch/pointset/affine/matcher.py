@@ -1,0 +1,270 @@
+"""The affine matcher: local triangles propose, a growing neighbourhood decides.
+
+The triangle matcher for similarities looks up triangles of like shape; under an affine transform
+every triangle has every shape, and a Delaunay triangulation does not survive either. So:
+
+1. *Normalization*. Both sets are widened, so that their second moments are those of a circle. Where
+   most points have partners that leaves a rotation between them, and a modest stretch where many
+   are missing or a part of the plane is.
+2. *Proposals*. Triangles of a point and two of its neighbours in the triangulation of the widened
+   set, the most informative of P first, are compared with all those of Q. The linear map between
+   two, in the widened frames, must neither stretch one direction much more than another nor change
+   the density of points beyond reason.
+3. *Sequential test*, *refinement* and *decision* are those for similarities, but for the transform,
+   which is fitted to three pairs and refitted as it grows: a match is accepted only where so many
+   pairs, three of which determine the transform, are not expected by chance among as many pairs of
+   triangles (a contrario). The pairs are the optimal one-to-one pairing.
+
+Distances are those of Q as given; all else is the same whatever affine map the sets went through.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.affine import _affine_kernel as kernel
+from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
+from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_distinct
+from fpmatch.pointset.pairing import optimal_pairs
+from fpmatch.pointset.point_match import PointMatch, rms_distance
+from fpmatch.pointset.triangles import _overlay_kernel as overlay
+from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods
+from fpmatch.pointset.triangles.descriptors import density_of, ring_triangles
+from fpmatch.pointset.triangles.matcher import GAIN_STEPS, MAX_CHANCE, MAX_GROWN, MAX_ROUNDS
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+MIN_POINTS_TO_MATCH: Final = 5
+"""Three pairs determine the transform; smaller sets match too many others by chance."""
+
+DETERMINED: Final = 3
+
+_FLAT: Final = 1e-6  # ratio of extents under which a set is taken for points on a line
+_POLISH: Final = 4.0  # area, in squared tolerances, in which an accepted match seeks more pairs
+_STAY: Final = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True, slots=True)
+class AffineParameters:
+    """Set the affine matcher; what is not explained here is as in `TriangleParameters`."""
+
+    share: float = 0.6
+    reach: float = 0.6
+    reject: float = -2.5
+    accept: float = 14.0
+    accept_small: float = 4.0
+    test_length: int = 60
+    max_chance: float = MAX_CHANCE
+    sufficient_share: float = 0.5
+    extra_proposals: int = 200_000
+    max_anisotropy: float = 6.0
+    """Most by which a transform between the widened sets stretches one direction more than
+    another."""
+    max_crowding: float = 4.0
+    """Most times as dense as Q that a transform may make P."""
+    max_thinning: float = 16.0
+    """Most times as sparse as Q that a transform may make P."""
+    least_height: float = 0.5
+    """Least height of a triangle, in mean spacings of a widened set: jitter destroys flat ones."""
+    max_proposals: int = 2_000_000
+    max_overlaid: int = 20_000_000
+
+
+_DEFAULT: Final = AffineParameters()
+
+
+def match_affine(
+    p: ArrayLike,
+    q: ArrayLike,
+    *,
+    tolerance: float | None = None,
+    parameters: AffineParameters | None = None,
+) -> PointMatch:
+    """Find the affine transform, not mirrored, that maps points of P onto points of Q, if any.
+
+    This is `fpmatch.match_points` for ``model="affine"``, with parameters; the tolerance and the
+    errors are as there.
+    """
+    check_tolerance(tolerance)
+    p_set, q_set = GivenSet("p", p), GivenSet("q", q)
+    match = partial(_match, tolerance=tolerance, parameters=parameters or _DEFAULT)
+    if tolerance is None and len(p_set) > len(q_set):
+        found = match_distinct(q_set, p_set, match).inverse()
+    else:
+        found = match_distinct(p_set, q_set, match)
+    if found.transform is None:
+        return found
+    rows_p, rows_q = found.pairs.T
+    rms = rms_distance(found.transform.apply(p_set.given[rows_p]), q_set.given[rows_q])
+    return replace(found, rms=rms)
+
+
+def _match(
+    p: GivenSet, q: GivenSet, tolerance: float | None, parameters: AffineParameters
+) -> PointMatch:
+    """Match two sets of which no points coincide; the rms distance is left at 0."""
+    wide_p, wide_q = _Widened(p), _Widened(q)
+    if min(len(p), len(q)) < MIN_POINTS_TO_MATCH:
+        return PointMatch.none()
+    search = _Search(wide_p, wide_q, Target.of(q, tolerance), parameters)
+    if not search.run():
+        return PointMatch.none(search.passed)
+    pairs = search.pair()
+    widen = AffineTransform.of_matrix(wide_p.matrix).after(p.frame.as_similarity())
+    from_frame = AffineTransform.of_matrix(q.frame.as_similarity().inverse().matrix)
+    return PointMatch(
+        transform=from_frame.after(AffineTransform(*search.move.tolist())).after(widen),
+        pairs=pairs,
+        matched_share=len(pairs) / min(len(p), len(q)),
+        rms=0.0,
+        local_matches=search.passed,
+        chance=math.exp(search.log_chance),
+    )
+
+
+class _Widened:
+    """A set mapped by a symmetric matrix so that its second moments are those of a circle.
+
+    One that is next to collinear is refused with a `PointSetError` under its name.
+    """
+
+    def __init__(self, given: GivenSet) -> None:
+        points = given.mesh.points
+        middle = points.mean(axis=0)
+        _, extent, axes = np.linalg.svd(points - middle, full_matrices=False)
+        if extent[1] <= _FLAT * extent[0]:
+            raise PointSetError(f"{given.name}: all points lie nearly on one line")
+        linear = axes.T @ (axes * (math.sqrt(len(points)) / extent)[:, None])
+        self.matrix = np.column_stack([linear, -linear @ middle])  # from the set's frame
+        wide = (points - middle) @ linear
+        self.mesh = triangulate_checked(wide)
+        self.points = np.array(wide.T, order="C")
+        self.density = density_of(self.mesh, self.points)
+
+    def triangles(self, least_height: float) -> Ints:
+        """Return all triangles (T, 3) of a point and two neighbours, without flat ones."""
+        triangles = ring_triangles(self.mesh, self.points)
+        area, sides2 = self._measure(triangles)
+        least = least_height / math.sqrt(self.density)
+        return np.ascontiguousarray(triangles[2 * area >= least * np.sqrt(sides2.max(axis=0))])
+
+    def most_informative_first(self, triangles: Ints, share: float) -> NDArray[np.intp]:
+        """Return the order of triangles by area times the chance that no outlier splits them.
+
+        An outlier does so in the circumcircle; a share of the points has partners.
+        """
+        area, sides2 = self._measure(triangles)
+        circle = math.pi * sides2.prod(axis=0) / (16 * area * area)
+        return (-area * np.exp((share - 1.0) * self.density * circle)).argsort(kind="stable")
+
+    def _measure(self, triangles: Ints) -> tuple[Floats, Floats]:
+        """Return the areas of triangles (T,), and their squared sides (3, T)."""
+        a, b, c = (self.points[:, corner] for corner in triangles.T)
+        u, v, w = b - a, c - a, c - b
+        return (u[0] * v[1] - u[1] * v[0]) / 2, np.stack([(x * x).sum(axis=0) for x in (u, v, w)])
+
+
+class _Search:
+    """A search for a transform and its state; the move maps the widened P onto Q's frame."""
+
+    def __init__(
+        self, p: _Widened, q: _Widened, target: Target, parameters: AffineParameters
+    ) -> None:
+        self.p, self.q, self.target, self.given = p, q, target, parameters
+        self.move = np.empty(6)
+        self.log_chance = math.inf
+        self.passed = 0
+        m, n = len(p.mesh), len(q.mesh)
+        self._partner, self._distance2 = np.empty(m, np.int32), np.empty(m)
+        self._owner = np.empty(n, np.int32)
+
+    def run(self) -> bool:
+        """Search until a proposal is accepted; return whether one was."""
+        given, m = self.given, len(self.p.mesh)
+        of_p, of_q = (side.triangles(given.least_height) for side in (self.p, self.q))
+        arguments = self._arguments(of_p, of_q)
+        log_tests = math.log(max(1, 3 * len(of_p) * len(of_q)))
+        log_max = math.log(given.max_chance)
+        sufficient = given.sufficient_share * min(m, len(self.q.mesh))
+        fit, move, state = np.empty(12), np.empty(6), np.zeros(4, np.int_)
+        max_proposals, t2 = given.max_proposals, self.target.tolerance**2
+        while kernel.propose(*arguments, max_proposals, fit, state):
+            self.passed += 1
+            if self.passed * m > given.max_overlaid:
+                break
+            kernel.move_of(fit, move)
+            if not self._improve(move, t2, log_tests) or self.log_chance >= log_max:
+                continue
+            self._refine(move, _POLISH * t2)
+            self._improve(move, t2, log_tests)
+            if np.count_nonzero(self._partner >= 0) >= sufficient:
+                return True
+            max_proposals = min(max_proposals, int(state[2]) + given.extra_proposals)
+        return self.log_chance < log_max
+
+    def pair(self) -> Ints:
+        """Refit the move to its optimal pairs; return these (K, 2)."""
+        a, b, tx, c, d, ty = self.move.tolist()
+        moved = np.array([[a, b], [c, d]]) @ self.p.points + [[tx], [ty]]
+        target = self.target
+        partner = optimal_pairs(moved, target.grid, _STAY, target.pairing_tolerance)
+        kernel.fit_partners(self.p.points, target.grid, partner, self.move)
+        rows = (partner >= 0).nonzero()[0]
+        return np.column_stack([rows, target.grid.order.base[partner[rows]]]).astype(np.int32)
+
+    def _improve(self, move: Floats, t2: float, log_tests: float) -> bool:
+        """Refine a move in place, and keep it if it is the least expected by chance so far."""
+        inside = self._refine(move, t2)
+        if inside < 0 or not self._is_plausible(move):
+            return False
+        chance = log_tests + overlay.log_chance(
+            self._partner, self._distance2, inside, t2, self.target.density, DETERMINED
+        )
+        if chance >= self.log_chance:
+            return False
+        self.log_chance, self.move = chance, move.copy()
+        return True
+
+    def _refine(self, move: Floats, t2: float) -> int:
+        """Refine a move in place; return the number of points inside the grid, or -1."""
+        return int(
+            kernel.refine(
+                self.p.points, self.target.grid, t2, MAX_ROUNDS, self._owner, self._partner,
+                self._distance2, move,
+            )
+        )  # fmt: skip
+
+    def _is_plausible(self, move: Floats) -> bool:
+        """Return whether a move is not mirrored and does not squeeze P beyond reason."""
+        linear = self.q.matrix[:, :2] @ move.reshape(2, 3)[:, :2]
+        area = linear[0, 0] * linear[1, 1] - linear[0, 1] * linear[1, 0]
+        limit = self.given.max_anisotropy + 1 / self.given.max_anisotropy
+        return bool((linear * linear).sum() <= limit * area)
+
+    def _arguments(self, of_p: Ints, of_q: Ints) -> tuple[Any, ...]:
+        """Return the arguments of `propose` that do not change during the search."""
+        given, p, q, target = self.given, self.p, self.q, self.target
+        m, thin = len(p.mesh), p.density / q.density
+        reach2 = given.reach * target.tolerance**2
+        gain = np.empty(GAIN_STEPS)
+        miss = hit_log_likelihoods(math.pi * reach2 * target.density, given.share, gain)
+        half_of_all = 0.5 * (m - DETERMINED) * float(gain[0])
+        return (
+            *(p.points, p.most_informative_first(of_p, given.share), of_p),
+            *(p.mesh.ring_start, p.mesh.ring, target.points, target.grid, of_q, q.points),
+            *(given.max_anisotropy, thin / given.max_crowding, thin * given.max_thinning),
+            *(reach2, gain, miss, given.reject, given.accept),
+            *(min(given.accept_small, half_of_all), given.test_length),
+            *(np.zeros(m, np.int32), np.empty(min(m, MAX_GROWN), np.int32)),
+        )

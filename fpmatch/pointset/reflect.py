@@ -1,0 +1,50 @@
+"""Match a set and its mirror image, and decide between the two."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.points import as_points
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.point_match import PointMatch
+
+TRIALS: Final = 2
+"""A search of the set and one of its mirror image: chance has twice the opportunity."""
+
+_MIRROR: Final = AffineTransform.of_parts(mirrored=True)
+_FLIP: Final = np.array([1.0, -1.0])
+
+
+def match_either_way(
+    search: Callable[[NDArray[np.float64]], PointMatch], p: ArrayLike
+) -> PointMatch:
+    """Return the better of the matches that `search` finds for P and for its mirror image.
+
+    Better is what is less expected by chance; where chance is not estimated, or both are below
+    what a float holds, more pairs, and then the smaller residual. Of equals the map that is not
+    mirrored is taken. The chance of the result is that of two searches.
+    """
+    points = as_points(p, "p")
+    plain, flipped = search(points), search(points * _FLIP)
+    best = flipped if _order(flipped) < _order(plain) else plain
+    if best is flipped and flipped.transform is not None:
+        transform = AffineTransform.of_matrix(flipped.transform.matrix).after(_MIRROR)
+        best = replace(flipped, transform=transform)
+    local_matches = plain.local_matches + flipped.local_matches
+    chance = None if best.chance is None else TRIALS * best.chance
+    return replace(best, chance=chance, local_matches=local_matches)
+
+
+def _order(match: PointMatch) -> tuple[bool, float, int, float]:
+    """Return what orders matches from the best to none."""
+    chance = 0.0 if match.chance is None else match.chance
+    return match.transform is None, chance, -len(match.pairs), match.rms

@@ -17,10 +17,10 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 KERNELS = sorted(PACKAGE.rglob("_*_kernel.py"))
 
 PUBLIC = {
-    *("AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae", "PointMatch"),
+    *("AffineTransform", "AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae"),
     *("PrintQuality", "RidgeField", "Similarity", "StageRecorder", "Template", "Verification"),
     *("__version__", "assess", "draw", "extract", "find_scale", "fmr_to_score", "load_template"),
-    *("match_points", "matcher_names", "read_image", "save_overlay", "save_template"),
+    *("PointMatch", "match_points", "matcher_names", "read_image", "save_overlay", "save_template"),
     *("score_to_fmr", "verify", "as_template", "identify", "evaluate", "open_gallery", "Gallery"),
     *("IdentifiedFinger", "Minutia", "Overlay", "VerifiedPrints", "enrol"),
 }

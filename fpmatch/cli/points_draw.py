@@ -36,6 +36,7 @@ Examples:
   fpmatch points draw -o figures
   fpmatch points draw stars.csv -o figures --format png
   fpmatch points draw stars.csv catalogue.csv -o figures --ring 12
+  fpmatch points draw negative.csv catalogue.csv -o figures --reflect
   fpmatch points draw minutiae.csv -o figures   # upright, of what fpmatch extract wrote
 """,
 )
@@ -68,6 +69,11 @@ Examples:
     "for templates, such as fpmatch extract writes, up for all else]",
 )
 @click.option(
+    "--reflect",
+    is_flag=True,
+    help="Match mirrored sets too, as fpmatch points match --reflect; P is then drawn mirrored.",
+)
+@click.option(
     "--json", "as_json", is_flag=True, help="Print the numbers drawn, as one JSON object."
 )
 def points_draw(
@@ -78,6 +84,7 @@ def points_draw(
     seed: int | None,
     ring: int | None,
     y_axis: Literal["up", "down"] | None,
+    reflect: bool,
     as_json: bool,
 ) -> None:
     """Draw Figures 2 to 7 of the paper for the sets P and Q.
@@ -91,7 +98,7 @@ def points_draw(
     from fpmatch.drawing.paper_figures.rings import choose_ring_pair
     from fpmatch.drawing.paper_figures.sheet import write_point_figures
 
-    pair = _pair(p, q, seed, y_axis)
+    pair = _pair(p, q, seed, y_axis, reflect=reflect)
     rings = choose_ring_pair(pair, ring)
     figures = draw_point_figures(pair, rings, file_format)
     files = write_point_figures(figures, output)
@@ -108,7 +115,12 @@ def points_draw(
 
 
 def _pair(
-    p: Path | None, q: Path | None, seed: int | None, y_axis: Literal["up", "down"] | None
+    p: Path | None,
+    q: Path | None,
+    seed: int | None,
+    y_axis: Literal["up", "down"] | None,
+    *,
+    reflect: bool,
 ) -> PointPair:
     """Return the sets that the files, or their absence, ask for."""
     from fpmatch.drawing.paper_figures.pair import (
@@ -118,6 +130,8 @@ def _pair(
         rotated_point_pair,
     )
 
+    if reflect and q is None:
+        raise click.UsageError("--reflect has no use unless both sets are given")
     chosen = EASY_SEED if seed is None else seed
     if p is None:
         if y_axis is not None:
@@ -132,7 +146,7 @@ def _pair(
     others, both = _points(q)
     if y_axis is None and of_image != both:
         raise click.UsageError("one file is a template, the other is not: --y-axis must be given")
-    return matched_point_pair(points, others, str(p), str(q), y_down=y_down)
+    return matched_point_pair(points, others, str(p), str(q), y_down=y_down, reflect=reflect)
 
 
 def _points(path: Path) -> tuple[NDArray[np.float64], bool]:

@@ -8,7 +8,7 @@ import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 import numpy as np
@@ -18,7 +18,13 @@ from fpmatch.cli.options import Name, file_option
 from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
 from fpmatch.output import atomic_write, check_writable
-from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points
+from fpmatch.pointset.match import (
+    POINT_MATCHERS,
+    TRANSFORM_MODELS,
+    PointMatcher,
+    TransformModel,
+    match_points,
+)
 from fpmatch.report import LABEL_WIDTH
 
 if TYPE_CHECKING:
@@ -32,7 +38,10 @@ FEWEST_POINTS: Final = 3
 STDIN: Final = Path("-")
 STDIN_NAME: Final = "standard input"
 _CSV: Final = click.Path(path_type=Path, allow_dash=True)
-_TRANSFORM: Final = ("scale", "rotation_deg", "tx", "ty")
+_TRANSFORM: Final[Mapping[TransformModel, tuple[str, ...]]] = {
+    "similarity": ("scale", "rotation_deg", "tx", "ty"),
+    "affine": ("scale_x", "scale_y", "shear", "rotation_deg", "tx", "ty"),
+}
 _PAIR_COLUMNS: Final = ("p", "q", "p_x", "p_y", "q_x", "q_y", "distance")
 
 
@@ -45,12 +54,26 @@ class _NamedPoints:
     points: NDArray[np.float64]
 
 
+class _Maps(NamedTuple):
+    """The maps to seek."""
+
+    reflect: bool
+    model: TransformModel
+
+    @property
+    def asked(self) -> bool:
+        """Whether they are others than by default."""
+        return self.reflect or self.model != "similarity"
+
+
 @click.command(
     "match",
     epilog="""\b
 JSON:
   match          whether a transform was found
-  transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null
+  transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null. With --model
+                 affine scale_x, scale_y and shear in place of scale. With either of --model affine
+                 and --reflect also mirrored: whether y was turned to -y before all else
   pairs          [row of P, row of Q] each, counted from 0 without the header
   matched_share  pairs over points of the smaller set
   rms            root mean square distance of the pairs, in the units of Q; or null
@@ -59,6 +82,7 @@ JSON:
   reason         why there is no match, where the matcher can tell; else empty
   points         how many points P and Q have
   matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
+  reflect, model: where one of them is given
 
 \b
 Matchers:
@@ -69,11 +93,19 @@ Matchers:
   van-wamelen    the paper's baseline; matches where a share --rho of P is paired
 
 \b
+Models:
+  similarity     rotation, one scale for all directions, shift
+  affine         any linear map and shift: other scales along other directions, and shear; found
+                 by the matcher triangles alone
+
+\b
 Examples:
   fpmatch points match stars.csv catalogue.csv
   fpmatch points match stars.csv catalogue.csv --text --plot match.png
   fpmatch points match spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
   fpmatch points match stars.csv catalogue.csv --matcher paper --rho 0.9
+  fpmatch points match negative.csv catalogue.csv --reflect
+  fpmatch points match oblique.csv map.csv --model affine --plot match.png
   cut -f 2,3 stars.tsv | fpmatch points match - catalogue.csv
 
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
@@ -86,6 +118,17 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     type=Name(POINT_MATCHERS),
     default="triangles",
     help="Matcher to use; the others are there to compare with.",
+)
+@click.option(
+    "--model",
+    type=Name(TRANSFORM_MODELS),
+    default="similarity",
+    help="Maps to seek.",
+)
+@click.option(
+    "--reflect",
+    is_flag=True,
+    help="Seek mirrored maps too, as of a plate seen from behind.",
 )
 @click.option(
     "--tolerance",
@@ -125,6 +168,8 @@ def points_match(
     p: Path,
     q: Path,
     matcher: PointMatcher,
+    model: TransformModel,
+    reflect: bool,
     tolerance: float | None,
     rho: float | None,
     area_tolerance: float | None,
@@ -137,6 +182,7 @@ def points_match(
     Both are tables with columns x and y, among others, or two columns of numbers without a
     header; separated by comma, semicolon or tab. A dash (-) reads standard input. Not every point
     needs a partner. The rotation counts from the x axis towards the y axis.
+    --model affine also finds other scales along other directions, and shear.
     """
     from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
 
@@ -147,15 +193,16 @@ def points_match(
     if pairs is not None:
         check_writable(pairs)
     ours, theirs = _read(p), _read(q)
-    given = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
-    match = match_points(ours.points, theirs.points, matcher=matcher, **given)
+    given: dict[str, Any] = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
+    maps = _Maps(reflect, model)
+    match = match_points(ours.points, theirs.points, matcher=matcher, **maps._asdict(), **given)
     if pairs is not None:
         _write_pairs(pairs, ours, theirs, match)
     if plot is not None:
         names = ours.name, theirs.name
         save_point_plot(plot, ours.points, theirs.points, match, names=names)
     if as_json:
-        click.echo(_as_json(ours, theirs, match, {"matcher": matcher, **given}))
+        click.echo(_as_json(ours, theirs, match, {"matcher": matcher, **given}, maps))
     else:
         click.echo(_as_text(ours, theirs, match))
     return 0 if match.transform is not None else 1
@@ -193,11 +240,19 @@ def _spans_a_triangle(points: NDArray[np.float64]) -> bool:
 
 
 def _as_json(
-    p: _NamedPoints, q: _NamedPoints, match: PointMatch, given: Mapping[str, str | float | None]
+    p: _NamedPoints,
+    q: _NamedPoints,
+    match: PointMatch,
+    given: Mapping[str, str | float | None],
+    maps: _Maps,
 ) -> str:
-    """Return a match as one JSON object, a member a line; what does not exist is null."""
+    """Return a match as one JSON object, a member a line; what does not exist is null.
+
+    What concerns other maps than plain similarities is left out unless one asked for them.
+    """
     t = match.transform
-    transform = {} if t is None else {name: getattr(t, name) for name in _TRANSFORM}
+    names = _TRANSFORM[maps.model] + ("mirrored",) * maps.asked
+    transform = {} if t is None else {name: getattr(t, name) for name in names}
     document: dict[str, Any] = {
         "match": t is not None,
         "transform": None if t is None else {**transform, "matrix": t.matrix.tolist()},
@@ -209,6 +264,7 @@ def _as_json(
         "reason": match.reason,
         "points": {"p": len(p.points), "q": len(q.points)},
         **given,
+        **(maps._asdict() if maps.asked else {}),
         "p": str(p.path),
         "q": str(q.path),
     }

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from fpmatch.pointset.affine.transform import AffineTransform
     from fpmatch.pointset.point_match import PointMatch
     from fpmatch.pointset.similarity import Similarity
 
@@ -92,16 +93,29 @@ def match_facts(match: PointMatch) -> list[tuple[str, str]]:
     t = match.transform
     if t is None:
         return []
-    turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
-    sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
-    x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
-    shift = f"shift {x:+.6g}, {y:+.6g}"
+    stretch, movement = _transform_in_words(t)
     facts = [
         ("Pairs", f"{len(match.pairs):,}, {match.matched_share:.1%} of the smaller set"),
-        ("Transform", f"scale {t.scale:.6g}, rotation {abs(turn):.3f}°{sense}, {shift}"),
+        *([("Stretch", stretch)] if stretch else []),
+        ("Transform", movement),
         ("Residual", f"{match.rms:.4g} rms"),
     ]
     if match.chance is not None:
         count = f"{match.chance:.2g}" if match.chance > 0 else "less than 1e-300"
         facts.append(("Chance", f"{count} matches as good expected between independent sets"))
     return facts
+
+
+def _transform_in_words(t: Similarity | AffineTransform) -> tuple[str, str]:
+    """Describe what a transform stretches, if anything, and the rest of it, in their order."""
+    from fpmatch.pointset.similarity import Similarity  # noqa: PLC0415
+
+    turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
+    sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
+    x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
+    mirror = "mirrored (y to -y), " if t.mirrored else ""
+    movement = f"rotation {abs(turn):.3f}°{sense}, shift {x:+.6g}, {y:+.6g}"
+    if isinstance(t, Similarity) or t.is_similarity:
+        return "", f"{mirror}scale {t.scale:.6g}, {movement}"
+    scales = f"scale {t.scale_x:.6g} along x and {t.scale_y:.6g} along y"
+    return f"{mirror}{scales}, shear {t.shear:.6g}", movement

@@ -109,8 +109,8 @@ def match_points(
         raise PointSetError(unknown_name("model", model, TRANSFORM_MODELS))
     if model == "affine" and matcher != "triangles":
         raise PointSetError(
-            f"the affine model has no matcher {matcher}, which compares shapes that affine maps "
-            "change: triangles finds it"
+            f"the affine model needs the matcher triangles: {matcher} compares shapes, which affine "
+            "maps change"
         )
     if rho is not None and matcher == "triangles":
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")

@@ -123,6 +123,11 @@ class Similarity:
         return cls(math.hypot(a, b), math.atan2(b, a), tx, ty)
 
     @property
+    def mirrored(self) -> bool:
+        """Whether the map exchanges clockwise and counter-clockwise: never."""
+        return False
+
+    @property
     def rotation_deg(self) -> float:
         """Rotation in degrees, in (-180, 180]."""
         degrees = math.degrees(math.remainder(self.rotation, 2 * math.pi))

@@ -15,6 +15,7 @@ import numpy as np
 
 from fpmatch.drawing.words import degrees, rotated_and_scaled
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.match import match_points
 from fpmatch.pointset.points import as_points
@@ -121,20 +122,31 @@ def rotated_point_pair(
 
 
 def matched_point_pair(
-    p: ArrayLike, q: ArrayLike, p_source: str, q_source: str, *, y_down: bool = False
+    p: ArrayLike,
+    q: ArrayLike,
+    p_source: str,
+    q_source: str,
+    *,
+    y_down: bool = False,
+    reflect: bool = False,
 ) -> PointPair:
     """Take two given sets, and their partners from `match_points`.
 
     The parameters are those of `rotated_point_pair`, for either set; so are the errors, of which
-    there is one for sets that do not match.
+    there is one for sets that do not match. With `reflect`, a set that matches mirrored is drawn
+    mirrored.
     """
-    sides = (
-        PointSide.of("P", p_source, p, y_down=y_down),
-        PointSide.of("Q", q_source, q, y_down=y_down),
-    )
-    match = match_points(*(side.prepared.points for side in sides))
-    if match.transform is None:
+    of_p = PointSide.of("P", p_source, p, y_down=y_down)
+    of_q = PointSide.of("Q", q_source, q, y_down=y_down)
+    match = match_points(of_p.prepared.points, of_q.prepared.points, reflect=reflect)
+    transform, mirrored = match.transform, ""
+    if isinstance(transform, AffineTransform):  # mirrored: the rest is the map of the mirror image
+        of_p = PointSide.of("P", p_source, of_p.prepared.points * (1.0, -1.0))
+        in_p, in_q = match.pairs.T
+        both = of_p.prepared.points[in_p], of_q.prepared.points[in_q]
+        transform, mirrored = Similarity.fit(*both), "mirrored, "
+    if transform is None:
         raise PointSetError(f"{p_source} and {q_source}: they do not match")
-    changed = rotated_and_scaled(match.transform)
+    changed = f"{mirrored}{rotated_and_scaled(transform)}"
     origin = f"The matcher pairs {len(match.pairs)} points: Q is P {changed}."
-    return PointPair(*sides, match.pairs, match.transform, origin, "matcher, all points", y_down)
+    return PointPair(of_p, of_q, match.pairs, transform, origin, "matcher, all points", y_down)

@@ -107,7 +107,8 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     moved, q = moved / unit, q / unit
     width, height = np.ptp(np.vstack([moved, q]), axis=0).tolist()
     high = _WIDTH * height / width if width > 0 else _MOST_HEIGHT
-    title = f"{_title('P', names[0])}, moved, on {_title('Q', names[1])}"
+    how = "mirrored and moved" if match.transform and match.transform.mirrored else "moved"
+    title = f"{_title('P', names[0])}, {how}, on {_title('Q', names[1])}"
     facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
     figure = _figure(high + len(facts) * _LINE, verdict(True), palette.MATCH)
     axes = figure.subplots()

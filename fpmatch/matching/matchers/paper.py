@@ -100,7 +100,7 @@ class PaperMatcher:
         """Compare two prepared templates; the similarity is the share that match, 0 to 1."""
         p, q = probe.at_500_dpi, reference.at_500_dpi
         match = match_prepared(p, q, self.parameters)
-        if match.transform is None:
+        if not isinstance(match.transform, Similarity):
             return nothing_found(_why_nothing(match.local_matches, p, q))
         agreement, overlap = _common_region(match, p.points, q.points)
         to_reference = Similarity(scale=reference.dpi / STANDARD_DPI)

@@ -166,7 +166,8 @@ class _Widened:
         """
         area, sides2 = self._measure(triangles)
         circle = math.pi * sides2.prod(axis=0) / (16 * area * area)
-        return (-area * np.exp((share - 1.0) * self.density * circle)).argsort(kind="stable")
+        value = area * np.exp((share - 1.0) * self.density * circle)
+        return np.asarray((-value).argsort(kind="stable"))
 
     def _measure(self, triangles: Ints) -> tuple[Floats, Floats]:
         """Return the areas of triangles (T,), and their squared sides (3, T)."""
@@ -199,7 +200,7 @@ class _Search:
         sufficient = given.sufficient_share * min(m, len(self.q.mesh))
         fit, move, state = np.empty(12), np.empty(6), np.zeros(4, np.int_)
         max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while kernel.propose(*arguments, max_proposals, fit, state):
+        while kernel.propose(*(*arguments, max_proposals, fit, state)):
             self.passed += 1
             if self.passed * m > given.max_overlaid:
                 break
@@ -221,7 +222,9 @@ class _Search:
         partner = optimal_pairs(moved, target.grid, _STAY, target.pairing_tolerance)
         kernel.fit_partners(self.p.points, target.grid, partner, self.move)
         rows = (partner >= 0).nonzero()[0]
-        return np.column_stack([rows, target.grid.order.base[partner[rows]]]).astype(np.int32)
+        return np.column_stack([rows, np.asarray(target.grid.order)[partner[rows]]]).astype(
+            np.int32
+        )
 
     def _improve(self, move: Floats, t2: float, log_tests: float) -> bool:
         """Refine a move in place, and keep it if it is the least expected by chance so far."""

@@ -109,7 +109,7 @@ def match_points(
         raise PointSetError(unknown_name("model", model, TRANSFORM_MODELS))
     if model == "affine" and matcher != "triangles":
         raise PointSetError(
-            f"the affine model needs the matcher triangles: {matcher} compares shapes, which affine "
+            f"the affine model needs the matcher triangles: {matcher} compares shapes, which such "
             "maps change"
         )
     if rho is not None and matcher == "triangles":

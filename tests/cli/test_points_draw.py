@@ -1,6 +1,7 @@
 """`fpmatch points draw`: which sets it draws, and what it says."""
 
 import json
+import math
 import sys
 
 import numpy as np
@@ -127,3 +128,20 @@ def test_without_matplotlib_one_line_says_what_to_install(run, out, monkeypatch)
 def test_the_help_names_every_picture(run):
     text = run("points", "draw", "--help").stdout
     assert all(name.removesuffix(".svg") in text for name in NAMES)
+
+
+def test_a_mirrored_set_is_drawn_mirrored_on_request(run, draw, tmp_path, out):
+    p = saved(tmp_path / "p.csv", POINTS)
+    move = Similarity(2.0, 0.5, 300.0, -40.0)
+    q = saved(tmp_path / "q.csv", move.apply(POINTS * [1, -1]))
+    assert_refused(run("points", "draw", p, q, "-o", out), "they do not match")
+    numbers = draw(p, q, "--reflect")
+    assert numbers["rotation_deg"]["sets"] == pytest.approx(math.degrees(0.5))
+    assert numbers["scale"]["rings"] == pytest.approx(2.0)
+    assert numbers["matched"] == len(POINTS)
+    drawn = [path.read_text(encoding="utf-8") for path in out.iterdir()]
+    assert any("Q is P mirrored, rotated by 28.6°" in " ".join(text.split()) for text in drawn)
+
+
+def test_reflect_needs_both_sets(run, out):
+    assert run("points", "draw", "-o", out, "--reflect").exit_code == 2

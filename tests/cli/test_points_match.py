@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.match import POINT_MATCHERS
 from fpmatch.pointset.similarity import Similarity
 
@@ -111,6 +112,86 @@ def test_the_papers_method_decides_by_rho(match, run, stars, rho, status):
     assert text.startswith("NO MATCH\n" if status else "MATCH\n")
     why = f"the best transform pairs 93.3% of the smaller set; a match needs more than {rho}"
     assert (why in text) == (status == 1)
+
+
+@pytest.fixture
+def views(tmp_path, rng):
+    """Return a function that writes 30 points, and 28 of them under an affine map."""
+
+    def written(truth):
+        p = rng.uniform(0, 100, (30, 2))
+        q = np.vstack([truth.apply(p[2:]), truth.apply(rng.uniform(0, 100, (4, 2)))])
+        return write(tmp_path / "oblique.csv", p), write(tmp_path / "map.csv", q)
+
+    return written
+
+
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
+def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
+    truth = AffineTransform.of_parts(1.7, 1.7, 0, math.radians(40), 250, -40, mirrored=True)
+    words = (*views(truth), "--matcher", matcher)
+    assert match(*words)[1]["match"] is False
+    result, document = match(*words, "--reflect")
+    assert result.exit_code == 0
+    assert list(document) == [*KEYS[:-2], "reflect", "model", *KEYS[-2:]]
+    transform = document["transform"]
+    assert list(transform) == ["scale", "rotation_deg", "tx", "ty", "mirrored", "matrix"]
+    assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])
+    assert transform["mirrored"] is True
+    np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
+    assert (document["reflect"], document["model"]) == (True, "similarity")
+    text = run("points", "match", *words, "--reflect", "--text").stdout
+    shown = "mirrored (y to -y), scale 1.7, rotation 40.000° from x to y, shift +250, -40"
+    assert f"  Transform   {shown}\n" in text
+
+
+def test_an_unmirrored_set_is_said_to_be_so(match, stars):
+    _, document = match(*stars, "--reflect")
+    assert document["transform"]["mirrored"] is False
+    np.testing.assert_allclose(document["transform"]["matrix"], MOVE.matrix, atol=1e-6)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored):
+    truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=mirrored)
+    words = (*views(truth), *["--reflect"] * mirrored)
+    assert match(*words)[1]["match"] is False
+    words += ("--model", "affine")
+    result, document = match(*words, "--pairs", tmp_path / "pairs.csv")
+    assert result.exit_code == 0
+    transform = document["transform"]
+    parts = ["scale_x", "scale_y", "shear", "rotation_deg", "tx", "ty"]
+    assert list(transform) == [*parts, "mirrored", "matrix"]
+    assert [transform[part] for part in parts] == pytest.approx(
+        [3, 1.2, 0.5, math.degrees(0.7), 250, -40]
+    )
+    assert transform["mirrored"] is document["reflect"] is mirrored
+    np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
+    assert document["pairs"] == [[i, i - 2] for i in range(2, 30)]
+    rows = rows_of(tmp_path / "pairs.csv")
+    assert max(float(row["distance"]) for row in rows) < 1e-6
+    lines = run("points", "match", *words, "--text").stdout.splitlines()
+    mirror = "mirrored (y to -y), " if mirrored else ""
+    assert lines[3] == f"  Stretch     {mirror}scale 3 along x and 1.2 along y, shear 0.5"
+    assert lines[4] == "  Transform   rotation 40.107° from x to y, shift +250, -40"
+
+
+@pytest.mark.parametrize("options", [["--model", "affine"], ["--model", "affine", "--reflect"]])
+def test_independent_sets_have_no_affine_map(match, unlike, options):
+    result, document = match(*unlike, *options)
+    assert result.exit_code == 1
+    assert document["transform"] is None
+
+
+def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
+    words = (*stars, "--model", "affine", "--matcher", "paper")
+    assert_refused(run("points", "match", *words), "needs the matcher triangles")
+    near = write(
+        tmp_path / "near.csv", np.column_stack([np.arange(9.0), np.arange(9.0) ** 2 / 1e9])
+    )
+    result = run("points", "match", near, stars[1], "--model", "affine")
+    assert_refused(result, "all points lie nearly on one line")
+    assert run("points", "match", *stars, "--model", "afine").exit_code == 2
 
 
 def test_a_smaller_area_tolerance_follows_fewer_local_matches(match, stars):

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import cv2
@@ -12,6 +13,7 @@ from fpmatch.drawing import palette
 from fpmatch.drawing.palette import PROBE_MARK, hexadecimal
 from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
 from fpmatch.errors import OutputError
+from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 
@@ -67,6 +69,23 @@ def test_every_point_has_its_mark(tmp_path, sets, match):
     fit = Similarity.fit(truth, places)  # the same scale along x and y, and no turn
     np.testing.assert_allclose(fit.apply(truth), places, atol=1e-3)
     assert abs(fit.rotation) < 1e-6
+
+
+def test_a_mirrored_affine_map_is_drawn_where_it_maps_the_points(tmp_path, sets, match):
+    p, _ = sets
+    move = AffineTransform.of_parts(3.0, 1.0, 0.4, 0.5, 20.0, mirrored=True)
+    q = move.apply(p[:PAIRED])
+    svg = drawn(tmp_path / "plot.svg", p, q, replace(match, transform=move))
+    rings, dots = marks_of(svg, palette.REFERENCE_MARK), marks_of(svg, PROBE_MARK)
+    np.testing.assert_allclose(rings, dots, atol=1e-3)
+    crosses = marks_of(svg, palette.PROBE_INK)
+    truth = move.apply(p) * [1, -1]
+    fit = Similarity.fit(truth, np.vstack([dots, crosses]))
+    np.testing.assert_allclose(fit.apply(truth), np.vstack([dots, crosses]), atol=1e-3)
+    assert abs(fit.rotation) < 1e-6
+    words = words_of(svg)
+    assert "P, mirrored and moved, on Q" in words
+    assert "Stretch: mirrored (y to -y), scale 3 along x and 1 along y, shear 0.4" in words
 
 
 def test_the_words_are_those_of_the_result(tmp_path, sets, match):

@@ -14,6 +14,7 @@ from fpmatch.drawing.words import (
     positive_degrees,
     significant,
 )
+from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 
@@ -72,6 +73,17 @@ def test_the_facts_of_a_match():
 )
 def test_a_transform_in_words(transform, words):
     assert dict(match_facts(a_match(transform)))["Transform"] == words
+
+
+def test_an_affine_map_in_words():
+    parts = dict(scale_x=2, scale_y=1.5, shear=-0.25, rotation=math.pi / 6, tx=3, ty=-4)
+    facts = dict(match_facts(a_match(AffineTransform.of_parts(**parts, mirrored=True))))
+    assert list(facts) == ["Pairs", "Stretch", "Transform", "Residual"]
+    assert facts["Stretch"] == "mirrored (y to -y), scale 2 along x and 1.5 along y, shear -0.25"
+    assert facts["Transform"] == "rotation 30.000° from x to y, shift +3, -4"
+    alike = AffineTransform.of_parts(2.0, 2.0, mirrored=True)
+    words = "mirrored (y to -y), scale 2, rotation 0.000°, shift +0, +0"
+    assert dict(match_facts(a_match(alike)))["Transform"] == words
 
 
 def test_facts_that_are_not_known_are_left_out():

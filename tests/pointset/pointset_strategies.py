@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch.pointset._grid_kernel import CellGrid
+from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
 from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.point_match import PointMatch
@@ -40,6 +41,20 @@ def similarities(change: float, shift: float) -> st.SearchStrategy[Similarity]:
         tx=st.floats(-shift, shift),
         ty=st.floats(-shift, shift),
     )
+
+
+def affine_transforms(
+    anisotropy: float, *, mirrored: bool = False
+) -> st.SearchStrategy[AffineTransform]:
+    """Return maps that stretch one direction up to so many times more than another."""
+
+    def turned(stretch: float, scale: float, first: float, then: float) -> AffineTransform:
+        wide, high = scale * math.sqrt(stretch), scale / math.sqrt(stretch)
+        move = AffineTransform.of_parts(wide, high, rotation=then, tx=20.0, mirrored=mirrored)
+        return move.after(AffineTransform.of_parts(rotation=first))
+
+    angles = st.floats(-math.pi, math.pi)
+    return st.builds(turned, st.floats(1, anisotropy), st.floats(0.1, 10), angles, angles)
 
 
 def as_move(transform: Similarity) -> np.ndarray:
@@ -75,7 +90,11 @@ def squared_distances(grid: CellGrid, x: float, y: float) -> np.ndarray:
 
 
 def worn(
-    p: np.ndarray, move: Similarity, seed: int, jitter: float = 0.02, share: float = 0.2
+    p: np.ndarray,
+    move: Similarity | AffineTransform,
+    seed: int,
+    jitter: float = 0.02,
+    share: float = 0.2,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return a moved copy in another order, jittered and a share of it outliers; and that order.
 

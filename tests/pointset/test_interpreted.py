@@ -46,7 +46,13 @@ def descriptors(room: Import, p: np.ndarray, _: np.ndarray) -> object:
     return of_rings, large.corner[: large.number], parts, density
 
 
+def affine(room: Import, p: np.ndarray, q: np.ndarray) -> object:
+    matcher = room("affine.matcher")
+    return matcher.match_affine(p, q, parameters=matcher.AffineParameters(max_proposals=300))
+
+
 ROOMS = {
+    "affine": affine,
     "triangles": triangles,
     "descriptors": descriptors,
     "paper": lambda room, p, q: room("unit_circle.matcher").match_by_unit_circle(p, q),
@@ -74,7 +80,13 @@ def test_compiled_and_interpreted_agree(
 
 
 @pytest.mark.parametrize(
-    "name", ["_grid_kernel", "delaunay._delaunay_kernel", "triangles._overlay_kernel"]
+    "name",
+    [
+        "_grid_kernel",
+        "delaunay._delaunay_kernel",
+        "triangles._overlay_kernel",
+        "affine._affine_kernel",
+    ],
 )
 def test_the_other_kernels_are_ordinary_python(plain: Import, name: str) -> None:
     assert not plain(name).COMPILED

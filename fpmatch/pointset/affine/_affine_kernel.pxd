@@ -20,7 +20,7 @@ cdef void _fit_corners(
     double[:, ::1] p, int[:, ::1] corner_p, Py_ssize_t k, double[:, ::1] q, int a, int b, int c,
     double[::1] fit,
 ) noexcept
-@cython.locals(n=cython.Py_ssize_t, i=cython.int, at=cython.int)
+@cython.locals(n=cython.Py_ssize_t, i=cython.int, at=cython.int, step=cython.Py_ssize_t)
 cdef double _grow(
     double[:, ::1] p, CellGrid grid, int[::1] neighbours, Py_ssize_t count, double reach2,
     double[::1] gain, double miss, double reject, double accept, double[::1] fit,

@@ -36,7 +36,7 @@ def propose(
     the number of triangles of Q compared there, of those tested in all, and the stamp of ``seen``.
     The other parameters are those of the kernel for similarities.
     """
-    stamp = cython.cast(cython.int, state[3])
+    stamp = state[3]
     if test_length > neighbours.shape[0]:
         test_length = neighbours.shape[0]
     limit = max_anisotropy + 1.0 / max_anisotropy
@@ -134,7 +134,8 @@ def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
             if ratio < reject:
                 break
             continue
-        ratio += gain[cython.cast(cython.Py_ssize_t, wider * steps)]
+        step = int(wider * steps)
+        ratio += gain[step]
         # means and centred sums with one pair more
         shrink = size / (size + 1.0)
         size += 1.0

@@ -222,17 +222,19 @@ class _Search:
         partner = optimal_pairs(moved, target.grid, _STAY, target.pairing_tolerance)
         kernel.fit_partners(self.p.points, target.grid, partner, self.move)
         rows = (partner >= 0).nonzero()[0]
-        return np.column_stack([rows, np.asarray(target.grid.order)[partner[rows]]]).astype(
-            np.int32
-        )
+        of_q = np.asarray(target.grid.order)[partner[rows]]
+        return np.column_stack([rows, of_q]).astype(np.int32)
 
     def _improve(self, move: Floats, t2: float, log_tests: float) -> bool:
         """Refine a move in place, and keep it if it is the least expected by chance so far."""
         inside = self._refine(move, t2)
         if inside < 0 or not self._is_plausible(move):
             return False
+        pairs = np.count_nonzero(self._partner >= 0)
+        # a fit of so many parameters to few pairs leaves less than their true distances
+        distance2 = self._distance2 * (pairs / (pairs - DETERMINED))
         chance = log_tests + overlay.log_chance(
-            self._partner, self._distance2, inside, t2, self.target.density, DETERMINED
+            self._partner, distance2, inside, t2, self.target.density, DETERMINED
         )
         if chance >= self.log_chance:
             return False

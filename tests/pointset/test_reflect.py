@@ -1,0 +1,124 @@
+"""Mirrored maps, for every matcher and model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import affine_transforms, check_sound, seeds, similarities, worn
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, TransformModel, match_points
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.triangles import _proposal_kernel as kernel
+
+EXAMPLES = 30 if kernel.COMPILED else 5
+MIRROR = AffineTransform.of_parts(mirrored=True)
+every_model = pytest.mark.parametrize("model", ["similarity", "affine"])
+
+
+def even_points(seed: int, n: int) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0, 1, (n, 2))
+
+
+@given(seeds, similarities(10, 10), st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_a_map_is_found_mirrored_or_not(seed: int, move: Similarity, flip: bool) -> None:
+    p = even_points(seed, 20)
+    truth = AffineTransform.of_matrix(move.matrix)
+    truth = truth.after(MIRROR) if flip else truth
+    q, place = worn(p, truth, seed)
+    match = match_points(p, q, reflect=True)
+    check_sound(match, p, q)
+    assert match.transform is not None
+    assert match.transform.mirrored is flip
+    assert isinstance(match.transform, AffineTransform if flip else Similarity)
+    if isinstance(match.transform, AffineTransform):
+        assert match.transform.is_similarity
+    size = np.ptp(q, axis=0).max()
+    assert match.transform.apply(p) == pytest.approx(truth.apply(p), abs=0.05 * size)
+    back = match.transform.inverse().apply(match.transform.apply(p))
+    assert back == pytest.approx(p)
+    assert sum(place[i] == j for i, j in match.pairs.tolist()) >= 14  # of 16
+
+
+@given(seeds, affine_transforms(3.0), st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_an_affine_map_is_found_mirrored_or_not(
+    seed: int, move: AffineTransform, flip: bool
+) -> None:
+    p = even_points(seed, 30)
+    truth = move.after(MIRROR) if flip else move
+    q, _ = worn(p, truth, seed)
+    match = match_points(p, q, reflect=True, model="affine")
+    check_sound(match, p, q)
+    assert isinstance(match.transform, AffineTransform)
+    assert match.transform.mirrored is flip
+    assert match.transform.determinant == pytest.approx(truth.determinant, rel=0.2)
+
+
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
+def test_every_matcher_finds_a_mirrored_copy(matcher: PointMatcher) -> None:
+    p = even_points(4, 25)
+    q = Similarity(2.0, 1.0, 5.0, 5.0).apply(p * [-1, 1])
+    assert match_points(p, q, matcher=matcher).transform is None
+    match = match_points(p, q, matcher=matcher, reflect=True)
+    check_sound(match, p, q)
+    assert match.transform is not None
+    assert match.transform.mirrored
+    assert match.transform.apply(p) == pytest.approx(q)
+    assert match.matched_share == 1
+    back = match.inverse()
+    assert back.transform is not None
+    assert back.transform.apply(q) == pytest.approx(p)
+    same = match_points(p * [-1, 1], q, matcher=matcher, reflect=True)
+    assert isinstance(same.transform, Similarity)
+
+
+@every_model
+def test_chance_is_that_of_two_searches(model: TransformModel) -> None:
+    p = even_points(4, 12)
+    q = Similarity(2.0, 1.0, 5.0, 5.0).apply(p)
+    once, twice = match_points(p, q, model=model), match_points(p, q, model=model, reflect=True)
+    assert once.chance is not None
+    assert twice.chance == pytest.approx(2 * once.chance)
+    assert twice.pairs.tolist() == once.pairs.tolist()
+    assert twice.local_matches >= once.local_matches
+
+
+@every_model
+def test_a_symmetric_set_is_not_mirrored_without_need(model: TransformModel) -> None:
+    half = even_points(5, 10) + [0.1, 0.0]
+    p = np.vstack([half, half * [-1, 1]])
+    match = match_points(p, p, reflect=True, model=model)
+    assert match.transform is not None
+    assert not match.transform.mirrored
+    assert match.matched_share == 1
+
+
+@every_model
+@pytest.mark.parametrize("seed", range(8 if kernel.COMPILED else 1))
+def test_independent_sets_do_not_match(seed: int, model: TransformModel) -> None:
+    p, q = even_points(seed, 14), even_points(seed + 100, 16)
+    match = match_points(p, q, reflect=True, model=model)
+    assert match.transform is None
+    check_sound(match, p, q)
+
+
+def test_the_reason_is_that_of_the_better_of_two() -> None:
+    p, q = even_points(1, 30), even_points(2, 30)
+    match = match_points(p, q, matcher="paper", reflect=True)
+    assert match.transform is None
+    assert "of the smaller set" in match.reason
+
+
+def test_what_no_matcher_can_do_is_refused() -> None:
+    p = even_points(1, 9)
+    with pytest.raises(PointSetError, match=r"needs the matcher triangles: paper compares"):
+        match_points(p, p, model="affine", matcher="paper")
+    with pytest.raises(PointSetError, match=r"model 'projective'"):
+        match_points(p, p, model="projective")  # type: ignore[arg-type]
+    with pytest.raises(PointSetError, match=r"^p: coordinates must be finite"):
+        match_points([[0, 0], [1, np.nan], [2, 0]], p, reflect=True)

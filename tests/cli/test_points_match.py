@@ -186,9 +186,8 @@ def test_independent_sets_have_no_affine_map(match, unlike, options):
 def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
     words = (*stars, "--model", "affine", "--matcher", "paper")
     assert_refused(run("points", "match", *words), "needs the matcher triangles")
-    near = write(
-        tmp_path / "near.csv", np.column_stack([np.arange(9.0), np.arange(9.0) ** 2 / 1e9])
-    )
+    along = np.arange(9.0)
+    near = write(tmp_path / "near.csv", np.column_stack([along, along**2 / 1e9]))
     result = run("points", "match", near, stars[1], "--model", "affine")
     assert_refused(result, "all points lie nearly on one line")
     assert run("points", "match", *stars, "--model", "afine").exit_code == 2

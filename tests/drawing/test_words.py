@@ -76,8 +76,8 @@ def test_a_transform_in_words(transform, words):
 
 
 def test_an_affine_map_in_words():
-    parts = dict(scale_x=2, scale_y=1.5, shear=-0.25, rotation=math.pi / 6, tx=3, ty=-4)
-    facts = dict(match_facts(a_match(AffineTransform.of_parts(**parts, mirrored=True))))
+    move = AffineTransform.of_parts(2.0, 1.5, -0.25, math.pi / 6, 3.0, -4.0, mirrored=True)
+    facts = dict(match_facts(a_match(move)))
     assert list(facts) == ["Pairs", "Stretch", "Transform", "Residual"]
     assert facts["Stretch"] == "mirrored (y to -y), scale 2 along x and 1.5 along y, shear -0.25"
     assert facts["Transform"] == "rotation 30.000° from x to y, shift +3, -4"

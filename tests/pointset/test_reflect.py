@@ -90,7 +90,7 @@ def test_chance_is_that_of_two_searches(model: TransformModel) -> None:
 
 @every_model
 def test_a_symmetric_set_is_not_mirrored_without_need(model: TransformModel) -> None:
-    half = even_points(5, 10) + [0.1, 0.0]
+    half = even_points(5, 10) + np.array([0.1, 0.0])
     p = np.vstack([half, half * [-1, 1]])
     match = match_points(p, p, reflect=True, model=model)
     assert match.transform is not None

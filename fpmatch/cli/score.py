@@ -55,6 +55,8 @@ Columns, as those of fpmatch evaluate --scores:
                     print's minutiae that are paired, where more than rho (0.6) is a match
   score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
   reason            where there is no similarity: which print has no template, and why
+  probe_quality, reference_quality
+                    quality of the images, 0 to 100; empty for templates
 
 \b
 Columns of --fingers:

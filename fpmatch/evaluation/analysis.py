@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.evaluation import tables
@@ -86,6 +87,8 @@ def analyse(
         earlier = list(baseline)
         if len({one.matcher for one in earlier}) > 1:
             earlier = choose_matcher(earlier, report.matcher, baseline_name)
+        if len(earlier) == len(report.sets) == 1 and earlier[0].name == Path(baseline_name).stem:
+            earlier = [replace(earlier[0], name=report.sets[0].name)]  # named after its file only
         comparison = compare_runs(earlier, scores_of(report), bootstrap=bootstrap, seed=seed)
     intervals = rate_intervals(report, bootstrap=bootstrap, seed=seed) if bootstrap else None
     points = operating_points(report, fmrs, bootstrap=bootstrap, seed=seed)

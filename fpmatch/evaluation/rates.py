@@ -109,8 +109,8 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
 def d_prime(genuine: ArrayLike, impostor: ArrayLike) -> float | None:
     """Compute the decidability d': the distance of the means in units of the mean deviation.
 
-    It is |mean(g) - mean(i)| / sqrt((var(g) + var(i)) / 2), which describes normal scores well and
-    others poorly; None where a side is empty or no score varies.
+    It is ``abs(mean(g) - mean(i)) / sqrt((var(g) + var(i)) / 2)``, which describes normal scores
+    well and others poorly; None where a side is empty or no score varies.
 
     References
     ----------

@@ -45,7 +45,7 @@ def evaluate_scores(
     files : sequence of path-like
         Files of scores, see `fpmatch.evaluation.scores.read_scores`. Without a column ``matcher``,
         or where files have scores of the same matcher and database, the matcher is named after the
-        file, and without a column ``set`` all have the same database.
+        file. Without a column ``set`` the database is the only one that other files name, if any.
     genuine_and_impostor : sequence of (path-like, path-like)
         Files of genuine, and of impostor scores of a matcher, which is named after the first.
     distances : bool
@@ -74,14 +74,16 @@ def evaluate_scores(
     finger_of = finger_of_fvc_name if pattern is None else _finger_by(NamePattern(pattern))
     found: list[tuple[Path, ScoresSet]] = []
     for file in map(Path, files):
-        for one in read_scores(file, distances=distances, finger_of=finger_of):
-            name = "scores" if not one.matcher and one.name == file.stem else one.name
-            found.append((file, replace(one, name=name)))
+        sets = read_scores(file, distances=distances, finger_of=finger_of)
+        found += [(file, one) for one in sets]
     for genuine, impostor in genuine_and_impostor:
         of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
-        found.append((Path(genuine), of_pair))
+        found.append((Path(genuine), replace(of_pair, name=Path(genuine).stem)))
     if not found:
         raise DatasetError("no file of scores given")
+    named = {one.name for file, one in found if one.name != file.stem}
+    name = named.pop() if len(named) == 1 else "scores"
+    found = [(f, replace(one, name=name) if one.name == f.stem else one) for f, one in found]
     times = Counter((one.matcher, one.name) for _, one in found)
     by_matcher: dict[str, list[ScoresSet]] = {}
     for file, one in found:

@@ -37,10 +37,20 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
         atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
         repeat_swallowed_interrupts()
         fpmatch(args=args, prog_name=prog_name)
-    except KeyboardInterrupt:
+    except BaseException as error:
+        if not is_interrupt(error):
+            raise
         sys.exit(EXIT_INTERRUPTED)
     finally:
         _end_at_interrupt()
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Return whether an error is Ctrl-C, or was raised because of it, as Python itself may do."""
+    found: BaseException | None = error
+    while found is not None and not isinstance(found, KeyboardInterrupt):
+        found = found.__cause__ or found.__context__
+    return found is not None
 
 
 def _end_at_interrupt() -> None:

@@ -10,7 +10,7 @@ from typing import IO, Any, Final, cast
 import click
 
 from fpmatch._version import __version__
-from fpmatch.cli import EXIT_INTERRUPTED
+from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
 from fpmatch.errors import FpmatchError, did_you_mean
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
@@ -86,11 +86,17 @@ class _Fpmatch(LazyGroup):
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
+            self._invoke(ctx)
+        except (KeyboardInterrupt, Exception) as error:
+            if not is_interrupt(error):
+                raise
+            ctx.exit(EXIT_INTERRUPTED)
+
+    def _invoke(self, ctx: click.Context) -> None:
+        try:
             ctx.exit(super().invoke(ctx) or 0)
         except FpmatchError as error:
             raise _OneLineError(str(error)) from error
-        except KeyboardInterrupt:
-            ctx.exit(EXIT_INTERRUPTED)
         except BrokenPipeError:
             # The reader has gone; otherwise the interpreter reports it again when it flushes.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

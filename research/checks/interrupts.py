@@ -31,6 +31,8 @@ ENDS_S: Final = 20.0
 """Time limit for a command to end after the interrupt."""
 _START_UP: Final = ("Fatal Python error: init_import_site", "in _get_module_details")
 """What Python prints of an interrupt before it runs the program, which cannot prevent it."""
+DONE_S: Final = 0.5
+"""Time in which a command ends that has printed its result when the interrupt comes."""
 LEFT_S: Final = 3.0
 """Time limit for its processes to end after it."""
 PRINTS: Final = [f"sample_data/{path.name}" for path in sorted(SAMPLES.glob("*.tif"))]
@@ -57,6 +59,7 @@ class Interrupted:
     group: bool
     after_s: float
     status: int
+    output: str
     errors: str
     left: int
     ended_s: float
@@ -64,17 +67,15 @@ class Interrupted:
     @property
     def fault(self) -> str:
         """What is wrong, or nothing."""
-        right = {
-            EXIT_INTERRUPTED,
-            -signal.SIGINT,
-            0 if self.command in STOPPED else EXIT_INTERRUPTED,
-        }
+        right = {EXIT_INTERRUPTED, -signal.SIGINT} | ({0} if self.command in STOPPED else set())
         if any(words in self.errors for words in _START_UP):
             return ""
         if "Traceback" in self.errors or "Exception ignored" in self.errors:
             return "traceback"
         if self.left:
             return f"{self.left} processes left"
+        if self.status == 0 and self.output and self.ended_s < DONE_S:
+            return ""  # it was done
         return "" if self.status in right else f"exit status {self.status}"
 
 
@@ -84,7 +85,7 @@ def interrupt(command: str, after_s: float, folder: Path, *, group: bool) -> Int
         [sys.executable, "-m", "fpmatch", command, *COMMANDS[command]],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         start_new_session=True,
     )
@@ -104,9 +105,9 @@ def interrupt(command: str, after_s: float, folder: Path, *, group: bool) -> Int
         left = _left_of(process.pid) if status is not None else []
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-        errors = process.stderr.read().decode(errors="replace") if process.stderr else ""
+        output, errors = (data.decode(errors="replace") for data in process.communicate())
     unended = 999 if status is None else status
-    return Interrupted(command, group, after_s, unended, errors, len(left), ended_s)
+    return Interrupted(command, group, after_s, unended, output, errors, len(left), ended_s)
 
 
 def _left_of(session: int) -> list[int]:

@@ -138,6 +138,10 @@ def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run,
     assert result.stderr == "fpmatch: error: odd name.png: no such file\n"
     failing(monkeypatch, KeyboardInterrupt())
     assert (run(*words).exit_code, run(*words).output) == (130, "")
+    caused = FpmatchError("a worker ended")
+    caused.__cause__ = KeyboardInterrupt()
+    failing(monkeypatch, caused)
+    assert (run(*words).exit_code, run(*words).output) == (130, "")
     failing(monkeypatch, ZeroDivisionError())
     assert isinstance(run(*words).exception, ZeroDivisionError)
 

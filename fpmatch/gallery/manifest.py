@@ -118,7 +118,8 @@ def _print_file(source: Path, values: dict[str, str]) -> PrintFile:
     except (OSError, ValueError):  # a name that no system accepts
         there = False
     if not there:
-        raise DatasetError(f"column path: {values['path']}: no such file")
+        name = values["path"] if values["path"].isprintable() else repr(values["path"])
+        raise DatasetError(f"column path: {name}: no such file")
     label = Label(values["subject"], values["finger"], values["impression"])
     return PrintFile(file, dpi, label, values["path"])
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.errors import DatasetError
+from fpmatch.errors import DatasetError, ScoringError
+from fpmatch.evaluation.pair_list import read_pairs
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.manifest import is_manifest, read_manifest
@@ -83,6 +84,7 @@ def test_resolutions_are_those_of_the_manifest_else_of_the_description(manifest)
         ("path,subject\n,ada\n", "line 2, column path: is empty"),
         ("path,subject\na.png,ada,more\n", "line 2: 3 values, of 2 columns"),
         ("path,subject\ngone.png,ada\n", "line 2, column path: gone.png: no such file"),
+        ('path,subject\n"a\nb",ada\n', r"line 3, column path: 'a\nb': no such file"),
         ("path,subject\n.,ada\n", "line 2, column path: .: no such file"),
         ("path,subject\na\0b,ada\n", "line 2"),
         ('path,subject\na.png,"a\nb"\n', "line 3, column subject: must be text of one line"),
@@ -132,3 +134,28 @@ def test_numbers_are_new_ones_and_given_impressions_stay(labels):
     numbered = [new for old, new in zip(labels, found, strict=True) if not old.impression]
     assert len(set(numbered)) == len(numbered)
     assert not set(numbered) & {label for label in labels if label.impression}
+
+
+CELLS = st.sampled_from(
+    ["path", "subject", "dpi", "a.png", "./a.png", "1", "", '"', "x y", "\ufeff", "é"]
+)
+TABLES = st.lists(st.lists(CELLS, max_size=4), max_size=4).flatmap(
+    lambda rows: st.sampled_from([",", ";", "\t", " "]).map(
+        lambda mark: "\n".join(mark.join(row) for row in rows).encode()
+    )
+)
+
+
+@given(st.one_of(st.binary(max_size=60), TABLES), st.sampled_from([read_manifest, read_pairs]))
+def test_any_bytes_are_a_table_or_refused_in_one_line(tmp_path_factory, content, read):
+    folder = tmp_path_factory.mktemp("any")
+    (folder / "a.png").touch()
+    (folder / "table").write_bytes(content)
+    is_manifest(folder / "table")
+    refused = ""
+    try:
+        read(folder / "table")
+    except (DatasetError, ScoringError) as error:
+        refused = str(error)
+    assert not refused or refused.startswith(f"{folder / 'table'}: ")
+    assert len(refused.splitlines()) <= 1

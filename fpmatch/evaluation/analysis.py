@@ -10,8 +10,8 @@ from fpmatch.evaluation import tables
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.evaluation.intervals import rate_intervals
 from fpmatch.evaluation.operating_points import operating_points
-from fpmatch.evaluation.quality_analysis import USUAL_FMRS, analyse_quality
-from fpmatch.evaluation.run_comparison import compare_runs, have_common_pairs
+from fpmatch.evaluation.quality_analysis import analyse_quality
+from fpmatch.evaluation.run_comparison import DECISION_FMRS, compare_runs, have_common_pairs
 from fpmatch.evaluation.scores import choose_matcher
 from fpmatch.evaluation.scores_set import scores_of
 
@@ -92,7 +92,7 @@ def analyse(
         comparison = compare_runs(earlier, scores_of(report), bootstrap=bootstrap, seed=seed)
     intervals = rate_intervals(report, bootstrap=bootstrap, seed=seed) if bootstrap else None
     points = operating_points(report, fmrs, bootstrap=bootstrap, seed=seed)
-    quality = analyse_quality(report, [*fmrs, *USUAL_FMRS])
+    quality = analyse_quality(report, [*fmrs, *DECISION_FMRS])
     return Analysis(report, intervals, comparison, baseline_name, tuple(points), quality)
 
 

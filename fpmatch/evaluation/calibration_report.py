@@ -65,10 +65,11 @@ class CalibrationReport:
         """Return the report as text, a line an item."""
         databases = count(self.sets, "database")
         measured, fmr = self.largest_measured_score, odds(self.smallest_measured_fmr)
+        fingers = count(self.fingers, "finger") if self.fingers else "unknown fingers"
         rows = [
             ("Matcher", self.matcher),
             ("Fitted to", f"{self.impostors:,} impostor comparisons"),
-            ("", f"of {count(self.fingers, 'finger')} ({databases})"),
+            ("", f"of {fingers} ({databases})"),
             ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
         ]
         if self.fmr_interval is not None:
@@ -106,14 +107,17 @@ def report_calibration(
         scores = own.scores(similarity)
         package = tuple((at, float(np.mean(scores >= at))) for at in CHECKED_SCORES)
     last_knot = calibration.knots[-1][0]
-    draws = bootstrap_fmr([one.trials for one in sets], last_knot, bootstrap, seed)
+    trials = [one.trials for one in sets]
+    fmr_interval = None
+    if all(t.fingers for t in trials):
+        fmr_interval = interval_of(bootstrap_fmr(trials, last_knot, bootstrap, seed))
     return CalibrationReport(
         matcher=matcher,
         sets=len(sets),
         fingers=calibration.provenance.fingers,
         impostors=calibration.provenance.impostors,
         largest_measured_score=calibration.largest_measured_score,
-        fmr_interval=interval_of(draws),
+        fmr_interval=fmr_interval,
         highest_score=calibration.score(float(similarity.max())),
         package=package,
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_rates
+from fpmatch.evaluation.error_vs_discard import POOLED
 from fpmatch.evaluation.intervals import Interval, enough_for_interval, interval_of
 from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
 from fpmatch.evaluation.report import split_scores
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.report import RatesReport
-
-POOLED = "pooled"
 
 
 @dataclass(frozen=True, slots=True)

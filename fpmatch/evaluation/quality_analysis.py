@@ -14,8 +14,9 @@ from fpmatch.evaluation.error_vs_discard import (
     pool,
     quality_sample,
 )
-from fpmatch.evaluation.rates import FMR_LIMITS, threshold_at_fmr
+from fpmatch.evaluation.rates import threshold_at_fmr
 from fpmatch.evaluation.report import split_scores
+from fpmatch.evaluation.run_comparison import DECISION_FMRS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 QUALITY_EDGES: Final = (0, 20, 40, 60, 80, 100)
 OVERLAP_EDGES: Final = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-USUAL_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
-"""The threshold is that of the first of these that the pairs allow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +78,7 @@ class QualityAnalysis:
 
 
 def analyse_quality(
-    report: RatesReport, fmrs: Sequence[float] = USUAL_FMRS
+    report: RatesReport, fmrs: Sequence[float] = DECISION_FMRS
 ) -> QualityAnalysis | None:
     """Analyse how errors depend on quality and overlap, at the first of `fmrs` that pairs allow.
 

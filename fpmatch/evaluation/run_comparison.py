@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.scores_set import ScoresSet
 
 DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
-"""Decisions are compared at the first of these that the pairs allow."""
+"""Decisions, and errors by quality, are those at the first of these that the pairs allow."""
 
 
 @dataclass(frozen=True, slots=True)

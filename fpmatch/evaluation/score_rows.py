@@ -223,7 +223,13 @@ class ScoreRows:
         if np.array_equal(similarity, similarity[once[again]]):  # the order does not matter
             first = once
         kept = np.sort(first)
-        return np.asarray(kept[probe[kept] != reference[kept]], np.intp)
+        same = self._same_print()
+        return np.asarray(kept[same[probe[kept]] != same[reference[kept]]], np.intp)
+
+    def _same_print(self) -> NDArray[np.intp]:
+        """Return for each print the one that is named so without extension, as in a gallery."""
+        stems = ((k, name.rpartition(".")[0]) for k, name in enumerate(self.node))
+        return np.array([self.node.get(stem, k) for k, stem in stems], np.intp)
 
     def _qualities(self) -> NDArray[np.float64] | None:
         """Return the quality of each print; None where none is known."""

@@ -127,7 +127,8 @@ def format_intervals(report: RatesReport, intervals: ReportIntervals) -> str:
     ]
     names = [n for n in INTERVAL_TITLES if any(getattr(one, n) is not None for _, one in rows)]
     if not names:
-        return "95 % intervals: none, there are too few fingers"
+        known = all(row.scores.trials.fingers for row in report.sets)
+        return f"95 % intervals: none, there are too few {'fingers' if known else 'comparisons'}"
     head = ("95 % intervals", *(INTERVAL_TITLES[name] for name in names))
     cells = [(title, *(limits(getattr(one, name)) for name in names)) for title, one in rows]
     return text_table([head, *cells])

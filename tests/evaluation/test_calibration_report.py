@@ -47,3 +47,12 @@ def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch)
     pooled = np.concatenate([one.trials.similarity for one in SETS])
     assert found.package == ((20.0, np.mean(pooled >= 2.0)), (30.0, np.mean(pooled >= 3.0)))
     assert "As supplied 1 in 7.6 reach 20 on the package" in found.as_text()
+
+
+def test_scores_of_unknown_fingers_have_no_interval():
+    rng = np.random.default_rng(3)
+    unknown = Trials(rng.exponential(size=2000), np.zeros(2000, int), np.ones(2000, int), 0)
+    sets = [ImpostorSet("scores", unknown)]
+    found = report_calibration(calibrate_on(sets, "fake"), sets)
+    assert (found.fmr_interval, found.fingers) == (None, 0)
+    assert "of unknown fingers" in found.as_text()

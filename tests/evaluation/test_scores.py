@@ -164,6 +164,12 @@ def test_a_file_of_score_has_each_pair_once(tmp_path):
         read_scores(tmp_path)
 
 
+def test_a_file_and_its_label_in_a_gallery_are_one_print(tmp_path):
+    rows = "101_1.tif 101_1 9\n101_1.tif 101_2 8\n101_1.tif 102_1 1\n"
+    (found,) = read_scores(write(tmp_path, rows))
+    assert pairs_of(found) == [("101_1.tif", "101_2", 1, 8.0), ("101_1.tif", "102_1", 0, 1.0)]
+
+
 def test_fingers_are_numbered_as_an_evaluation_does(tmp_path):
     rows = "10_1 10_2 1\n9_1 10_1 0\n9_1 9_2 1\n"
     (found,) = read_scores(write(tmp_path, rows))

@@ -277,3 +277,16 @@ def test_a_file_of_scores_is_read_as_that_of_an_evaluation(output):
     assert (found.matcher, found.name, found.trials.fingers) == ("near", "db", 2)
     assert found.trials.genuine.tolist() == [True, False, False, False, False, True]
     assert found.impostors.similarity.tolist() == [1 / 30, 1 / 29]
+
+
+@needs_pyarrow
+def test_parquet_is_read_back(output):
+    side = Line([1.0, 7.0, 40.0], "print")
+    score(side, side, output, matcher=Near())
+    parquet = output.with_suffix(".parquet")
+    score(side, side, parquet, matcher=Near())
+    (one,), (other,) = (
+        read_scores(path, finger_of=lambda name: name) for path in (output, parquet)
+    )
+    assert one.trials.similarity.tolist() == other.trials.similarity.tolist()
+    assert one.prints == other.prints

@@ -42,6 +42,7 @@ COMMANDS: Final = {
     "enrol": ("new.db", "sample_data"),
     "identify": (GALLERY, "sample_data"),
     "serve": ("--port", "0", "--gallery", GALLERY),
+    "points bench": ("--quick", "--workers", "2"),
     "extract": (
         *(f"sample_data/{k}_{n}.tif" for k in range(101, 105) for n in range(1, 5)),
         "-o",
@@ -82,7 +83,7 @@ class Interrupted:
 def interrupt(command: str, after_s: float, folder: Path, *, group: bool) -> Interrupted | None:
     """Start a command in a folder and interrupt it; None if it has ended before."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "fpmatch", command, *COMMANDS[command]],
+        [sys.executable, "-m", "fpmatch", *command.split(), *COMMANDS[command]],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,

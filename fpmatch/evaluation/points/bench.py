@@ -10,7 +10,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import platform
-import signal
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
@@ -19,7 +18,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.engine.threads import safe_import_path
+from fpmatch.engine.threads import interrupt_deferred, safe_import_path
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.matchers import StoppedError, matcher_named
 from fpmatch.evaluation.points.results import PointCell, SkippedCell
@@ -122,7 +121,7 @@ class _Queue:
         try:
             running = set()
             for condition, matcher in self._open_cells():
-                with safe_import_path():  # submitting may start a process
+                with interrupt_deferred(), safe_import_path():  # submitting may start a process
                     running.add(pool.submit(_run, condition, matcher.name, self.plan))
                 if len(running) == workers:
                     done, running = wait(running, return_when=FIRST_COMPLETED)
@@ -132,6 +131,10 @@ class _Queue:
                 self._add(future.result())
         except BrokenProcessPool as error:
             raise FpmatchError("a worker process ended before its work was done") from error
+        except KeyboardInterrupt:  # which does not reach the workers; a cell may take minutes
+            for process in list(pool._processes.values()):
+                process.terminate()
+            raise
         finally:
             pool.shutdown(cancel_futures=True)
 
@@ -182,8 +185,6 @@ def _start_worker() -> None:
     import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
-    # Ctrl-C reaches the whole process group: a worker ends without a message, its parent reports
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
     threadpool_limits(1)
 
 

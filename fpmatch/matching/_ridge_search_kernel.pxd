@@ -41,10 +41,15 @@ cdef class RidgeSearch:
     cdef double _flow_agreement(self, TemplateView large) noexcept nogil
     @cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     cdef int _select(self, TemplateView small, TemplateView large) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, flow=cython.double)
+    @cython.locals(k=cython.Py_ssize_t)
+    cdef int _offer_all(
+        self, TemplateView small, int[::1] own, TemplateView large, int[::1] other, int count
+    ) noexcept nogil
     cdef bint _offer(
         self, TemplateView small, Py_ssize_t i, TemplateView large, Py_ssize_t j
     ) noexcept nogil
+    @cython.locals(k=cython.Py_ssize_t)
+    cdef bint _keep(self, double flow, Py_ssize_t i, Py_ssize_t j) noexcept nogil
     @cython.locals(k=cython.Py_ssize_t, value=cython.double, found=cython.int)
     cdef int _compare(self, TemplateView small, TemplateView large, RidgeCorrelator correlator) noexcept nogil
     @cython.locals(k=cython.Py_ssize_t)

@@ -78,12 +78,10 @@ class RidgeSearch:
         self.min_flow, self.min_value = self.candidate_flow, self.candidate_value
         if smaller:
             self._take_samples(a)
-            for k in range(relaxation.count):
-                self._offer(a, relaxation.first[k], b, relaxation.second[k])
+            self._offer_all(a, relaxation.first, b, relaxation.second, relaxation.count)
             return self._compare(a, b, correlator)
         self._take_samples(b)
-        for k in range(relaxation.count):
-            self._offer(b, relaxation.second[k], a, relaxation.first[k])
+        self._offer_all(b, relaxation.second, a, relaxation.first, relaxation.count)
         return self._swapped(self._compare(b, a, correlator))
 
     def _swapped(self, found):
@@ -166,10 +164,22 @@ class RidgeSearch:
                 self._offer(small, i, large, j)
         return self.count
 
+    def _offer_all(self, small, own, large, other, count):
+        """Offer the first pairs of two lists of minutiae; return how many are kept in all."""
+        for k in range(count):
+            self._offer(small, own[k], large, other[k])
+        return self.count
+
     def _offer(self, small, i, large, j):
         """Keep a pair if the orientation agrees better than under others; return whether."""
         self._fit_pair(small, i, large, j)
-        flow = self._flow_agreement(large)
+        return self._keep(self._flow_agreement(large), i, j)
+
+    def _keep(self, flow, i, j):
+        """Keep a pair under which the orientation agrees by `flow`, if others do not agree better.
+
+        Return whether.
+        """
         if flow < self.min_flow:
             return False
         if self.count == self.room and flow <= self.best_flow[self.count - 1]:
@@ -249,3 +259,10 @@ class RidgeSearch:
 def _is_smaller(a, b):
     """Return whether print A is the smaller of two."""
     return a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import ridge_search
+
+    RidgeSearch._select = ridge_search.select
+    RidgeSearch._offer_all = ridge_search.offer_all

@@ -82,15 +82,19 @@ def _rings(mesh: Any, places: Any) -> list[list[int]]:
     dy = circle[:, 1] - places[1, :, None]
     inside = dx * dx + dy * dy < circle[:, 2]
     rings = []
+    of_cavity: dict[bytes, list[int]] = {}  # several minutiae may lie in the same circles
     for i, within in enumerate(inside):
         v = vertex_of[i]
         if v >= 0:
             rings.append(chain(fans[start[v] : start[v + 1]], count))
             continue
-        kept: list[int] = []
-        for t in within.nonzero()[0].tolist():
-            remove_pairs(sides[t], backs[t], kept)
-        rings.append(chain([(side >> 24, side & LAST) for side in kept], count))
+        ring = of_cavity.get(key := within.tobytes())
+        if ring is None:
+            kept: list[int] = []
+            for t in within.nonzero()[0].tolist():
+                remove_pairs(sides[t], backs[t], kept)
+            ring = of_cavity[key] = chain([(side >> 24, side & LAST) for side in kept], count)
+        rings.append(ring)
     return rings
 
 
@@ -165,7 +169,7 @@ def _ring_weights(dx: list[float], dy: list[float]) -> list[float] | None:
     first = 0
     for line in range(degree):
         from_x, from_y = dx[line], dy[line]
-        first = max(first, line)
+        first = line if line > first else first
         side = 0.0 if first == line else from_x * dy[first] - from_y * dx[first]
         for r in range(first, line + degree):
             next_side = from_x * dy[r + 1] - from_y * dx[r + 1]

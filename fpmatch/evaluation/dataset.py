@@ -153,9 +153,19 @@ def load_dataset(
     if not labelled and names is not None:
         why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
         raise DatasetError(why, path=root, code="no names")
-    left_out = len(files) - len(labelled)
-    note = f"{left_out} of {len(files)} prints do not fit the pattern; they are left out"
-    return _described(root, _by_label(root, labelled), str(place), (note,) if left_out else ())
+    guessed = kind == "folder" and names is None and not by_folder
+    notes = _notes(len(files), [label for label, _ in labelled], guessed=guessed)
+    return _described(root, _by_label(root, labelled), str(place), notes)
+
+
+def _notes(files: int, labels: Sequence[Label], *, guessed: bool) -> tuple[str, ...]:
+    """Return notes on prints that are left out, and on folders `guessed` to be fingers."""
+    notes = []
+    if (left_out := files - len(labels)) > 0:
+        notes.append(f"{left_out} of {files} prints do not fit the pattern; they are left out")
+    if guessed and not any(label.finger for label in labels):
+        notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
+    return tuple(notes)
 
 
 def _find(root: Path, names: NamePattern | None, *, by_folder: bool) -> list[PrintFile]:

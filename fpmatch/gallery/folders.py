@@ -63,8 +63,8 @@ def _check_no_databases(found: Iterable[PrintFile]) -> None:
         folder, named = file.path.parent, NamePattern().label(file.path)
         if named is not None and subjects.setdefault(folder, named.subject) != named.subject:
             why = (
-                "prints of several fingers by their names FFF_M; give each folder of a database "
-                "by itself, or --by-folder where each is a finger"
+                "prints of several fingers by their names FFF_M; give the folder by itself if it "
+                "is a database, --by-folder if it is one finger, or --pattern if one subject"
             )
             raise DatasetError(why, path=folder, code="database")
 

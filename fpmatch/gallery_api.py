@@ -93,6 +93,7 @@ def enrol(
     prints: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
     *,
     pattern: str | None = None,
+    by_folder: bool = False,
     dpi: float | None = None,
     workers: int | None = None,
 ) -> Enrolment:
@@ -105,12 +106,16 @@ def enrol(
     gallery : str, path-like or Gallery
         The file or URL of a gallery, made where it is missing, or the gallery, open.
     prints : path, or iterable of paths
-        Folders, and files of images and templates.
+        Folders, manifests, and files of images and templates.
     pattern : str, optional
         Regular expression with groups ``subject``, ``finger``, ``impression`` that gets labels
         from paths (default: FVC's names, ``101_3.tif``).
+    by_folder : bool
+        Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
+        folder has no prints itself).
     dpi : float, optional
-        Resolution of all images (default: that in ``dataset.toml`` or in the file, else 500).
+        Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
+        else 500).
     workers : int, optional
         Processes to use (default: one a core).
 
@@ -123,8 +128,8 @@ def enrol(
     ------
     GalleryError
         If the gallery cannot be read or written, or `pattern` is malformed.
-    ImageReadError
-        If a file or folder is missing.
+    ImageReadError, DatasetError
+        If a file or folder is missing, or a manifest is malformed.
 
     Examples
     --------
@@ -139,7 +144,8 @@ def enrol(
     from fpmatch.gallery.prints import find_prints  # noqa: PLC0415
 
     names = None if pattern is None else NamePattern(pattern)
-    files = find_prints([prints] if isinstance(prints, str | os.PathLike) else prints, dpi)
+    places = [prints] if isinstance(prints, str | os.PathLike) else prints
+    files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
     if not isinstance(gallery, Gallery):
         with open_gallery(gallery, create=True) as opened:
             return enrolling.enrol(opened, files, pattern=names, engine=processes(workers))

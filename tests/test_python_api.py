@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib.util
+import shutil
 import subprocess
 import sys
 import time
@@ -239,3 +240,20 @@ def test_a_table_of_minutiae_has_the_first_of_them(template):
     assert few.count("<tr>") == 3
     assert few.endswith("</table>")
     assert f"<td>{template[0].x:.1f}</td>" in few
+
+
+def test_one_database_is_evaluated_as_a_list_of_one(tmp_path):
+    for name in ("101_1.tif", "101_3.tif", "102_1.tif"):
+        shutil.copy(SAMPLES / name, tmp_path)
+    report = fpmatch.evaluate(str(tmp_path), workers=1)
+    assert (report.genuine, report.impostor) == (1, 2)
+    assert fpmatch.evaluate([tmp_path], workers=1).pooled == report.pooled
+
+
+def test_prints_are_enrolled_from_folders_of_fingers(tmp_path):
+    for finger, name in (("left", "101_1.tif"), ("right", "102_1.tif")):
+        (tmp_path / "people" / "ada" / finger).mkdir(parents=True)
+        shutil.copy(SAMPLES / name, tmp_path / "people" / "ada" / finger)
+    assert fpmatch.enrol(tmp_path / "a.db", tmp_path / "people", workers=1).enrolled == 2
+    (found, _) = fpmatch.identify(tmp_path / "a.db", B)
+    assert (found.label.subject, found.label.finger) == ("ada", "left")

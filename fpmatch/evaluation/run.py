@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,6 @@ from fpmatch.evaluation.report import EvaluationReport, summarise, summarise_set
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Sequence
 
     from fpmatch.engine.engine import Engine
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    datasets: Sequence[Dataset | str | os.PathLike[str]],
+    datasets: Dataset | str | os.PathLike[str] | Sequence[Dataset | str | os.PathLike[str]],
     *,
     matcher: str | Matcher = DEFAULT_MATCHER,
     protocol: str = "extended",
@@ -42,7 +42,7 @@ def evaluate(
 
     Parameters
     ----------
-    datasets : sequence of Dataset or path or str
+    datasets : Dataset, path or str, or sequence of these
         The databases, or their folders, manifests or galleries; see
         `fpmatch.evaluation.dataset.load_dataset`, which also takes a list of pairs.
     matcher : str or Matcher
@@ -80,8 +80,9 @@ def evaluate(
     >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").genuine  # doctest: +SKIP
     240
     """
+    given = [datasets] if isinstance(datasets, Dataset | str | os.PathLike) else datasets
     (report,) = evaluate_matchers(
-        load_datasets(datasets, protocol, pattern=pattern, by_folder=by_folder),
+        load_datasets(given, protocol, pattern=pattern, by_folder=by_folder),
         [matcher],
         protocol=protocol,
         workers=workers,

@@ -84,6 +84,13 @@ class LazyGroup(click.Group):
 class _Fpmatch(LazyGroup):
     """The whole command: sub-commands return the exit status, errors are shown on one line."""
 
+    def make_context(self, *args: Any, **options: Any) -> click.Context:
+        """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
+        try:
+            return super().make_context(*args, **options)
+        except KeyboardInterrupt:
+            raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             self._invoke(ctx)

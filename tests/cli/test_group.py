@@ -146,6 +146,15 @@ def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run,
     assert isinstance(run(*words).exception, ZeroDivisionError)
 
 
+def test_an_interrupt_is_quiet_while_the_command_line_is_parsed(run, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("click.Group.make_context", interrupted)
+    result = run("inspect", "odd.png")
+    assert (result.exit_code, result.output) == (130, "")
+
+
 def start(command, **options):
     """Run a command in another process."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options

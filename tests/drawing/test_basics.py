@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fpmatch.drawing import palette
-from fpmatch.drawing.files import png_bytes, webp_bytes
+from fpmatch.drawing.files import png_bytes, reduced, webp_bytes
 from fpmatch.drawing.fonts import printable, text_width, wrapped
 
 # Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by
@@ -63,3 +63,16 @@ def test_webp_is_nearly_the_picture(rng):
     picture = np.repeat(np.repeat(rng.integers(0, 256, (4, 5, 3), dtype=np.uint8), 16, 0), 16, 1)
     stored = cv2.imdecode(np.frombuffer(webp_bytes(picture, 95), np.uint8), cv2.IMREAD_COLOR)
     assert np.abs(stored[..., ::-1].astype(int) - picture).mean() < 6
+
+
+@pytest.mark.parametrize(
+    ("given", "shown"),
+    [((40, 30), (40, 30)), ((100, 50), (50, 25)), ((50, 80), (25, 40)), ((1000, 1), (50, 1))],
+)
+def test_a_picture_is_reduced_to_fit_and_never_enlarged(given, shown, rng):
+    picture = rng.integers(0, 256, (*given, 3), np.uint8)
+    small = reduced(picture, width=40, height=50)
+    assert small.shape == (*shown, 3)
+    assert small.dtype == np.uint8
+    if given == shown:
+        assert small is picture

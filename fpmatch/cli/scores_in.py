@@ -81,11 +81,12 @@ def evaluate_given_scores(
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
-    from fpmatch.evaluation.score_reports import evaluate_scores, notes_on
+    from fpmatch.evaluation.score_reports import evaluate_scores, finger_in_name, notes_on
     from fpmatch.evaluation.scores import read_scores
 
     prepare_outputs(report_folder, curves)
-    earlier = None if baseline is None else read_scores(baseline)
+    how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
+    earlier = None if baseline is None else read_scores(baseline, **how)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
     reports = evaluate_scores(
         scores_in, genuine_and_impostor=pairs, distances=distances, pattern=pattern

@@ -71,19 +71,19 @@ def evaluate_scores(
     >>> report.matcher, report.genuine, report.impostor, report.pooled.eer
     ('mine', 1, 2, 0.0)
     """
-    finger_of = finger_of_fvc_name if pattern is None else _finger_by(NamePattern(pattern))
+    finger_of = finger_in_name(pattern)
     found: list[tuple[Path, ScoresSet]] = []
     for file in map(Path, files):
-        sets = read_scores(file, distances=distances, finger_of=finger_of)
+        sets = read_scores(file, name="", distances=distances, finger_of=finger_of)
         found += [(file, one) for one in sets]
     for genuine, impostor in genuine_and_impostor:
         of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
-        found.append((Path(genuine), replace(of_pair, name=Path(genuine).stem)))
+        found.append((Path(genuine), replace(of_pair, name="")))
     if not found:
         raise DatasetError("no file of scores given")
-    named = {one.name for file, one in found if one.name != file.stem}
+    named = {one.name for _, one in found if one.name}
     name = named.pop() if len(named) == 1 else "scores"
-    found = [(f, replace(one, name=name) if one.name == f.stem else one) for f, one in found]
+    found = [(file, one if one.name else replace(one, name=name)) for file, one in found]
     times = Counter((one.matcher, one.name) for _, one in found)
     by_matcher: dict[str, list[ScoresSet]] = {}
     for file, one in found:
@@ -97,9 +97,14 @@ def evaluate_scores(
     return [summarise_scores(sets) for sets in by_matcher.values()]
 
 
-def _finger_by(pattern: NamePattern) -> Callable[[str], str | None]:
+def finger_in_name(pattern: str | None = None) -> Callable[[str], str | None]:
+    """Return the function that finds the finger in the name of a print, by default FFF_M."""
+    if pattern is None:
+        return finger_of_fvc_name
+    names = NamePattern(pattern)
+
     def finger_of(name: str) -> str | None:
-        label = pattern.label(Path(name))
+        label = names.label(Path(name))
         return None if label is None else repr(label.of_finger)
 
     return finger_of

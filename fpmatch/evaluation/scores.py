@@ -40,18 +40,21 @@ _READ: Final = (
 def read_scores(
     path: str | os.PathLike[str],
     *,
+    name: str | None = None,
     distances: bool = False,
     finger_of: Callable[[str], str | None] = finger_of_fvc_name,
 ) -> list[ScoresSet]:
     r"""Read a file of scores by matcher and database; docs/reference/scores.md has the formats.
 
     Comparisons of a print with itself are left out, and pairs that come in both orders count once
-    if both have the same score. Without the column ``set`` the database is named after the file.
+    if both have the same score.
 
     Parameters
     ----------
     path : path-like
         CSV, columns separated by spaces or tabs, or Parquet; with or without names of columns.
+    name : str, optional
+        Name of the database where there is no column ``set`` (default: that of the file).
     distances : bool
         Whether lower is more similar; the similarities are then the distances, negative.
     finger_of : callable
@@ -73,14 +76,15 @@ def read_scores(
     >>> found.name, found.prints, found.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])
     """
+    name = Path(path).stem if name is None else name
     table = open_table(path)
     if {"genuine", "impostor"} <= set(table.places):
         kinds = _scores_in(table, ("genuine", "impostor"), distances=distances)
-        return [unnamed_set(*kinds, name=Path(path).stem, distances=distances)]
+        return [unnamed_set(*kinds, name=name, distances=distances)]
     role = _score_column(table, distances=distances)
     found: dict[tuple[str, str], ScoreRows] = {}
     for line, cells in table.cells([*_READ, role]):
-        key = str(cells[0]), str(cells[1]) or Path(path).stem
+        key = str(cells[0]), str(cells[1]) or name
         if key not in found:
             found[key] = ScoreRows(table, role, finger_of)
         found[key].add(line, *cells[2:])

@@ -221,7 +221,7 @@ def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
 
 @pytest.mark.usefixtures("known_answers")
 def test_written_scores_give_the_same_rates_without_images(evaluate, database, tmp_path):
-    scores = tmp_path / "scores.csv"
+    scores = tmp_path / "Five fingers.csv"  # named as the database
     options = ("--fmr", 0.05, "--bootstrap", 100, "--json")
     first = json.loads(evaluate(database, "--scores", scores, *options).stdout)
     result = json.loads(evaluate("--scores-in", scores, *options).stdout)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.affine.transform import AffineTransform
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,8 +153,14 @@ class Similarity:
         t = -scale * (_rotation_matrix(-self.rotation) @ (self.tx, self.ty))
         return Similarity(scale, -self.rotation, float(t[0]), float(t[1]))
 
-    def after(self, first: Similarity) -> Similarity:
+    @overload
+    def after(self, first: Similarity) -> Similarity: ...
+    @overload
+    def after(self, first: AffineTransform) -> AffineTransform: ...
+    def after(self, first: Similarity | AffineTransform) -> Similarity | AffineTransform:
         """Return the composition that applies `first`, then this transform."""
+        if not isinstance(first, Similarity):
+            return first.of_matrix(self.matrix).after(first)
         tx, ty = self.apply([[first.tx, first.ty]])[0].tolist()
         rotation = math.remainder(self.rotation + first.rotation, 2 * math.pi)
         return Similarity(self.scale * first.scale, rotation, tx, ty)

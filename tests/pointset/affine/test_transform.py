@@ -44,6 +44,13 @@ def test_a_composition_applies_the_first_one_first(move, first, seed):
     assert move.after(first).apply(points) == pytest.approx(expected, rel=1e-9, abs=1e-7)
 
 
+@given(similarities(5, 9), every_transform, seeds)
+def test_a_similarity_may_follow_an_affine_transform(move, first, seed):
+    points = np.random.default_rng(seed).uniform(-5, 5, (6, 2))
+    expected = move.apply(first.apply(points))
+    assert move.after(first).apply(points) == pytest.approx(expected, rel=1e-9, abs=1e-7)
+
+
 @given(similarities(5, 9))
 def test_a_similarity_keeps_its_parts(move):
     same = AffineTransform.of_matrix(move.matrix)

@@ -136,9 +136,9 @@ def test_pairs_that_determine_no_transform_leave_the_move(
     assert move.tolist() == [0.5, 0.25, 3.0, 4.0]
 
 
-@given(seeds, st.integers(0, 20), st.integers(0, 20), st.floats(-8, 1))
+@given(seeds, st.integers(0, 20), st.integers(0, 20), st.floats(-8, 1), st.sampled_from([2, 3]))
 def test_chance_is_a_narrow_bound_of_the_binomial_tail(
-    seed: int, pairs: int, others: int, exponent: float
+    seed: int, pairs: int, others: int, exponent: float, determined: int
 ) -> None:
     from scipy.stats import binom
 
@@ -147,17 +147,22 @@ def test_chance_is_a_narrow_bound_of_the_binomial_tail(
     inside = pairs + others
     partner = some_partners(rng, inside + 3, inside + 3, pairs)
     distance2 = t2 * 4.0 ** rng.uniform(-REACHES, 0, inside + 3)
-    found = kernel.log_chance(partner, distance2, inside, t2, expected / (math.pi * t2))
+    density = expected / (math.pi * t2)
+    found = kernel.log_chance(partner, distance2, inside, t2, density, determined)
+    if determined == 2:
+        assert found == kernel.log_chance(partner, distance2, inside, t2, density)
     lowest, highest = 0.0, 0.0
     for part in range(REACHES):
         near = int(((partner >= 0) & (distance2 <= t2 * 0.25**part)).sum())
-        if near < 3:
+        if near <= determined:
             break
         chance = -math.expm1(-expected * 0.25**part)
-        tail = binom.logsf(near - 3, inside - 2, chance) + math.log(REACHES)
+        tail = binom.logsf(near - determined - 1, inside - determined, chance) + math.log(REACHES)
         lowest = min(lowest, tail)
-        if near - 2 > chance * (inside - 2):  # Chernoff's bound is that near to the tail
-            highest = min(highest, tail + math.log(inside - 1))
+        if near - determined > chance * (
+            inside - determined
+        ):  # Chernoff's bound is that near to the tail
+            highest = min(highest, tail + math.log(inside - determined + 1))
     assert lowest - 1e-9 <= found <= highest + 1e-9
 
 

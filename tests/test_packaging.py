@@ -103,6 +103,23 @@ def test_the_services_take_options_that_exist_and_are_not_open_to_the_network() 
     assert "ports" not in services["database"]
 
 
+def test_the_guide_to_a_server_starts_it_with_options_that_exist() -> None:
+    pytest.importorskip("anyio", reason="the extra web is not installed")
+    from fpmatch.web.guard import FORM_BYTES, MOST_FILES
+    from fpmatch.web.settings import Limits
+
+    page = (ROOT / "docs/how-to/deploy.md").read_text("utf-8")
+    lines = re.findall(r"(?:fpmatch|bin/fpmatch) serve (--[^\n]+)", page.replace("\\\n", ""))
+    options = {option for parameter in serve.params for option in parameter.opts}
+    assert len(lines) == 2
+    for line in lines:
+        assert {word for word in line.split() if word.startswith("--")} <= options
+    assert all(f"`{option}" in page for option in ("--allowed-host", "--clients", "--audit-log"))
+    limit = re.search(r"client_max_body_size (\d+)m", page)
+    assert limit is not None
+    assert int(limit[1]) * 2**20 >= MOST_FILES * Limits().file_megabytes * 1e6 + FORM_BYTES
+
+
 def test_workflows_ask_for_no_more_rights_than_they_need() -> None:
     for path in sorted((ROOT / ".github/workflows").glob("*.yml")):
         workflow = yaml.safe_load(path.read_text("utf-8"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -43,8 +43,10 @@ def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     steps = np.zeros((count, _MAX_BRANCHES), np.int32)
     target = np.full((count, _MAX_BRANCHES), -1, np.int32)
     if branch_px > 0:
-        traced = labels, nodes, _STEP, paths, steps, target
-        kernel.trace_branches(*(traced if kernel.COMPILED else map(memoryview, traced)))
+        traced: list[Any] = [labels, nodes, _STEP, paths, steps, target]
+        if not kernel.COMPILED:  # single elements are read faster so
+            traced = [memoryview(array) for array in traced]
+        kernel.trace_branches(*traced)
     return SkeletonNodes(y - 1, x - 1, number, paths, steps, target)
 
 

@@ -17,7 +17,7 @@ NEAR: Final = 1e-6
 def load(relaxation: Any, a: Any, size_a: int, b: Any, size_b: int, similarity: Any) -> int:
     """Select the candidates of two prints and relax them; return their number."""
     r = relaxation
-    n = r._select(size_a, size_b, similarity)
+    n: int = r._select(size_a, size_b, similarity)
     i, j = np.asarray(r.first)[:n], np.asarray(r.second)[:n]
     of_a, of_b = np.asarray(a)[:, i], np.asarray(b)[:, j]
     rotation = np.asarray(r.rotation)[:, :n]

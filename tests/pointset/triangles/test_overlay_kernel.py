@@ -159,10 +159,9 @@ def test_chance_is_a_narrow_bound_of_the_binomial_tail(
         chance = -math.expm1(-expected * 0.25**part)
         tail = binom.logsf(near - determined - 1, inside - determined, chance) + math.log(REACHES)
         lowest = min(lowest, tail)
-        if near - determined > chance * (
-            inside - determined
-        ):  # Chernoff's bound is that near to the tail
-            highest = min(highest, tail + math.log(inside - determined + 1))
+        trials = inside - determined
+        if near - determined > chance * trials:  # Chernoff's bound is that near to the tail
+            highest = min(highest, tail + math.log(trials + 1))
     assert lowest - 1e-9 <= found <= highest + 1e-9
 
 

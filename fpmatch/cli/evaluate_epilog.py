@@ -1,0 +1,61 @@
+"""What `fpmatch evaluate --help` prints below the options: columns, examples, exit status."""
+
+from typing import Final
+
+EPILOG: Final = """\b
+Columns:
+  EER       equal error rate
+  FMR100    false non-match rate where one impostor in 100 matches
+  FMR1000   the same for one in 1,000
+  FMR10000  the same for one in 10,000, where the pairs allow it
+  ZeroFMR   the same where none matches
+  ZeroFNMR  false match rate where no genuine pair is rejected
+  d'        decidability: the distance of the means of genuine and impostor scores in units of
+            their mean standard deviation
+  rank-1    prints whose own finger comes first when each is searched among all others of its
+            database; a finger counts by its most similar impression (protocol extended only)
+  failed    images that gave no template (failures to extract); they score 0 in all their pairs
+  extract   median CPU time to extract an image
+  match     median CPU time to compare two prepared templates
+
+\b
+The 95 % intervals are those of the bootstrap over the fingers of each database: how far the rates
+would scatter with other fingers. Where no error was seen they do not bound the error rate; ZeroFMR
+and ZeroFNMR, which depend on one score, have none.
+
+\b
+Columns with --ground-truth:
+  within    tolerance of distance (at 500 dpi) and direction
+  visible   true minutiae that are visible
+  TP        true positives: extracted minutiae that are one of these, one to one
+  false positives by their likeliest cause: a true minutia is there but has another direction;
+            near the border of the print or image; no visible ridges there; near another extracted
+            minutia, as where a ridge is split or doubled
+  judged    genuine pairs with at least 12 true minutiae that are visible in both prints
+  MATCH     share of the judged that are decided a match, as fpmatch verify does by default
+  in place  share with a rotation error of at most 2° and a shift error of at most 4 px
+  rotation  median error and 95th percentile; also of shift (of the overlap's middle) and scale
+  residual  median distance in the overlap between mapped and true positions;
+            at best: that of the best similarity, because skin stretches
+
+\b
+Examples:
+  fpmatch evaluate fvc2002/DB1_B
+  fpmatch evaluate fvc2002/DB*_B --matcher all --json
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
+  fpmatch evaluate fvc2002/DB*_B --report report
+  fpmatch evaluate fvc2002/DB*_B --enhance filters
+  fpmatch evaluate sample_data --ground-truth
+  fpmatch evaluate fvc2002/DB1_B --crop 160
+  fpmatch evaluate manifest.csv
+  fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
+  fpmatch evaluate fvc2002/DB1_B --pairs list.csv
+  fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
+  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+  fpmatch evaluate --scores-in scores.csv --scores-in theirs.txt --report report
+  fpmatch evaluate --genuine-scores genuine.txt --impostor-scores impostor.txt --distances
+
+Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
+not (a note on stderr names each), 2 when the run could not be done.
+"""

@@ -55,9 +55,8 @@ def is_interrupt(error: BaseException) -> bool:
 
 def _end_at_interrupt() -> None:
     """Let Ctrl-C end this process, which has done its work, without a traceback."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler and (
-        threading.current_thread() is threading.main_thread()
-    ):
+    heeded = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+    if heeded and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 

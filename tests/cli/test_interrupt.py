@@ -93,6 +93,60 @@ def test_an_interrupt_in_a_destructor_is_not_lost() -> None:
     assert (done.stdout, done.stderr) == ("interrupted\n", "")
 
 
+SWALLOWED = """
+import signal, sys, time
+from fpmatch.cli.interrupt import repeat_swallowed_interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)
+repeat_swallowed_interrupts()
+try:
+    signal.raise_signal(signal.SIGINT)
+except:
+    pass
+try:
+    time.sleep(30)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+CLEANED = """
+import signal, time
+from contextlib import closing
+from fpmatch.cli.interrupt import repeat_swallowed_interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)
+repeat_swallowed_interrupts()
+def work():
+    try:
+        yield
+    finally:
+        try:
+            int("x")
+        except ValueError:
+            time.sleep(0.3)
+        time.sleep(0.3)
+        print("cleaned")
+try:
+    with closing(work()) as stream:
+        next(stream)
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            time.sleep(0.3)
+            print("kept")
+except KeyboardInterrupt:
+    time.sleep(0.3)
+    print("interrupted")
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "output"), [(SWALLOWED, "interrupted\n"), (CLEANED, "kept\ncleaned\ninterrupted\n")]
+)
+def test_an_interrupt_is_repeated_where_it_is_ignored_and_not_where_work_is_ended(
+    program: str, output: str
+) -> None:
+    done = run(program)
+    assert (done.stdout, done.stderr) == (output, "")
+
+
 def test_other_errors_in_a_destructor_are_printed_as_usual() -> None:
     done = run(
         "from fpmatch.cli.interrupt import repeat_swallowed_interrupts\n"

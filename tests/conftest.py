@@ -29,11 +29,17 @@ def rng():
 
 
 @pytest.fixture(scope="session", autouse=True)
-def unnoted_kernels():
-    """Let commands in this process not note that kernels are interpreted: one test does that."""
+def kernels_line():
+    """Let commands in this process not note that kernels are interpreted: one test does that.
+
+    Return the line that commands in other processes begin with, "" where kernels are compiled.
+    """
+    from fpmatch.kernels import slow_kernels_note
+
+    note = slow_kernels_note()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fpmatch.kernels.slow_kernels_note", lambda: None)
-        yield
+        yield f"fpmatch: note: {note}\n" if note else ""
 
 
 @pytest.fixture

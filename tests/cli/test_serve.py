@@ -31,7 +31,7 @@ def test_bad_options_are_one_line(run, tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
-def test_it_opens_answers_and_ends(tmp_path):
+def test_it_opens_answers_and_ends(tmp_path, kernels_line):
     pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
     gallery = tmp_path / "prints.db"
     command = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0"]
@@ -49,7 +49,7 @@ def test_it_opens_answers_and_ends(tmp_path):
                 assert json.load(answer)["gallery"] == "prints.db"
             server.send_signal(signal.SIGINT)
             assert server.wait(30) == 0
-            assert server.stderr.read() == "Ctrl-C stops it\n"
+            assert server.stderr.read() == f"{kernels_line}Ctrl-C stops it\n"
         finally:
             server.kill()
     assert gallery.exists()

@@ -25,14 +25,15 @@ def drawn(target, only):
 
 def test_prints_are_drawn_in_their_colours(tmp_path):
     files = drawn(tmp_path, "prints")
-    assert [path.name for path in files] == ["how_it_works.png", "overlay.png"]
+    names = ["how_it_works.png", "overlay.png", "ridges.png", "warped.png"]
+    assert [path.name for path in files] == names
     for path in files:
         shown = SHOWN / path.name
         assert max(path.stat().st_size, shown.stat().st_size) < MAX_BYTES
         with Image.open(path) as image, Image.open(shown) as other:
             pixels = np.asarray(image.convert("RGB")).astype(int)
             assert other.width == pytest.approx(image.width, rel=0.05)
-        for colour in (PROBE_MARK, REFERENCE_MARK):
+        for colour in () if path.stem == "ridges" else (PROBE_MARK, REFERENCE_MARK):
             assert (np.abs(pixels - colour).max(axis=2) < 25).mean() > 0.001
 
 

@@ -298,7 +298,8 @@ class ResultView {
           this.examination.layer(side, same, map));
       }
       if (linked) this.left.fit();
-      this.drawn.textContent = "Both prints as they are.";
+      this.drawn.textContent = linked
+        ? "Both prints as they are, the probe turned as in the overlay." : "Both prints as they are.";
     } else if (view === "ridges") {
       const { ridges } = this.further;
       const bounds = layer.together(layer.extentOf(reference), layer.extentOf(probe, this.move));

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import socket
 import sys
 import threading
@@ -84,3 +85,50 @@ def client() -> Iterator[httpx.Client]:
     settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
     with served(make_app(settings)) as client:
         yield client
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """Serve a gallery that is empty at first; yield a client of the server."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.web.app import make_app
+    from fpmatch.web.settings import Settings
+
+    gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
+    with open_gallery(gallery, create=True):
+        pass
+    with served(make_app(Settings(workers=2, gallery=str(gallery)))) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def downloads(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("downloads")
+
+
+@pytest.fixture(scope="module")
+def browser(downloads: Path) -> Iterator[Any]:
+    from .page import start_browser
+
+    driver = start_browser(downloads)
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder that FPMATCH_SCREENSHOTS names, else a temporary one."""
+    folder = os.environ.get("FPMATCH_SCREENSHOTS")
+    if folder is None:
+        return tmp_path_factory.mktemp("screenshots")
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    return Path(folder)
+
+
+@pytest.fixture
+def page(browser: Any, server: httpx.Client, screenshots: Path) -> Iterator[Any]:
+    from .page import Page
+
+    page = Page(browser, str(server.base_url), screenshots)
+    yield page
+    assert page.complaints() == []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
@@ -14,12 +14,18 @@ from fpmatch.pointset.points import as_points
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.similarity import Similarity
-
 _SINGULAR: Final = (
     1e-14  # determinant of a matrix of largest entry 1, below which it has no inverse
 )
 _ROUNDING: Final = 1e-9
+
+
+class HasMatrix(Protocol):
+    """A transform with a 2 x 3 matrix, as `Similarity` and `AffineTransform` are."""
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The matrix ``[A | t]``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +212,7 @@ class AffineTransform:
         linear = adjoint / determinant / most
         return self.of_matrix(np.column_stack([linear, -linear @ (self.tx, self.ty)]))
 
-    def after(self, first: AffineTransform | Similarity) -> AffineTransform:
+    def after(self, first: HasMatrix) -> AffineTransform:
         """Return the composition that applies `first`, then this transform."""
         linear, before = self.matrix[:, :2], first.matrix
         shift = linear @ before[:, 2] + (self.tx, self.ty)

@@ -1,0 +1,248 @@
+"""The views of a comparison in a real browser: overlay, side by side, ridges."""
+
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+pytest.importorskip("selenium", reason="the extra `browser` is not installed")
+
+from selenium import webdriver
+from selenium.webdriver.common.keys import Keys
+
+from .page import CHROMIUM, DRIVER, compare
+
+# Returns left, top, right and bottom of all ink in the first viewer, as shares of its size.
+INKED = """
+const done = arguments[0], viewer = document.querySelector('.viewer');
+const box = viewer.getBoundingClientRect(), ends = [9, 9, -9, -9];
+const images = [...viewer.querySelectorAll('.ink image')];
+Promise.all(images.map(async (shown) => {
+  const picture = new Image();
+  picture.src = shown.getAttribute('href');
+  await picture.decode();
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [picture.width, picture.height];
+  const pen = canvas.getContext('2d');
+  pen.drawImage(picture, 0, 0);
+  const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);
+  const [x, y, w, h] = ['x', 'y', 'width', 'height'].map((name) => shown[name].baseVal.value);
+  for (let k = 0; k < canvas.width * canvas.height; k += 1) {
+    if (data[4 * k + 3] < 160) continue;
+    const [column, row] = [k % canvas.width + 0.5, Math.floor(k / canvas.width) + 0.5];
+    const place = new DOMPoint(x + w * column / canvas.width, y + h * row / canvas.height);
+    const at = place.matrixTransform(shown.getScreenCTM());
+    const [u, v] = [(at.x - box.left) / box.width, (at.y - box.top) / box.height];
+    [ends[0], ends[1]] = [Math.min(ends[0], u), Math.min(ends[1], v)];
+    [ends[2], ends[3]] = [Math.max(ends[2], u), Math.max(ends[3], v)];
+  }
+})).then(() => done(ends));
+"""
+
+
+pytestmark = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
+)
+
+
+def test_the_prints_fade_into_one_another(page):
+    compare(page, "101_1.tif", "101_3.tif")
+
+    def opacity(side):
+        return float(page.one(f".viewer .ink.{side}").value_of_css_property("opacity"))
+
+    assert (opacity("probe"), opacity("reference")) == (1, 1)
+    page.set("#fade", -100)
+    assert (opacity("probe"), opacity("reference")) == (1, 0)
+    page.keep("faded")
+    page.set("#fade", 50)
+    assert (opacity("probe"), opacity("reference")) == (0.5, 1)
+
+
+def test_a_pair_is_lit_on_both_prints_at_once(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    assert len(page.all(".viewer")) == 2
+    mark = page.one(".viewer .mark.probe[data-pair='20'] .reach")
+    webdriver.ActionChains(page.browser).move_to_element(mark).perform()
+    page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
+    assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"20"}
+    assert page.text(".pair-info").startswith("Pair 20: probe ")
+    page.keep("pair")
+    page.one(".pair-list summary").send_keys(Keys.ENTER)
+    page.until(lambda: page.shown(".pairs button"))
+    webdriver.ActionChains(page.browser).send_keys(Keys.TAB).perform()
+    page.until(lambda: page.text(".pair-info").startswith("Pair 1: "))
+
+
+def test_a_chosen_pair_stays_lit_in_every_view(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one(".pair-list summary").click()
+    page.one(".pairs [data-pair='7']").click()
+    page.one("#view-beside").click()
+    page.browser.execute_script("document.activeElement.blur()")
+    webdriver.ActionChains(page.browser).move_to_element(page.one("h1")).perform()
+    page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
+    page.one("#view-over").click()
+    webdriver.ActionChains(page.browser).move_to_element(page.one("h1")).perform()
+    assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"7"}
+
+
+def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_warped_probe(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one(".pair-list summary").click()
+    page.one(".pairs [data-pair='7']").click()
+    page.one("#view-ridges").click()
+    page.until(lambda: page.all(".cells rect"))
+    webdriver.ActionChains(page.browser).move_to_element(page.one("h1")).perform()
+    page.browser.execute_script("document.activeElement.blur()")
+    page.until(lambda: len(page.all(".viewer .mark.lit")) == 1)
+    assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"7"}
+    assert "Ridge agreement 0.57" in page.text("#drawn")
+    page.keep("ridges")
+    page.one("#view-over").click()
+    assert page.text("#drawn") == "Picture of probe: similarity transform."
+    still = marks_on_screen(page)
+    page.one("#warp").click()
+    page.until(lambda: "warped through 21 pairs" in page.text("#drawn"))
+    assert "for looking, not for measuring" in page.text("#drawn")
+    page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
+    assert marks_on_screen(page) != still
+    page.keep("warped")
+    page.one("#warp").click()
+    assert page.text("#drawn") == "Picture of probe: similarity transform."
+
+
+def marks_on_screen(page):
+    """Return where the marks in the first viewer are, in shares of its width and height."""
+    return page.browser.execute_script(
+        """const viewer = document.querySelector('.viewer');
+           const box = viewer.getBoundingClientRect();
+           return [...viewer.querySelectorAll('.mark')].map((mark) => {
+             const at = mark.getCTM();
+             return [at.e / box.width, at.f / box.height];
+           })"""
+    )
+
+
+def test_no_corner_of_a_print_is_cut_off_in_any_view(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    for view in ("#view-over", "#warp", "#view-ridges", "#view-beside"):
+        page.one(view).click()
+        page.until(lambda: page.one(".stage").get_attribute("aria-busy") is None)
+        places = np.array(marks_on_screen(page))
+        assert len(places) > 20
+        assert ((places > 0) & (places < 1)).all(), view
+        left, top, right, bottom = page.browser.execute_async_script(INKED)
+        if view != "#view-beside":
+            assert min(left, top) > 0, view
+            assert max(right, bottom) < 1, view
+            assert max(right - left, bottom - top) > 0.7, view
+
+
+def test_marks_of_an_examiner_follow_the_warped_probe(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    page.one("#mark").click()
+    webdriver.ActionChains(page.browser).move_to_element(page.all(".viewer")[0]).click().perform()
+    page.one("#view-over").click()
+
+    def place():
+        return page.one(".own-mark.elsewhere").get_attribute("style").partition("scale")[0]
+
+    rigid = place()
+    page.one("#warp").click()
+    page.until(lambda: "warped" in page.text("#drawn"))
+    apart = np.subtract(*(np.array(re.findall(r"-?[\d.]+", at), float) for at in (rigid, place())))
+    assert 0.1 < np.hypot(*apart[:2]) < 15
+
+
+def test_the_zoom_stays_between_overlay_and_ridges(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    viewer = page.one(".viewer")
+    viewer.send_keys("++]" + Keys.ARROW_RIGHT)
+    near = viewer.get_dom_attribute("viewBox")
+    page.one("#view-ridges").click()
+    page.until(lambda: page.all(".cells rect"))
+    assert page.one(".viewer").get_dom_attribute("viewBox") == near
+    page.one("#view-over").click()
+    assert page.one(".viewer").get_dom_attribute("viewBox") == near
+
+
+def test_prints_whose_ridges_were_not_compared_have_no_map(page):
+    compare(page, "101_1.tif", "102_3.tif")
+    assert page.one("#view-ridges").get_dom_attribute("disabled") is not None
+    page.one("#warp").click()
+    page.until(lambda: "warped through" in page.text("#drawn"))
+
+
+def test_linked_prints_show_the_same_place(page):
+    """Zoomed, moved and rotated on one side, the middles of both views correspond."""
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    left, right = page.all(".viewer")
+
+    def apart_px(number):
+        """Return how far a pair lies apart on the screen, as seen from the middles of the views."""
+        return page.browser.execute_script(
+            """return Math.hypot(...(([a, b]) => [a[0] - b[0], a[1] - b[1]])(
+                [...document.querySelectorAll(`.viewer .mark[data-pair='${arguments[0]}']`)].map(
+                    (mark) => {
+                        const box = mark.ownerSVGElement.getBoundingClientRect();
+                        const at = mark.getCTM();
+                        return [at.e - box.width / 2, at.f - box.height / 2];
+                    })))""",
+            number,
+        )
+
+    for keys in ("", "+++", Keys.ARROW_RIGHT * 2, "]]"):
+        left.send_keys(keys)
+        assert max(map(apart_px, (1, 10, 20))) < 30
+    assert page.browser.execute_script("return arguments[0].clientHeight", right) > 250
+    page.one("#link").click()
+    assert max(map(apart_px, (1, 10, 20))) > 60
+    page.keep("unlinked")
+
+
+def test_contrast_and_inversion_change_the_pictures(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    page.one("#contrast").send_keys(Keys.ARROW_RIGHT)
+    page.one("#invert").click()
+    drawn = page.browser.execute_script(
+        "return getComputedStyle(document.querySelector('.viewer .picture')).filter"
+    )
+    assert drawn == "contrast(1.05) invert(1)"
+
+
+def test_marks_and_notes_stay_while_views_change(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    page.one("#view-beside").click()
+    page.one("#mark").click()
+    webdriver.ActionChains(page.browser).move_to_element(page.all(".viewer")[0]).click().perform()
+    page.until(lambda: page.shown(".own-marks input"))
+    page.one(".own-marks input").send_keys("a scar")
+    page.one("#view-over").click()
+    assert len(page.all(".own-mark.elsewhere")) == 1
+    page.one("#view-beside").click()
+    assert len(page.all(".own-mark")) == 2
+    assert page.one(".own-marks input").get_property("value") == "a scar"
+    page.keep("marks")
+    page.one(".own-marks button").click()
+    assert not page.all(".own-mark")
+
+
+def test_the_picture_is_above_the_fold(page):
+    size = {"width": 1360, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    compare(page, "101_1.tif", "101_3.tif")
+    for view in ("#view-over", "#view-beside", "#view-ridges"):
+        page.one(view).click()
+        page.until(lambda: page.one(".stage").get_attribute("aria-busy") is None)
+        bottom = page.browser.execute_script(
+            "return document.querySelector('.below').getBoundingClientRect().bottom + scrollY"
+        )
+        assert bottom <= 900

@@ -90,7 +90,7 @@ class ServerClient:
 
     def about(self) -> dict[str, Any]:
         """Return version, matchers and limits of the server."""
-        return self._json("GET", "/about")
+        return _document(self._request("GET", "/about"))
 
     def verify(self, probe: Print, reference: Print, **options: Any) -> dict[str, Any]:
         """Decide whether two prints are of the same finger.
@@ -108,7 +108,8 @@ class ServerClient:
         ServerError
             If the server refuses the request or cannot be reached.
         """
-        return self._json("POST", "/verify", {"probe": probe, "reference": reference}, options)
+        files = {"probe": probe, "reference": reference}
+        return _document(self._request("POST", "/verify", files, options))
 
     def overlay(self, probe: Print, reference: Print, **options: Any) -> bytes:
         """Return the picture of `fpmatch overlay`.
@@ -125,54 +126,41 @@ class ServerClient:
 
     def gallery(self) -> dict[str, Any]:
         """Return counts and sizes of the gallery."""
-        return self._json("GET", "/gallery")
+        return _document(self._request("GET", "/gallery"))
 
     def identify(self, probe: Print, **options: Any) -> dict[str, Any]:
         """Rank the enrolled fingers; ``candidates``, ``threshold`` limit the list."""
-        return self._json("POST", "/identify", {"probe": probe}, options)
+        return _document(self._request("POST", "/identify", {"probe": probe}, options))
 
     def verify_claim(
         self, probe: Print, subject: str, finger: str = "", **options: Any
     ) -> dict[str, Any]:
         """Decide whether a probe comes from the claimed subject."""
         values = {"subject": subject, "finger": finger, **options}
-        return self._json("POST", "/gallery/verify", {"probe": probe}, values)
+        return _document(self._request("POST", "/gallery/verify", {"probe": probe}, values))
 
     def enrol(
         self, image: Print, subject: str = "", finger: str = "", impression: str = ""
     ) -> dict[str, Any]:
         """Enrol a print; without a subject the name of the file must contain it."""
         values = {"subject": subject, "finger": finger, "impression": impression}
-        return self._json("POST", "/enrol", {"image": image}, values)
+        return _document(self._request("POST", "/enrol", {"image": image}, values))
 
     def prints(self, subject: str) -> list[dict[str, Any]]:
         """Return the enrolled prints of a subject."""
-        found: list[dict[str, Any]] = self._json(
-            "GET", "/gallery/prints", query={"subject": subject}
-        )["prints"]
+        response = self._request("GET", "/gallery/prints", query={"subject": subject})
+        found: list[dict[str, Any]] = _document(response)["prints"]
         return found
 
     def remove(self, number: int) -> None:
         """Remove one enrolled print, by its number."""
-        self._json("DELETE", f"/gallery/{number:d}")
+        self._request("DELETE", f"/gallery/{number:d}")
 
     def remove_subject(self, subject: str) -> int:
         """Remove all enrolled prints of a subject; return how many."""
-        removed: int = self._json("DELETE", "/gallery/prints", query={"subject": subject})[
-            "removed"
-        ]
+        response = self._request("DELETE", "/gallery/prints", query={"subject": subject})
+        removed: int = _document(response)["removed"]
         return removed
-
-    def _json(
-        self,
-        method: str,
-        path: str,
-        files: dict[str, Print] | None = None,
-        values: dict[str, Any] | None = None,
-        query: dict[str, str] | None = None,
-    ) -> dict[str, Any]:
-        document: dict[str, Any] = self._request(method, path, files, values, query).json()
-        return document
 
     def _request(
         self,
@@ -202,6 +190,12 @@ class ServerClient:
         if response.status_code >= _LEAST_ERROR:
             raise ServerError(_error_of(response), response.status_code)
         return response
+
+
+def _document(response: httpx.Response) -> dict[str, Any]:
+    """Return the JSON document of a response."""
+    document: dict[str, Any] = response.json()
+    return document
 
 
 def _part(role: str, given: Print) -> tuple[str, bytes]:

@@ -90,7 +90,19 @@ def check_tolerance(tolerance: float | None) -> None:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
 
 
-def match_distinct(
+def match_given(
+    p: GivenSet,
+    q: GivenSet,
+    tolerance: float | None,
+    match: Callable[[GivenSet, GivenSet], PointMatch],
+) -> PointMatch:
+    """Match two sets by `match`: the smaller onto the larger, unless a tolerance in Q is given."""
+    if tolerance is None and len(p) > len(q):
+        return _match_distinct(q, p, match).inverse()
+    return _match_distinct(p, q, match)
+
+
+def _match_distinct(
     p: GivenSet, q: GivenSet, match: Callable[[GivenSet, GivenSet], PointMatch]
 ) -> PointMatch:
     """Match two sets by `match`; where points coincide, their distinct points."""

@@ -10,7 +10,8 @@ from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
 from fpmatch.pointset.given_set import GivenSet, check_tolerance
 from fpmatch.pointset.point_match import PointMatch, check_rho
 from fpmatch.pointset.reflect import TRIALS, match_either_way
-from fpmatch.pointset.triangles.matcher import MAX_CHANCE, TriangleParameters, match_by_triangles
+from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.pointset.triangles.search import MAX_CHANCE
 from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,

@@ -31,13 +31,12 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset.affine import _affine_kernel as kernel
 from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_distinct
+from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch, rms_distance
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
-from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods
 from fpmatch.pointset.triangles.descriptors import density_of, ring_triangles
-from fpmatch.pointset.triangles.matcher import GAIN_STEPS, MAX_CHANCE, MAX_GROWN, MAX_ROUNDS
+from fpmatch.pointset.triangles.search import MAX_ROUNDS, SearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -56,18 +55,11 @@ _STAY: Final = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, slots=True)
-class AffineParameters:
-    """Set the affine matcher; what is not explained here is as in `TriangleParameters`."""
+class AffineParameters(SearchParameters):
+    """Set the affine matcher."""
 
-    share: float = 0.6
-    reach: float = 0.6
-    reject: float = -2.5
-    accept: float = 14.0
-    accept_small: float = 4.0
-    test_length: int = 60
-    max_chance: float = MAX_CHANCE
-    sufficient_share: float = 0.5
     extra_proposals: int = 200_000
+    """Pairs of triangles that are tested after a match of fewer points."""
     max_anisotropy: float = 6.0
     """Most by which a transform between the widened sets stretches one direction more than
     another."""
@@ -78,7 +70,7 @@ class AffineParameters:
     least_height: float = 0.5
     """Least height of a triangle, in mean spacings of a widened set: jitter destroys flat ones."""
     max_proposals: int = 2_000_000
-    max_overlaid: int = 20_000_000
+    """Pairs of triangles that are tested, at most."""
 
 
 _DEFAULT: Final = AffineParameters()
@@ -99,10 +91,7 @@ def match_affine(
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
     match = partial(_match, tolerance=tolerance, parameters=parameters or _DEFAULT)
-    if tolerance is None and len(p_set) > len(q_set):
-        found = match_distinct(q_set, p_set, match).inverse()
-    else:
-        found = match_distinct(p_set, q_set, match)
+    found = match_given(p_set, q_set, tolerance, match)
     if found.transform is None:
         return found
     rows_p, rows_q = found.pairs.T
@@ -260,16 +249,10 @@ class _Search:
     def _arguments(self, of_p: Ints, of_q: Ints) -> tuple[Any, ...]:
         """Return the arguments of `propose` that do not change during the search."""
         given, p, q, target = self.given, self.p, self.q, self.target
-        m, thin = len(p.mesh), p.density / q.density
-        reach2 = given.reach * target.tolerance**2
-        gain = np.empty(GAIN_STEPS)
-        miss = hit_log_likelihoods(math.pi * reach2 * target.density, given.share, gain)
-        half_of_all = 0.5 * (m - DETERMINED) * float(gain[0])
+        thin = p.density / q.density
         return (
             *(p.points, p.most_informative_first(of_p, given.share), of_p),
             *(p.mesh.ring_start, p.mesh.ring, target.points, target.grid, of_q, q.points),
             *(given.max_anisotropy, thin / given.max_crowding, thin * given.max_thinning),
-            *(reach2, gain, miss, given.reject, given.accept),
-            *(min(given.accept_small, half_of_all), given.test_length),
-            *(np.zeros(m, np.int32), np.empty(min(m, MAX_GROWN), np.int32)),
+            *given.of_test(target, len(p.mesh)),
         )

@@ -20,12 +20,12 @@ import numpy as np
 
 from fpmatch.pointset._similarity_kernel import fit_partners
 from fpmatch.pointset.frames import between_sets
-from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_distinct
+from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
-from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods, propose
+from fpmatch.pointset.triangles._proposal_kernel import propose
 from fpmatch.pointset.triangles.descriptors import (
     TriangleDescriptors,
     density_over_hull,
@@ -34,6 +34,7 @@ from fpmatch.pointset.triangles.descriptors import (
     ring_triangles,
     sort_by_shape,
 )
+from fpmatch.pointset.triangles.search import MAX_ROUNDS, SearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -44,34 +45,11 @@ if TYPE_CHECKING:
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
 
-MAX_CHANCE: Final = 1e-3
-"""Expected number of matches as good by chance, under which a match is accepted."""
-
-MAX_ROUNDS: Final = 12
-GAIN_STEPS: Final = 33
-MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough for any set
-
 
 @dataclass(frozen=True, slots=True)
-class TriangleParameters:
+class TriangleParameters(SearchParameters):
     """Set the triangle matcher."""
 
-    share: float = 0.6
-    """Share of neighbours that a true transform is supposed to map to points of Q."""
-    reach: float = 0.6
-    """Area in which the test seeks a partner, in squared tolerances: few lie as far as they may."""
-    reject: float = -2.5
-    """Log-likelihood ratio under which the test of a proposal ends."""
-    accept: float = 14.0
-    """Log-likelihood ratio over which the test of a proposal ends."""
-    accept_small: float = 4.0
-    """The ratio that suffices where P has no more neighbours to test."""
-    test_length: int = 60
-    """Neighbours that are tested, at most."""
-    max_chance: float = MAX_CHANCE
-    """Expected number of matches as good by chance, under which a match is accepted."""
-    sufficient_share: float = 0.5
-    """Share of the smaller set with which the first match ends the search, else it goes on."""
     extra_proposals: int = 2_000
     """Pairs of triangles that are tested after a match of fewer points."""
     shape_tolerance: float = 0.75
@@ -82,8 +60,6 @@ class TriangleParameters:
     """Q's triangles are also described by sides of at least this ratio to the longest."""
     max_proposals: int = 200_000
     """Pairs of triangles that are tested, at most."""
-    max_overlaid: int = 20_000_000
-    """Points that are overlaid to refine proposals that passed, at most."""
 
 
 _DEFAULT: Final = TriangleParameters()
@@ -104,11 +80,8 @@ def match_by_triangles(
     """
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
-    given = parameters or _DEFAULT
-    match = partial(_match, tolerance=tolerance, parameters=given)
-    if tolerance is None and len(p_set) > len(q_set):
-        return match_distinct(q_set, p_set, match).inverse()
-    return match_distinct(p_set, q_set, match)
+    match = partial(_match, tolerance=tolerance, parameters=parameters or _DEFAULT)
+    return match_given(p_set, q_set, tolerance, match)
 
 
 def _match(
@@ -203,25 +176,14 @@ class _Search:
         self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, widest: float
     ) -> tuple[Any, ...]:
         """Return the arguments of `propose` that do not change during the search."""
-        given, m = self.given, len(self.mesh_p)
-        reach2 = given.reach * self.target.tolerance**2
-        gain = np.empty(GAIN_STEPS)
-        miss = hit_log_likelihoods(math.pi * reach2 * self.target.density, given.share, gain)
-        half_of_all = 0.5 * (m - 3) * float(gain[0])
+        given, target = self.given, self.target
         return (
             self.p,
             in_p.negative_information[: in_p.number].argsort(kind="stable"),
             *(in_p.corner, in_p.shape, self.mesh_p.ring_start, self.mesh_p.ring),
-            *(
-                self.target.points,
-                self.target.grid,
-                in_q.corner,
-                in_q.side,
-                sort_by_shape(in_q, widest),
-            ),
-            *(given.shape_tolerance * self.target.tolerance, widest, reach2, gain, miss),
-            *(given.reject, given.accept, min(given.accept_small, half_of_all)),
-            *(given.test_length, np.zeros(m, np.int32), np.empty(min(m, MAX_GROWN), np.int32)),
+            *(target.points, target.grid, in_q.corner, in_q.side, sort_by_shape(in_q, widest)),
+            *(given.shape_tolerance * target.tolerance, widest),
+            *given.of_test(target, len(self.mesh_p)),
         )
 
 

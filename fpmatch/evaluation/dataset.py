@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from fpmatch.errors import DatasetError, ImageReadError
+from fpmatch.evaluation.impression import Impression
+from fpmatch.evaluation.pair_list import listed_impressions, read_pairs
 from fpmatch.gallery.entry import Label, NamePattern, entry_names
 from fpmatch.gallery.folders import prints_below, prints_in
 from fpmatch.gallery.kinds import kind_of
@@ -27,35 +27,12 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from fpmatch.evaluation.protocol import Pairs
     from fpmatch.gallery.print_file import PrintFile
 
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 _TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
 _FORMS: Final = "--pattern finds fingers in other names, and a manifest lists any"
-
-
-@dataclass(frozen=True, slots=True, order=True)
-class Impression:
-    """Hold the file of one print, its finger, and which impression of the finger it is.
-
-    In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
-    print's in the database, by default the file's; `dpi` its own resolution, where a list states
-    it; and `entry` its number in a gallery.
-    """
-
-    finger: int | str
-    number: int
-    path: Path
-    name: str = ""
-    dpi: float | None = None
-    entry: int | None = None
-
-    def __post_init__(self) -> None:
-        if not self.name:
-            object.__setattr__(self, "name", self.path.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,12 +108,11 @@ def load_dataset(
     """
     names = NamePattern(pattern) if isinstance(pattern, str) else pattern
     if pairs is not None:
-        from fpmatch.evaluation.pair_list import read_pairs, with_pairs  # noqa: PLC0415
-
         listed = read_pairs(pairs)
         loaded = _unlabelled(place) if listed.labelled else None
         loaded = loaded or load_dataset(place, pattern=names, by_folder=by_folder)
-        return with_pairs(loaded, listed, place)
+        kept, chosen = listed_impressions(loaded.impressions, listed, place)
+        return replace(loaded, impressions=kept, pairs=chosen)
     kind, root = kind_of(place), Path(place)
     if kind == "gallery":
         return _of_gallery(place)
@@ -176,13 +152,6 @@ def _find(root: Path, names: NamePattern | None, *, by_folder: bool) -> list[Pri
     except ImageReadError as error:
         why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
         raise DatasetError(why, path=root, code=error.code) from error
-
-
-def finger_numbers(impressions: Sequence[Impression]) -> NDArray[np.intp]:
-    """Return the fingers of impressions, numbered from 0 by number or name."""
-    fingers = [one.finger for one in impressions]
-    order = {f: k for k, f in enumerate(sorted(set(fingers), key=lambda f: natural_key(str(f))))}
-    return np.array([order[finger] for finger in fingers], np.intp)
 
 
 def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:

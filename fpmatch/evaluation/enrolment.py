@@ -9,8 +9,8 @@ import numpy as np
 from numpy.random import default_rng
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import finger_numbers
 from fpmatch.evaluation.extraction import ExtractedSet
+from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.calibration import score_to_fmr
@@ -19,7 +19,8 @@ from fpmatch.text_table import count
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from fpmatch.evaluation.dataset import Dataset, Impression
+    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.impression import Impression
     from fpmatch.evaluation.report import EvaluationReport
 
 SCORES_CHECKED: Final = (20.0, 30.0, 40.0)

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from fpmatch.engine.engine import Engine
-    from fpmatch.evaluation.dataset import Dataset, Impression
+    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.impression import Impression
     from fpmatch.image.io.read import GreyImage
     from fpmatch.minutiae import Template
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.errors import ScoringError
-from fpmatch.evaluation.dataset import finger_numbers
+from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.gallery.csv_rows import csv_rows
 from fpmatch.gallery.kinds import kind_of
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.impression import Impression
 
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"
@@ -186,14 +186,16 @@ def number_pairs(
     return NumberedPairs(prints, np.array(genuine, np.int8), lines)
 
 
-def with_pairs(dataset: Dataset, listed: PairList, place: str | os.PathLike[str]) -> Dataset:
-    """Return a database of which only listed pairs are compared, each once, in either order.
+def listed_impressions(
+    impressions: Sequence[Impression], listed: PairList, place: str | os.PathLike[str]
+) -> tuple[tuple[Impression, ...], Pairs]:
+    """Return the prints of the database at `place` that are listed, and their pairs, each once.
 
-    Only their prints are left in it. Of a list that is labelled, prints joined by genuine pairs
+    A pair is the same in either order. Of a list that is labelled, prints joined by genuine pairs
     become one finger. Raises a `ScoringError` for an unknown print, a print with itself, or labels
     that contradict each other.
     """
-    names = print_names(place, [one.name for one in dataset.impressions])
+    names = print_names(place, [one.name for one in impressions])
     found = number_pairs(listed.path, listed.rows, names, names)
     i, j = found.prints.astype(np.intp).T
     if (same := np.flatnonzero(i == j)).size:
@@ -201,8 +203,8 @@ def with_pairs(dataset: Dataset, listed: PairList, place: str | os.PathLike[str]
         raise _at(listed.path, row.line, f"{row.probe} is compared with itself")
     if listed.labelled:
         mated = found.prints[found.genuine == 1].tolist()
-        dataset = _with_fingers(dataset, _joined(len(dataset.impressions), mated))
-    finger = finger_numbers(dataset.impressions)
+        impressions = _with_fingers(impressions, _joined(len(impressions), mated))
+    finger = finger_numbers(impressions)
     genuine = finger[i] == finger[j]
     wrong = np.flatnonzero(genuine & (found.genuine == 0))
     if wrong.size:
@@ -213,11 +215,8 @@ def with_pairs(dataset: Dataset, listed: PairList, place: str | os.PathLike[str]
     kept = np.sort(np.unique(keys, return_index=True)[1])
     prints, numbers = np.unique(np.stack([i[kept], j[kept]]), return_inverse=True)
     probe, reference = numbers.reshape(2, -1).astype(np.intp)
-    return replace(
-        dataset,
-        impressions=tuple(dataset.impressions[n] for n in prints.tolist()),
-        pairs=Pairs(probe, reference, genuine[kept]),
-    )
+    chosen = tuple(impressions[n] for n in prints.tolist())
+    return chosen, Pairs(probe, reference, genuine[kept])
 
 
 def _joined(count: int, mated: Sequence[Sequence[int]]) -> list[int]:
@@ -236,15 +235,14 @@ def _joined(count: int, mated: Sequence[Sequence[int]]) -> list[int]:
     return [root(n) for n in range(count)]
 
 
-def _with_fingers(dataset: Dataset, first: Sequence[int]) -> Dataset:
-    """Return a database whose fingers have the names of their first prints."""
-    impressions = dataset.impressions
+def _with_fingers(impressions: Sequence[Impression], first: Sequence[int]) -> list[Impression]:
+    """Return prints whose fingers have the names of their first prints."""
     count: Counter[int] = Counter()
     found = []
     for one, n in zip(impressions, first, strict=True):
         count[n] += 1
         found.append(replace(one, finger=impressions[n].name, number=count[n]))
-    return replace(dataset, impressions=tuple(found))
+    return found
 
 
 def _at(path: str | os.PathLike[str], line: int, why: str) -> ScoringError:

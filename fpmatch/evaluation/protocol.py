@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError, unknown_name
-from fpmatch.evaluation.dataset import finger_numbers
+from fpmatch.evaluation.impression import finger_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Impression
+    from fpmatch.evaluation.impression import Impression
 
 PROTOCOLS: Final = ("extended", "fvc")
 
@@ -68,7 +68,7 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     Examples
     --------
     >>> from pathlib import Path
-    >>> from fpmatch.evaluation.dataset import Impression
+    >>> from fpmatch.evaluation.impression import Impression
     >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
     >>> extended, fvc = (choose_pairs(prints, name) for name in PROTOCOLS)
     >>> [(int(p.genuine.sum()), int((~p.genuine).sum())) for p in (extended, fvc)]

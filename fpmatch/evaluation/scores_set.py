@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.evaluation.dataset import finger_numbers
+from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.ranked_trials import Trials
 
 if TYPE_CHECKING:

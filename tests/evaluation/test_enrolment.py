@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.evaluation import comparison, enrolment, run
-from fpmatch.evaluation.dataset import Dataset, Impression
+from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.enrolment import Enrolment, plan_enrolment
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.finger import fused_score
 from fpmatch.minutiae import Minutiae, Template

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.dataset import Impression
 from fpmatch.evaluation.identification import identify_all
+from fpmatch.evaluation.impression import Impression
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.scores_set import ScoresSet

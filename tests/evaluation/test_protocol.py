@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.dataset import Impression
+from fpmatch.evaluation.impression import Impression
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 
 

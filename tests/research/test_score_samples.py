@@ -6,8 +6,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import Dataset, Impression
+from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.compare import align

@@ -23,8 +23,8 @@ from fpmatch.text_table import count
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Impression
     from fpmatch.evaluation.extraction import Extraction
+    from fpmatch.evaluation.impression import Impression
     from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.scores_set import ScoresSet
     from fpmatch.image.io.read import GreyImage

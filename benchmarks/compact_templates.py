@@ -18,7 +18,6 @@ import numpy as np
 
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction, extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.evaluation.tables import format_report
 from fpmatch.gallery.compact import pack_template, unpack_template
 
 
@@ -48,10 +47,10 @@ def main(folders: tuple[Path, ...]) -> None:
     sets = extract_datasets(load_datasets(folders))
     print_sizes(sets)
     print("\nas extracted")
-    print(format_report(evaluate_templates(sets)))
+    print(evaluate_templates(sets).as_text())
     print("\nfrom a gallery")
     packed = [ExtractedSet(s.dataset, tuple(map(kept, s.extractions))) for s in sets]
-    print(format_report(evaluate_templates(packed)))
+    print(evaluate_templates(packed).as_text())
 
 
 if __name__ == "__main__":

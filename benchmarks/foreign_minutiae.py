@@ -17,9 +17,9 @@ import repository  # noqa: F401
 
 from fpmatch.errors import DatasetError, TemplateError
 from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.rate_text import RATE_TITLES, percent
 from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.tables import RATE_TITLES, percent
 from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats

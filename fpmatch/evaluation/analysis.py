@@ -11,9 +11,9 @@ from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.evaluation.intervals import rate_intervals
 from fpmatch.evaluation.operating_points import operating_points
 from fpmatch.evaluation.quality_analysis import analyse_quality
+from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run_comparison import DECISION_FMRS, compare_runs, have_common_pairs
 from fpmatch.evaluation.scores import choose_matcher
-from fpmatch.evaluation.scores_set import scores_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,7 +55,7 @@ class Analysis:
 
     def as_text(self) -> str:
         """Return everything as tables of text."""
-        parts = [tables.format_report(self.report)]
+        parts = [self.report.as_text()]
         if self.intervals is not None:
             parts.append(tables.format_intervals(self.report, self.intervals))
         if self.points:

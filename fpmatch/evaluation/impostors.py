@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import extract_image
+from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores import choose_matcher, read_scores
-from fpmatch.evaluation.scores_set import scores_of
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, astuple, dataclass, field
-from pathlib import Path
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.evaluation.identification import Identification, identify_all
-from fpmatch.evaluation.rates import Rates, error_rates
-from fpmatch.evaluation.scores_set import scores_of_set
+from fpmatch.evaluation.rate_text import (
+    RATE_TITLES,
+    decidability,
+    defined_rates,
+    duration,
+    percent,
+    rate_cells,
+)
 from fpmatch.reading import group_by_note
-from fpmatch.text_table import count
+from fpmatch.text_table import count, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.identification import Identification
     from fpmatch.evaluation.protocol import Pairs
+    from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.scores_set import ScoresSet
 
 
@@ -152,9 +159,7 @@ class RatesReport:
         """Return the table that `fpmatch evaluate` prints, for notebooks."""
         from html import escape  # noqa: PLC0415  (for notebooks only)
 
-        from fpmatch.evaluation.tables import format_report  # noqa: PLC0415
-
-        return f"<pre>{escape(format_report(self))}</pre>"
+        return f"<pre>{escape(self.as_text())}</pre>"
 
     @property
     def prints(self) -> int:
@@ -186,6 +191,34 @@ class RatesReport:
         if len(ranks) < len(self.sets):
             return None
         return float(np.mean(np.concatenate(ranks) == 1))
+
+    def as_text(self) -> str:
+        """Return a line a database, their mean, and all scores pooled; rates in percent.
+
+        FMR10000 is left out where no database has enough pairs for it.
+        """
+        defined = defined_rates([*(row.rates for row in self.sets), self.pooled])
+        names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
+        titles = [RATE_TITLES[name] for name in names]
+
+        def cells(title: str, row: SetRates | RatesReport, rates: Rates) -> list[str]:
+            counts = title, str(row.genuine), str(row.impostor)
+            ranks = percent(row.rank_one), str(len(row.failures))
+            return [*counts, *rate_cells(rates, names), decidability(rates), *ranks]
+
+        times = [
+            (duration(row.extract_ms, 1, "ms"), duration(row.match_us, 0, "µs"))
+            for row in self.sets
+        ]
+        head = ("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")
+        rows = [
+            (*head, "extract", "match"),
+            *((*cells(r.name, r, r.rates), *t) for r, t in zip(self.sets, times, strict=True)),
+            ("mean", "", "", *rate_cells(self.mean, names), decidability(self.mean), *[""] * 4),
+            (*cells("pooled", self, self.pooled), "", ""),
+        ]
+        timed = any(math.isfinite(row.match_us) for row in self.sets)
+        return text_table(rows if timed else [row[: len(head)] for row in rows])
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
@@ -227,56 +260,6 @@ class EvaluationReport(RatesReport):
         return group_by_note(note for row in self.sets for note in row.extracted.notes)
 
 
-def summarise_set(
-    matcher: str, extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.void]
-) -> SetResult:
-    """Summarise the comparisons of one database."""
-    cpu_us = outcomes["cpu_us"][np.isfinite(outcomes["cpu_us"])]
-    scores = scores_of_set(matcher, extracted, pairs, outcomes)
-    return SetResult(
-        scores=scores,
-        rates=error_rates(*scores.split()),
-        identification=identify_all(scores),
-        failures=tuple(extracted.failures),
-        extract_ms=extracted.median_cpu_ms,
-        match_us=float(np.median(cpu_us)) if cpu_us.size else math.nan,
-        extracted=extracted,
-        pairs=pairs,
-        outcomes=outcomes,
-    )
-
-
-def summarise(matcher: str, protocol: str, sets: Sequence[SetResult]) -> EvaluationReport:
-    """Summarise the rows of all databases."""
-    return EvaluationReport(matcher, protocol, tuple(sets), *_together(sets))
-
-
-def summarise_scores(sets: Sequence[ScoresSet]) -> RatesReport:
-    """Return the error rates of scores that one matcher gave, a row a database.
-
-    Prints none of whose comparisons has a score count as failures to extract.
-    """
-    rows = tuple(
-        SetRates(
-            scores=scores,
-            rates=error_rates(*scores.split()),
-            identification=identify_all(scores),
-            failures=tuple((Path(name), f"{name}: no score") for name in scores.never_compared),
-            extract_ms=math.nan,
-            match_us=math.nan,
-        )
-        for scores in sets
-    )
-    return RatesReport(sets[0].matcher, "", rows, *_together(rows))
-
-
-def _together(sets: Sequence[SetRates]) -> tuple[Rates, Rates]:
-    """Return the mean of the rates of all databases, and the rates of all their scores."""
-    columns = zip(*(astuple(row.rates) for row in sets), strict=True)
-    mean = Rates(*(None if None in column else float(np.mean(column)) for column in columns))
-    return mean, error_rates(*split_scores(sets))
-
-
 def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the similarities of genuine and of impostor pairs of all databases.
 
@@ -284,6 +267,11 @@ def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray
     """
     genuine, impostor = zip(*(row.scores.split() for row in sets), strict=True)
     return np.concatenate(genuine), np.concatenate(impostor)
+
+
+def scores_of(report: RatesReport) -> list[ScoresSet]:
+    """Return the comparisons of an evaluation, one `ScoresSet` a database."""
+    return [replace(row.scores, matcher=report.matcher) for row in report.sets]
 
 
 def _rounded(time: float) -> float | None:

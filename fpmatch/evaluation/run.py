@@ -14,7 +14,7 @@ from fpmatch.evaluation.dataset import Dataset, load_dataset
 from fpmatch.evaluation.enrolment import plan_enrolment, with_impostors
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.protocol import choose_pairs
-from fpmatch.evaluation.report import EvaluationReport, summarise, summarise_set
+from fpmatch.evaluation.summary import summarise, summarise_set
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.enrolment import Enrolment
     from fpmatch.evaluation.extraction import ExtractedSet, Extractor
+    from fpmatch.evaluation.report import EvaluationReport
     from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.result import Matcher
 

@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.report import RatesReport, summarise_scores
 from fpmatch.evaluation.score_rows import finger_of_fvc_name
 from fpmatch.evaluation.scores import read_genuine_and_impostor, read_scores
+from fpmatch.evaluation.summary import summarise_scores
 from fpmatch.gallery.entry import NamePattern
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Sequence
 
+    from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.scores_set import ScoresSet
 
     AnyPath = str | os.PathLike[str]

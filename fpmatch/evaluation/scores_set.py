@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.protocol import Pairs
-    from fpmatch.evaluation.report import RatesReport
 
     Numbers = NDArray[np.float64]
 
@@ -103,8 +102,3 @@ def scores_of_set(
         quality=quality,
         overlap=np.where(compared, outcomes["overlap"], np.nan),
     )
-
-
-def scores_of(report: RatesReport) -> list[ScoresSet]:
-    """Return the comparisons of an evaluation, one `ScoresSet` a database."""
-    return [replace(row.scores, matcher=report.matcher) for row in report.sets]

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.error_vs_discard import SHARES
+from fpmatch.evaluation.rate_text import RATE_TITLES, defined_rates, percent, rate_cells
 from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from fpmatch.evaluation.intervals import Interval, ReportIntervals
     from fpmatch.evaluation.operating_points import OperatingPoint
     from fpmatch.evaluation.quality_analysis import QualityAnalysis
-    from fpmatch.evaluation.rates import Rates
-    from fpmatch.evaluation.report import RatesReport, SetRates
+    from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.run_comparison import (
         ChangedPair,
         DecisionChange,
@@ -24,35 +23,12 @@ if TYPE_CHECKING:
         RunComparison,
     )
 
-RATE_TITLES: Final = {
-    "eer": "EER",
-    "fmr100": "FMR100",
-    "fmr1000": "FMR1000",
-    "fmr10000": "FMR10000",
-    "zero_fmr": "ZeroFMR",
-    "zero_fnmr": "ZeroFNMR",
-}
 INTERVAL_TITLES: Final = {
     **{name: RATE_TITLES[name] for name in ("eer", "fmr100", "fmr1000", "fmr10000")},
     "rank_one": "rank-1",
 }
 _PAIRS_NAMED: Final = 5
 _LEAST_P: Final = 0.0001
-
-
-def percent(rate: float | None) -> str:
-    """Write a rate in percent, "-" where there is none."""
-    return "-" if rate is None else f"{100 * rate:.2f} %"
-
-
-def _time(value: float, digits: int, unit: str) -> str:
-    """Return a time as text, "-" where nothing was timed."""
-    return f"{value:.{digits}f} {unit}" if math.isfinite(value) else "-"
-
-
-def decidability(rates: Rates) -> str:
-    """Write d', "-" where there is none."""
-    return "-" if rates.d_prime is None else f"{rates.d_prime:.2f}"
 
 
 def limits(interval: Interval | None) -> str:
@@ -71,55 +47,19 @@ def change_limits(difference: RateDifference) -> str:
     return f"{points(interval.low)} to {points(interval.high)}" if interval else "-"
 
 
-def defined_rates(rates: Iterable[Rates]) -> list[str]:
-    """Return the names of the rates that are defined at least once."""
-    every = list(rates)
-    return [name for name in RATE_TITLES if any(getattr(r, name) is not None for r in every)]
-
-
-def format_report(report: RatesReport) -> str:
-    """Return a line a database, their mean, and all scores pooled; rates in percent.
-
-    FMR10000 is left out where no database has enough pairs for it.
-    """
-    defined = defined_rates([*(row.rates for row in report.sets), report.pooled])
-    names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
-    titles = [RATE_TITLES[name] for name in names]
-
-    def cells(title: str, row: SetRates | RatesReport, rates: Rates) -> list[str]:
-        counts = title, str(row.genuine), str(row.impostor)
-        ranks = percent(row.rank_one), str(len(row.failures))
-        return [*counts, *_cells(rates, names), decidability(rates), *ranks]
-
-    times = [(_time(row.extract_ms, 1, "ms"), _time(row.match_us, 0, "µs")) for row in report.sets]
-    head = ("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")
-    rows = [
-        (*head, "extract", "match"),
-        *((*cells(r.name, r, r.rates), *t) for r, t in zip(report.sets, times, strict=True)),
-        ("mean", "", "", *_cells(report.mean, names), decidability(report.mean), *[""] * 4),
-        (*cells("pooled", report, report.pooled), "", ""),
-    ]
-    timed = any(math.isfinite(row.match_us) for row in report.sets)
-    return text_table(rows if timed else [row[: len(head)] for row in rows])
-
-
-def _cells(rates: Rates, names: Sequence[str]) -> list[str]:
-    return [percent(getattr(rates, name)) for name in names]
-
-
 def format_matchers(reports: Sequence[RatesReport]) -> str:
     """Return a line a matcher: mean EER, and the rates of all scores pooled."""
     names = defined_rates(report.pooled for report in reports)
     head = ("side by side", "mean EER", *(f"pooled {RATE_TITLES[n]}" for n in names), "rank-1")
     rows = (
-        (r.matcher, percent(r.mean.eer), *_cells(r.pooled, names), percent(r.rank_one))
+        (r.matcher, percent(r.mean.eer), *rate_cells(r.pooled, names), percent(r.rank_one))
         for r in reports
     )
     return text_table([head, *rows])
 
 
 def format_intervals(report: RatesReport, intervals: ReportIntervals) -> str:
-    """Return the lines of `format_report` with the intervals of the rates that have one."""
+    """Return the lines of `RatesReport.as_text` with the intervals of the rates that have one."""
     rows = [
         *((row.name, one) for row, one in zip(report.sets, intervals.sets, strict=True)),
         ("mean", intervals.mean),

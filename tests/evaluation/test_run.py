@@ -10,7 +10,6 @@ from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.tables import format_report
 
 RATES = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]
 
@@ -100,7 +99,7 @@ def test_json_has_the_promised_shape(report):
 
 
 def test_rows_in_percent_with_dashes_for_what_is_undefined(report):
-    head, a, b, mean, pooled = format_report(report).splitlines()
+    head, a, b, mean, pooled = report.as_text().splitlines()
     assert head.split()[:4] == ["database", "genuine", "impostor", "EER"]
     assert b.split()[:5] == ["b", "36", "240", f"{100 * report.sets[1].rates.eer:.2f}", "%"]
     assert " - " in a

@@ -12,13 +12,19 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from fpmatch._version import __version__
 from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.errors import OutputError
-from fpmatch.evaluation import tables
 from fpmatch.evaluation.decision import calibration_of, decide, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
 from fpmatch.evaluation.html.quality_figures import quality_drawings
+from fpmatch.evaluation.rate_text import RATE_TITLES, decidability, defined_rates, percent
 from fpmatch.evaluation.report import split_scores
-from fpmatch.evaluation.tables import INTERVAL_TITLES, RATE_TITLES, defined_rates
+from fpmatch.evaluation.tables import (
+    INTERVAL_TITLES,
+    change_limits,
+    decisions_sentence,
+    limits,
+    points,
+)
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.output import atomic_write_bytes, check_writable, reason
 
@@ -31,9 +37,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.run_comparison import RunComparison
 
 PAGE_NAME: Final = "index.html"
-_FILTERS: Final = (
-    *("change_limits", "decidability", "decisions_sentence", "limits", "percent", "points"),
-)
+_FILTERS: Final = (change_limits, decidability, decisions_sentence, limits, percent, points)
 _IMPOSTOR_PAIRS: Final = {
     "extended": "every two impressions of different fingers",
     "fvc": "the first impressions of every two different fingers",
@@ -82,7 +86,7 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
     )
     environment.filters |= {
         "base64": lambda content: base64.b64encode(content).decode("ascii"),
-        **{name: getattr(tables, name) for name in _FILTERS},
+        **{function.__name__: function for function in _FILTERS},
         "thousands": lambda number: f"{number:,}",
         "title_of": RATE_TITLES.__getitem__,
     }

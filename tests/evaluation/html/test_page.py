@@ -9,8 +9,8 @@ from fpmatch.errors import OutputError
 from fpmatch.evaluation.analysis import analyse, compare_matchers
 from fpmatch.evaluation.html.page import page as page_of
 from fpmatch.evaluation.html.page import prepare_page, write_page
+from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
-from fpmatch.evaluation.scores_set import scores_of
 
 pytest.importorskip("matplotlib")
 VOID = {"meta", "img", "input"}

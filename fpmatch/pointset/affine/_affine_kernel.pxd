@@ -27,14 +27,3 @@ cdef double _grow(
 ) noexcept
 @cython.locals(r=cython.Py_ssize_t)
 cpdef void move_of(double[::1] fit, double[::1] move)
-@cython.locals(
-    i=cython.Py_ssize_t, round_=cython.int, pairs=cython.int, before=cython.int, inside=cython.int,
-)
-cpdef int refine(
-    double[:, ::1] p, CellGrid grid, double t2, int max_rounds, int[::1] owner, int[::1] partner,
-    double[::1] distance2, double[::1] move,
-)
-@cython.locals(i=cython.Py_ssize_t, at=cython.int, pairs=cython.int)
-cpdef bint fit_partners(
-    double[:, ::1] p, CellGrid grid, int[::1] partner, double[::1] move,
-) noexcept

@@ -1,4 +1,4 @@
-"""Kernel: propose affine transforms from pairs of local triangles, test them, and refine.
+"""Kernel: propose affine transforms from pairs of local triangles, and test each sequentially.
 
 Any triangle can be mapped onto any other, so every triangle of P, in a given order, is compared
 with every triangle of Q in its three rotations. The linear part of each map, between frames in
@@ -14,10 +14,8 @@ order of its cells.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.triangles._overlay_kernel import claim
     from cython.cimports.fpmatch.pointset.triangles._proposal_kernel import WIDEST, find_neighbours
 else:
-    from fpmatch.pointset.triangles._overlay_kernel import claim
     from fpmatch.pointset.triangles._proposal_kernel import WIDEST, find_neighbours
 
 COMPILED = cython.compiled
@@ -170,77 +168,3 @@ def move_of(fit, move):
         move[3 * r] = (cx * fit[7] - cy * fit[6]) / det
         move[3 * r + 1] = (cy * fit[5] - cx * fit[6]) / det
         move[3 * r + 2] = fit[3 + r] - move[3 * r] * fit[1] - move[3 * r + 1] * fit[2]
-
-
-def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
-    """Pair nearest points and refit, in turn, until the number of pairs is stable.
-
-    As for similarities: the first round has twice the tolerance, in area; returned is the number
-    of points of P inside the grid, or -1 where fewer than four have partners, or these lie on one
-    line.
-    """
-    before = -1
-    inside = 0
-    for round_ in range(max_rounds):
-        reach2 = 2.0 * t2 if round_ == 0 else t2
-        inside = pairs = 0
-        for i in range(owner.shape[0]):
-            owner[i] = -1
-        for i in range(p.shape[1]):
-            partner[i] = -1
-            x = move[0] * p[0, i] + move[1] * p[1, i] + move[2]
-            y = move[3] * p[0, i] + move[4] * p[1, i] + move[5]
-            if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
-                continue
-            inside += 1
-            pairs += claim(grid, x, y, reach2, i, owner, partner, distance2)
-        if pairs < 4:
-            return -1
-        if round_ > 0 and pairs == before:
-            break
-        before = pairs
-        if not fit_partners(p, grid, partner, move):
-            return -1
-    return inside
-
-
-def fit_partners(p, grid, partner, move):
-    """Fit `move` to the points that have partners (not -1) in a grid; return whether there is one.
-
-    Without a fit `move` stays as it is.
-    """
-    pairs = 0
-    px = py = qx = qy = 0.0
-    for i in range(p.shape[1]):
-        at = partner[i]
-        if at >= 0:
-            pairs += 1
-            px += p[0, i]
-            py += p[1, i]
-            qx += grid.x[at]
-            qy += grid.y[at]
-    if pairs < 3:
-        return False
-    px, py = px / pairs, py / pairs
-    qx, qy = qx / pairs, qy / pairs
-    sxx = sxy = syy = cxx = cxy = cyx = cyy = 0.0
-    for i in range(p.shape[1]):
-        at = partner[i]
-        if at >= 0:
-            x, y = p[0, i] - px, p[1, i] - py
-            u, v = grid.x[at] - qx, grid.y[at] - qy
-            sxx += x * x
-            sxy += x * y
-            syy += y * y
-            cxx += u * x
-            cxy += u * y
-            cyx += v * x
-            cyy += v * y
-    det = sxx * syy - sxy * sxy
-    if not det > 1e-12 * sxx * syy:
-        return False
-    move[0], move[1] = (cxx * syy - cxy * sxy) / det, (cxy * sxx - cxx * sxy) / det
-    move[3], move[4] = (cyx * syy - cyy * sxy) / det, (cyy * sxx - cyx * sxy) / det
-    move[2] = qx - move[0] * px - move[1] * py
-    move[5] = qy - move[3] * px - move[4] * py
-    return True

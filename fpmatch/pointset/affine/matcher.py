@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.affine import _affine_kernel as kernel
 from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
@@ -209,7 +210,7 @@ class _Search:
         moved = np.array([[a, b], [c, d]]) @ self.p.points + [[tx], [ty]]
         target = self.target
         partner = optimal_pairs(moved, target.grid, _STAY, target.pairing_tolerance)
-        kernel.fit_partners(self.p.points, target.grid, partner, self.move)
+        fit_partners(self.p.points, target.grid, partner, self.move)
         rows = (partner >= 0).nonzero()[0]
         of_q = np.asarray(target.grid.order)[partner[rows]]
         return np.column_stack([rows, of_q]).astype(np.int32)
@@ -233,7 +234,7 @@ class _Search:
     def _refine(self, move: Floats, t2: float) -> int:
         """Refine a move in place; return the number of points inside the grid, or -1."""
         return int(
-            kernel.refine(
+            overlay.refine(
                 self.p.points, self.target.grid, t2, MAX_ROUNDS, self._owner, self._partner,
                 self._distance2, move,
             )

@@ -9,8 +9,9 @@ cpdef int refine(
     double[:, ::1] p, CellGrid grid, double t2, int max_rounds, int[::1] owner, int[::1] partner,
     double[::1] distance2, double[::1] move,
 )
+cdef (double, double) _moved(double[::1] move, double x, double y) noexcept
 @cython.locals(at=cython.int, held=cython.int)
-cdef int claim(
+cdef int _claim(
     CellGrid grid, double x, double y, double reach2, Py_ssize_t i, int[::1] owner,
     int[::1] partner, double[::1] distance2,
 ) noexcept

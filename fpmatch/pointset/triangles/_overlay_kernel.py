@@ -1,18 +1,19 @@
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
-A move is (s·cos θ, s·sin θ, tx, ty). Q is a grid; indices of its points are in the order of its
+A move is a similarity transform of four values or an affine one of six, as in
+`fpmatch.pointset._least_squares_kernel`. Q is a grid; indices of its points are in the order of its
 cells.
 """
 
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._similarity_kernel import fit_partners
+    from cython.cimports.fpmatch.pointset._least_squares_kernel import fit_partners
     from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
     from math import expm1, log, log1p, sqrt
 
-    from fpmatch.pointset._similarity_kernel import fit_partners
+    from fpmatch.pointset._least_squares_kernel import fit_partners
 
 COMPILED = cython.compiled
 
@@ -25,7 +26,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
     The first round has twice the tolerance, in area. ``move`` is refitted in place; ``partner``
     receives the point of Q of each of P or -1, ``distance2`` its squared distance, and
     ``owner`` the inverse of ``partner``. Return the number of points of P inside the grid, or -1
-    where fewer than three have partners or these do not determine a transform.
+    where so few have partners that any would fit, or these do not determine a transform.
     """
     before = -1
     inside = 0
@@ -36,13 +37,12 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
             owner[i] = -1
         for i in range(p.shape[1]):
             partner[i] = -1
-            x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
-            y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
+            x, y = _moved(move, p[0, i], p[1, i])
             if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
                 continue
             inside += 1
-            pairs += claim(grid, x, y, reach2, i, owner, partner, distance2)
-        if pairs < 3:
+            pairs += _claim(grid, x, y, reach2, i, owner, partner, distance2)
+        if 2 * pairs <= move.shape[0]:
             return -1
         if round_ > 0 and pairs == before:
             break
@@ -52,7 +52,14 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
     return inside
 
 
-def claim(grid, x, y, reach2, i, owner, partner, distance2):
+def _moved(move, x, y):
+    """Return the point (x, y) moved."""
+    if move.shape[0] == 6:
+        return move[0] * x + move[1] * y + move[2], move[3] * x + move[4] * y + move[5]
+    return move[2] + move[0] * x - move[1] * y, move[3] + move[1] * x + move[0] * y
+
+
+def _claim(grid, x, y, reach2, i, owner, partner, distance2):
     """Pair point i, moved to (x, y), with the nearest point, unless that has a nearer partner.
 
     Return by how much the number of pairs grows.
@@ -110,8 +117,8 @@ def list_pairs(p, grid, partner, move, pairs):
     for i in range(p.shape[1]):
         at = partner[i]
         if at >= 0:
-            x = move[2] + move[0] * p[0, i] - move[1] * p[1, i] - grid.x[at]
-            y = move[3] + move[1] * p[0, i] + move[0] * p[1, i] - grid.y[at]
+            x, y = _moved(move, p[0, i], p[1, i])
+            x, y = x - grid.x[at], y - grid.y[at]
             total += x * x + y * y
             pairs[count, 0], pairs[count, 1] = i, grid.order[at]
             count += 1

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.pointset._similarity_kernel import fit_partners
+from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.frames import between_sets
 from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.pairing import optimal_pairs

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from pointset_strategies import affine_transforms, grid_of, in_columns, places, seeds
 
+from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.affine import _affine_kernel as kernel
 from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.triangles._overlay_kernel import refine
 
 EXAMPLES = 50 if kernel.COMPILED else 10
 
@@ -27,7 +29,7 @@ def test_a_fit_to_partners_is_that_of_least_squares(seed: int, move: AffineTrans
     partner = np.array(np.argsort(grid.order), np.int32)
     partner[rng.permutation(12)[:4]] = -1
     fitted = np.empty(6)
-    assert kernel.fit_partners(in_columns(p), grid, partner, fitted)
+    assert fit_partners(in_columns(p), grid, partner, fitted)
     paired = partner >= 0
     expected = AffineTransform.fit(p[paired], places(grid).T[partner[paired]])
     assert fitted == pytest.approx(as_move(expected), rel=1e-8, abs=1e-8)
@@ -38,7 +40,7 @@ def test_too_few_points_or_points_on_a_line_have_no_fit(pairs: int) -> None:
     along = np.linspace(0, 1, 12)
     p, move = np.stack([along, 2 * along]), np.zeros(6)
     partner = np.where(np.arange(12) < pairs, np.arange(12), -1).astype(np.int32)
-    assert not kernel.fit_partners(p, grid_of(p, 0.5), partner, move)
+    assert not fit_partners(p, grid_of(p, 0.5), partner, move)
     assert not move.any()
 
 
@@ -52,7 +54,7 @@ def test_refinement_reaches_the_map_from_near_it(seed: int, move: AffineTransfor
     grid = grid_of(q, reach, 2 * reach)
     near = as_move(move) + np.tile([0.0, 0.0, 0.3 * reach], 2)
     owner, partner = np.empty(30, np.int32), np.empty(30, np.int32)
-    inside = kernel.refine(in_columns(p), grid, reach**2, 12, owner, partner, np.empty(30), near)
+    inside = refine(in_columns(p), grid, reach**2, 12, owner, partner, np.empty(30), near)
     assert inside == 30
     found = partner >= 0
     assert (owner[partner[found]] == np.flatnonzero(found)).all()

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import as_move, grid_of, in_columns, places, seeds
 
-from fpmatch.pointset._similarity_kernel import fit_partners
+from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as kernel
 

@@ -12,3 +12,13 @@ cpdef bint fit_lists(
 cpdef bint fit_partners(
     double[:, ::1] p, CellGrid grid, int[::1] partner, double[::1] move,
 ) noexcept
+@cython.locals(i=cython.Py_ssize_t, at=cython.int)
+cdef bint _fit_similarity(
+    double[:, ::1] p, CellGrid grid, int[::1] partner, double px, double py, double qx, double qy,
+    double[::1] move,
+) noexcept
+@cython.locals(i=cython.Py_ssize_t, at=cython.int)
+cdef bint _fit_affine(
+    double[:, ::1] p, CellGrid grid, int[::1] partner, double px, double py, double qx, double qy,
+    double[::1] move,
+) noexcept

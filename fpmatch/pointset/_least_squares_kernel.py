@@ -1,9 +1,10 @@
-"""Kernel: least-squares fits of the similarity transform of eq. (1) to paired points.
+"""Kernel: least-squares fits of transforms to paired points.
 
-A move is the transform (s·cos θ, s·sin θ, tx, ty). Each fit is the closed form of
+A move is the similarity transform of eq. (1) as (s·cos θ, s·sin θ, tx, ty), or an affine one as the
+matrix [A | t], row by row. A similarity is the closed form of
 `fpmatch.pointset.similarity.Similarity.fit`: with Σ|p|², Σp·q and Σp×q of centred points,
-s·cos θ = Σp·q / Σ|p|² and s·sin θ = Σp×q / Σ|p|². The two functions sum in different orders,
-so their results differ in the last bits. Interpreted, they run as they stand.
+s·cos θ = Σp·q / Σ|p|² and s·sin θ = Σp×q / Σ|p|². `fit_lists` and `fit_partners` sum in different
+orders, so their results differ in the last bits. Interpreted, they run as they stand.
 """
 
 import cython
@@ -54,7 +55,8 @@ def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, s
 def fit_partners(p, grid, partner, move):
     """Fit `move` to the points that have partners (not -1) in a grid; return whether there is one.
 
-    Two passes: means, then centred sums; without a fit `move` stays as it is.
+    It is a similarity where it has four values, affine where it has six. Two passes: means, then
+    centred sums; without a fit `move` stays as it is.
     """
     pairs = 0
     px = py = qx = qy = 0.0
@@ -66,10 +68,17 @@ def fit_partners(p, grid, partner, move):
             py += p[1, i]
             qx += grid.x[at]
             qy += grid.y[at]
-    if pairs < 2:
+    if 2 * pairs < move.shape[0]:
         return False
     px, py = px / pairs, py / pairs
     qx, qy = qx / pairs, qy / pairs
+    if move.shape[0] == 6:
+        return _fit_affine(p, grid, partner, px, py, qx, qy, move)
+    return _fit_similarity(p, grid, partner, px, py, qx, qy, move)
+
+
+def _fit_similarity(p, grid, partner, px, py, qx, qy, move):
+    """Fit a similarity to points that have partners, given the means of both."""
     spread = dot = cross = 0.0
     for i in range(p.shape[1]):
         at = partner[i]
@@ -84,4 +93,29 @@ def fit_partners(p, grid, partner, move):
     move[0], move[1] = dot / spread, cross / spread
     move[2] = qx - move[0] * px + move[1] * py
     move[3] = qy - move[1] * px - move[0] * py
+    return True
+
+
+def _fit_affine(p, grid, partner, px, py, qx, qy, move):
+    """Fit an affine transform to points that have partners, given the means of both."""
+    sxx = sxy = syy = cxx = cxy = cyx = cyy = 0.0
+    for i in range(p.shape[1]):
+        at = partner[i]
+        if at >= 0:
+            x, y = p[0, i] - px, p[1, i] - py
+            u, v = grid.x[at] - qx, grid.y[at] - qy
+            sxx += x * x
+            sxy += x * y
+            syy += y * y
+            cxx += u * x
+            cxy += u * y
+            cyx += v * x
+            cyy += v * y
+    det = sxx * syy - sxy * sxy
+    if not det > 1e-12 * sxx * syy:
+        return False
+    move[0], move[1] = (cxx * syy - cxy * sxy) / det, (cxy * sxx - cxx * sxy) / det
+    move[3], move[4] = (cyx * syy - cyy * sxy) / det, (cyy * sxx - cyx * sxy) / det
+    move[2] = qx - move[0] * px - move[1] * py
+    move[5] = qy - move[3] * px - move[4] * py
     return True

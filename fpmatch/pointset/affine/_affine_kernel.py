@@ -1,10 +1,9 @@
-"""Kernel: propose affine transforms from pairs of local triangles, and test each sequentially.
+"""Kernel: propose affine transforms from pairs of local triangles.
 
 Any triangle can be mapped onto any other, so every triangle of P, in a given order, is compared
 with every triangle of Q in its three rotations. The linear part of each map, between frames in
 which both sets are equally wide in all directions, must not stretch one direction much more than
-another; what remains is tested sequentially, neighbour after neighbour, as in
-`fpmatch.pointset.triangles._proposal_kernel`.
+another; what remains is tested sequentially.
 
 A fit is: number of pairs, mean of P (x, y), mean of Q, and, centred, Σpp (xx, xy, yy) and Σqp (xx,
 xy, yx, yy). A move is the matrix [A | t], row by row. Q is a grid; indices of its points are in the
@@ -14,29 +13,24 @@ order of its cells.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.triangles._proposal_kernel import WIDEST, find_neighbours
+    from cython.cimports.fpmatch.pointset.triangles._sequential_test_kernel import SequentialTest
 else:
-    from fpmatch.pointset.triangles._proposal_kernel import WIDEST, find_neighbours
+    from fpmatch.pointset.triangles._sequential_test_kernel import SequentialTest
 
 COMPILED = cython.compiled
 
 
 def propose(
-    p, order, corner_p, ring_start, ring, q, grid, corner_q, wide_q, max_anisotropy, least_area,
-    most_area, reach2, gain, miss, reject, accept, accept_small, test_length, seen, neighbours,
-    max_proposals, fit, state,
+    test, p, order, corner_p, corner_q, wide_q, max_anisotropy, least_area, most_area,
+    max_proposals, state,
 ):  # fmt: skip
     """Continue the search until a proposal passes its test; return whether one did.
 
-    ``p`` is equally wide in all directions, as is ``wide_q``, the points ``q`` of the ``grid`` in
-    another frame; between these two a map stretches no direction more than `max_anisotropy` times
-    another, and areas by `least_area` to `most_area`. ``state`` holds the position in ``order``,
-    the number of triangles of Q compared there, of those tested in all, and the stamp of ``seen``.
-    The other parameters are those of the kernel for similarities.
+    ``p`` is equally wide in all directions, as is ``wide_q``, the points of Q in another frame than
+    that of the test; between these two a map stretches no direction more than `max_anisotropy`
+    times another, and areas by `least_area` to `most_area`. ``state`` holds the position in
+    ``order``, the number of triangles of Q compared there, and that of those tested in all.
     """
-    stamp = state[3]
-    if test_length > neighbours.shape[0]:
-        test_length = neighbours.shape[0]
     limit = max_anisotropy + 1.0 / max_anisotropy
     many = 3 * corner_q.shape[0]
     for o in range(state[0], order.shape[0]):
@@ -45,7 +39,7 @@ def propose(
         ux, uy = p[0, b] - p[0, a], p[1, b] - p[1, a]
         vx, vy = p[0, c] - p[0, a], p[1, c] - p[1, a]
         area = ux * vy - uy * vx
-        count = -1
+        test.begin(k)
         for met in range(state[1] if o == state[0] else 0, many):
             j, r = met // 3, met % 3
             a, b, c = corner_q[j, r], corner_q[j, (r + 1) % 3], corner_q[j, (r + 2) % 3]
@@ -62,102 +56,77 @@ def propose(
             if state[2] >= max_proposals:
                 return False
             state[2] += 1
-            if count < 0:
-                stamp += 1
-                count = find_neighbours(
-                    corner_p, k, ring_start, ring, seen, stamp, test_length, neighbours
-                )
-            _fit_corners(p, corner_p, k, q, a, b, c, fit)
-            ratio = _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit)
-            if ratio < accept and (ratio < accept_small or count >= test_length):
-                continue
-            stamp += 1
-            count = find_neighbours(
-                corner_p, k, ring_start, ring, seen, stamp, neighbours.shape[0], neighbours
-            )
-            _fit_corners(p, corner_p, k, q, a, b, c, fit)
-            _grow(p, grid, neighbours, count, reach2, gain, miss, -1e300, 1e300, fit)
-            state[0], state[1], state[3] = o, met + 1, stamp
-            return True
+            if test.passes(a, b, c):
+                state[0], state[1] = o, met + 1
+                return True
     return False
 
 
-def _fit_corners(p, corner_p, k, q, a, b, c, fit):
-    """Start a fit with the corners of two triangles."""
-    fit[0] = 3.0
-    fit[1] = (p[0, corner_p[k, 0]] + p[0, corner_p[k, 1]] + p[0, corner_p[k, 2]]) / 3.0
-    fit[2] = (p[1, corner_p[k, 0]] + p[1, corner_p[k, 1]] + p[1, corner_p[k, 2]]) / 3.0
-    fit[3] = (q[0, a] + q[0, b] + q[0, c]) / 3.0
-    fit[4] = (q[1, a] + q[1, b] + q[1, c]) / 3.0
-    for r in range(5, 12):
-        fit[r] = 0.0
-    for r in range(3):
-        i = a if r == 0 else b if r == 1 else c
-        px = p[0, corner_p[k, r]] - fit[1]
-        py = p[1, corner_p[k, r]] - fit[2]
-        qx, qy = q[0, i] - fit[3], q[1, i] - fit[4]
-        fit[5] += px * px
-        fit[6] += px * py
-        fit[7] += py * py
-        fit[8] += qx * px
-        fit[9] += qx * py
-        fit[10] += qy * px
-        fit[11] += qy * py
+class AffineTest(SequentialTest):
+    """The test of affine transforms."""
 
+    def _fit_corners(self, a, b, c):
+        i, j, k = self.corner[self.k, 0], self.corner[self.k, 1], self.corner[self.k, 2]
+        pmx = (self.p[0, i] + self.p[0, j] + self.p[0, k]) / 3.0
+        pmy = (self.p[1, i] + self.p[1, j] + self.p[1, k]) / 3.0
+        qmx = (self.q[0, a] + self.q[0, b] + self.q[0, c]) / 3.0
+        qmy = (self.q[1, a] + self.q[1, b] + self.q[1, c]) / 3.0
+        sxx = sxy = syy = cxx = cxy = cyx = cyy = 0.0
+        for r in range(3):
+            i, j = self.corner[self.k, r], a if r == 0 else b if r == 1 else c
+            px, py = self.p[0, i] - pmx, self.p[1, i] - pmy
+            qx, qy = self.q[0, j] - qmx, self.q[1, j] - qmy
+            sxx += px * px
+            sxy += px * py
+            syy += py * py
+            cxx += qx * px
+            cxy += qx * py
+            cyx += qy * px
+            cyy += qy * py
+        self.fit[0], self.fit[1], self.fit[2], self.fit[3], self.fit[4] = 3.0, pmx, pmy, qmx, qmy
+        self.fit[5], self.fit[6], self.fit[7] = sxx, sxy, syy
+        self.fit[8], self.fit[9], self.fit[10], self.fit[11] = cxx, cxy, cyx, cyy
 
-def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
-    """Add one neighbour after the other to the fit where it has a partner; return the test's ratio.
-
-    The partner is sought within √reach2, and farther by the fit's own uncertainty there.
-    """
-    size, pmx, pmy, qmx, qmy = fit[0], fit[1], fit[2], fit[3], fit[4]
-    sxx, sxy, syy = fit[5], fit[6], fit[7]
-    cxx, cxy, cyx, cyy = fit[8], fit[9], fit[10], fit[11]
-    one_of, one_det = 1.0 / size, 1.0 / (sxx * syy - sxy * sxy)
-    ratio = 0.0
-    widest = WIDEST - 1.0
-    steps = (gain.shape[0] - 1) / widest
-    for n in range(count):
-        i = neighbours[n]
-        px, py = p[0, i] - pmx, p[1, i] - pmy
-        # the offset in the frame where Σpp is the identity's: A·p = C·w
-        wx, wy = (syy * px - sxy * py) * one_det, (sxx * py - sxy * px) * one_det
-        x, y = qmx + cxx * wx + cxy * wy, qmy + cyx * wx + cyy * wy
-        if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
-            continue
-        wider = min(one_of + px * wx + py * wy, widest)
-        at = grid.nearest(x, y, reach2 * (1.0 + wider))
-        if at < 0:
-            ratio += miss
-            if ratio < reject:
+    def _grow(self, count, reject, accept):
+        size, pmx, pmy, qmx, qmy = self.fit[0], self.fit[1], self.fit[2], self.fit[3], self.fit[4]
+        sxx, sxy, syy = self.fit[5], self.fit[6], self.fit[7]
+        cxx, cxy, cyx, cyy = self.fit[8], self.fit[9], self.fit[10], self.fit[11]
+        one_of, one_det = 1.0 / size, 1.0 / (sxx * syy - sxy * sxy)
+        self.ratio = 0.0
+        for n in range(count):
+            i = self.neighbours[n]
+            px, py = self.p[0, i] - pmx, self.p[1, i] - pmy
+            # the offset in the frame where Σpp is the identity's: A·p = C·w
+            wx, wy = (syy * px - sxy * py) * one_det, (sxx * py - sxy * px) * one_det
+            x, y = qmx + cxx * wx + cxy * wy, qmy + cyx * wx + cyy * wy
+            at = self._partner(x, y, one_of + px * wx + py * wy)
+            if at < 0:
+                if self.ratio < reject:
+                    break
+                continue
+            # means and centred sums with one pair more
+            shrink = size / (size + 1.0)
+            size += 1.0
+            one_of = 1.0 / size
+            qx, qy = self.grid.x[at] - qmx, self.grid.y[at] - qmy
+            pmx += px * one_of
+            pmy += py * one_of
+            qmx += qx * one_of
+            qmy += qy * one_of
+            px, py = px * shrink, py * shrink
+            sxx += px * px / shrink
+            sxy += px * py / shrink
+            syy += py * py / shrink
+            cxx += qx * px
+            cxy += qx * py
+            cyx += qy * px
+            cyy += qy * py
+            one_det = 1.0 / (sxx * syy - sxy * sxy)
+            if self.ratio > accept:
                 break
-            continue
-        step = int(wider * steps)
-        ratio += gain[step]
-        # means and centred sums with one pair more
-        shrink = size / (size + 1.0)
-        size += 1.0
-        one_of = 1.0 / size
-        qx, qy = grid.x[at] - qmx, grid.y[at] - qmy
-        pmx += px * one_of
-        pmy += py * one_of
-        qmx += qx * one_of
-        qmy += qy * one_of
-        px, py = px * shrink, py * shrink
-        sxx += px * px / shrink
-        sxy += px * py / shrink
-        syy += py * py / shrink
-        cxx += qx * px
-        cxy += qx * py
-        cyx += qy * px
-        cyy += qy * py
-        one_det = 1.0 / (sxx * syy - sxy * sxy)
-        if ratio > accept:
-            break
-    fit[0], fit[1], fit[2], fit[3], fit[4] = size, pmx, pmy, qmx, qmy
-    fit[5], fit[6], fit[7] = sxx, sxy, syy
-    fit[8], fit[9], fit[10], fit[11] = cxx, cxy, cyx, cyy
-    return ratio
+        self.fit[0], self.fit[1], self.fit[2], self.fit[3], self.fit[4] = size, pmx, pmy, qmx, qmy
+        self.fit[5], self.fit[6], self.fit[7] = sxx, sxy, syy
+        self.fit[8], self.fit[9], self.fit[10], self.fit[11] = cxx, cxy, cyx, cyy
 
 
 def move_of(fit, move):

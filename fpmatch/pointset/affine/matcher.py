@@ -184,13 +184,14 @@ class _Search:
         """Search until a proposal is accepted; return whether one was."""
         given, m = self.given, len(self.p.mesh)
         of_p, of_q = (side.triangles(given.least_height) for side in (self.p, self.q))
-        arguments = self._arguments(of_p, of_q)
+        fit = np.empty(12)
+        arguments = self._arguments(of_p, of_q, fit)
         log_tests = math.log(max(1, 3 * len(of_p) * len(of_q)))
         log_max = math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.q.mesh))
-        fit, move, state = np.empty(12), np.empty(6), np.zeros(4, np.int_)
+        move, state = np.empty(6), np.zeros(3, np.int_)
         max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while kernel.propose(*(*arguments, max_proposals, fit, state)):
+        while kernel.propose(*(*arguments, max_proposals, state)):
             self.passed += 1
             if self.passed * m > given.max_overlaid:
                 break
@@ -247,13 +248,15 @@ class _Search:
         limit = self.given.max_anisotropy + 1 / self.given.max_anisotropy
         return bool((linear * linear).sum() <= limit * area)
 
-    def _arguments(self, of_p: Ints, of_q: Ints) -> tuple[Any, ...]:
+    def _arguments(self, of_p: Ints, of_q: Ints, fit: Floats) -> tuple[Any, ...]:
         """Return the arguments of `propose` that do not change during the search."""
         given, p, q, target = self.given, self.p, self.q, self.target
         thin = p.density / q.density
+        test = kernel.AffineTest(
+            *(p.points, of_p, p.mesh.ring_start, p.mesh.ring, target.points, target.grid),
+            *(*given.of_test(target, len(p.mesh)), fit),
+        )
         return (
-            *(p.points, p.most_informative_first(of_p, given.share), of_p),
-            *(p.mesh.ring_start, p.mesh.ring, target.points, target.grid, of_q, q.points),
+            *(test, p.points, p.most_informative_first(of_p, given.share), of_p, of_q, q.points),
             *(given.max_anisotropy, thin / given.max_crowding, thin * given.max_thinning),
-            *given.of_test(target, len(p.mesh)),
         )

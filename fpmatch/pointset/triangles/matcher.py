@@ -25,7 +25,7 @@ from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
-from fpmatch.pointset.triangles._proposal_kernel import propose
+from fpmatch.pointset.triangles._proposal_kernel import SimilarityTest, propose
 from fpmatch.pointset.triangles.descriptors import (
     TriangleDescriptors,
     density_over_hull,
@@ -140,16 +140,15 @@ class _Search:
         in_p = describe_all(self.p, of_p, outliers)
         shortest = given.shortest_side * self.target.spacing
         in_q = describe_large(self.target.points, of_q, given.near_tie, shortest)
-        arguments = self._arguments(
-            in_p, in_q, given.shape_tolerance * self.target.tolerance / shortest
-        )
+        fit = np.empty(8)
+        arguments = self._arguments(in_p, in_q, shortest, fit)
         log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.mesh_q))
         owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
-        partner, fit, move = np.empty(m, np.int32), np.empty(8), np.empty(4)
-        state = np.array([0, 0, self.tried, 0], np.int_)
+        partner, move = np.empty(m, np.int32), np.empty(4)
+        state = np.array([0, 0, self.tried], np.int_)
         max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while propose(*(*arguments, max_proposals, fit, state)):
+        while propose(*(*arguments, max_proposals, state)):
             self.passed += 1
             if self.passed * m > given.max_overlaid:
                 break
@@ -173,17 +172,19 @@ class _Search:
         return self.log_chance < log_max
 
     def _arguments(
-        self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, widest: float
+        self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, shortest: float, fit: Floats
     ) -> tuple[Any, ...]:
         """Return the arguments of `propose` that do not change during the search."""
-        given, target = self.given, self.target
+        given, mesh, target = self.given, self.mesh_p, self.target
+        shape_tolerance = given.shape_tolerance * target.tolerance
+        widest = shape_tolerance / shortest
+        test = SimilarityTest(
+            *(self.p, in_p.corner, mesh.ring_start, mesh.ring, target.points, target.grid),
+            *(*given.of_test(target, len(mesh)), fit),
+        )
         return (
-            self.p,
-            in_p.negative_information[: in_p.number].argsort(kind="stable"),
-            *(in_p.corner, in_p.shape, self.mesh_p.ring_start, self.mesh_p.ring),
-            *(target.points, target.grid, in_q.corner, in_q.side, sort_by_shape(in_q, widest)),
-            *(given.shape_tolerance * target.tolerance, widest),
-            *given.of_test(target, len(self.mesh_p)),
+            *(test, in_p.negative_information[: in_p.number].argsort(kind="stable"), in_p.shape),
+            *(in_q.corner, in_q.side, sort_by_shape(in_q, widest), shape_tolerance, widest),
         )
 
 

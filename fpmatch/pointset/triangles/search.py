@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods
+from fpmatch.pointset.triangles._sequential_test_kernel import hit_log_likelihoods
 
 if TYPE_CHECKING:
     from fpmatch.pointset.given_set import Target
@@ -46,7 +46,7 @@ class SearchParameters:
     """Points that are overlaid to refine proposals that passed, at most."""
 
     def of_test(self, target: Target, number: int) -> tuple[Any, ...]:
-        """Return the arguments of `propose` for the sequential test of a set of `number` points."""
+        """Return the last arguments of a `SequentialTest` of `number` points, but for the fit."""
         reach2 = self.reach * target.tolerance**2
         gain = np.empty(_GAIN_STEPS)
         miss = hit_log_likelihoods(math.pi * reach2 * target.density, self.share, gain)

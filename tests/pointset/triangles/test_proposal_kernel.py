@@ -14,6 +14,7 @@ from pointset_strategies import grid_of, in_columns, seeds, squared_distances
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
+from fpmatch.pointset.triangles._sequential_test_kernel import hit_log_likelihoods
 from fpmatch.pointset.triangles.descriptors import describe_all, describe_large, sort_by_shape
 
 ANYTHING_PASSES = {"reject": -1e300, "accept": -1e300, "accept_small": -1e300}
@@ -38,21 +39,22 @@ class Search:
         self.widest = self.shape_tolerance / 0.05
         self.shapes = sort_by_shape(self.in_q, self.widest)
         self.grid, self.gain = grid_of(self.q, 0.3), np.empty(9)
-        self.miss = kernel.hit_log_likelihoods(0.05, 0.6, self.gain)
+        self.miss = hit_log_likelihoods(0.05, 0.6, self.gain)
         self.neighbours = np.empty(self.grown, np.int32)
         self.seen = np.full(len(p), -1, np.int32)
-        self.fit, self.state = np.zeros(8), np.zeros(4, np.int_)
+        self.fit, self.state = np.zeros(8), np.zeros(3, np.int_)
+        self.test = kernel.SimilarityTest(
+            *(self.p, self.in_p.corner, self.mesh.ring_start, self.mesh.ring, self.q, self.grid),
+            *(self.reach**2, self.gain, self.miss, self.reject, self.accept, self.accept_small),
+            *(self.test_length, self.seen, self.neighbours, self.fit),
+        )
 
     def proceed(self) -> bool:
         """Search until a proposal passes; return whether one did."""
         return bool(
             kernel.propose(
-                *(self.p, self.order, self.in_p.corner, self.in_p.shape),
-                *(self.mesh.ring_start, self.mesh.ring, self.q, self.grid),
-                *(self.in_q.corner, self.in_q.side, self.shapes),
-                *(self.shape_tolerance, self.widest, self.reach**2, self.gain, self.miss),
-                *(self.reject, self.accept, self.accept_small, self.test_length),
-                *(self.seen, self.neighbours, self.max_proposals, self.fit, self.state),
+                *(self.test, self.order, self.in_p.shape, self.in_q.corner, self.in_q.side),
+                *(self.shapes, self.shape_tolerance, self.widest, self.max_proposals, self.state),
             )
         )
 
@@ -208,7 +210,7 @@ def test_nothing_is_proposed_without_triangles() -> None:
 @given(st.floats(1e-6, 2.0), st.floats(0.05, 0.95), st.integers(2, 40))
 def test_hits_have_their_log_likelihood_ratio(expected: float, share: float, steps: int) -> None:
     gain = np.empty(steps)
-    miss = kernel.hit_log_likelihoods(expected, share, gain)
+    miss = hit_log_likelihoods(expected, share, gain)
     chance = -np.expm1(-expected * np.linspace(1.0, WIDEST, steps))
     assert gain == pytest.approx(np.log((share + (1 - share) * chance) / chance), abs=1e-9)
     assert miss == pytest.approx(math.log(1 - share))

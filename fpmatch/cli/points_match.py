@@ -248,7 +248,7 @@ def _as_json(
 ) -> str:
     """Return a match as one JSON object, a member a line; what does not exist is null.
 
-    What concerns other maps than plain similarities is left out unless one asked for them.
+    Members of mirrored and affine maps are left out unless --reflect or --model affine is given.
     """
     t = match.transform
     names = _TRANSFORM[maps.model] + ("mirrored",) * maps.asked

@@ -46,7 +46,7 @@ cdef class NeighbourIndex:
     ) noexcept nogil
 
 @cython.locals(
-    i=cython.Py_ssize_t, j=cython.Py_ssize_t, share=cython.double, likeness=cython.double
+    i=cython.Py_ssize_t, j=cython.Py_ssize_t, share=cython.double, raw=cython.double
 )
 cpdef int normalize_by_size(
     float[:, ::1] similarity, int[::1] count_a, Py_ssize_t minutiae_a, int[::1] count_b,

@@ -222,8 +222,8 @@ def normalize_by_size(similarity, count_a, minutiae_a, count_b, minutiae_b, fewe
     for i in range(minutiae_a):
         share = _inverse_root(count_a[i], fewest)
         for j in range(minutiae_b):
-            likeness = float(similarity[i, j])
-            similarity[i, j] = likeness * (share * _inverse_root(count_b[j], fewest))
+            raw = float(similarity[i, j])
+            similarity[i, j] = raw * (share * _inverse_root(count_b[j], fewest))
     return 0
 
 

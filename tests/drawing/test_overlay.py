@@ -282,7 +282,7 @@ def test_ridges_colour_each_cell_that_was_compared(sample_pair):
 
 
 def test_colours_of_agreement_grow_lighter():
-    """So that they are told apart without colours, too."""
+    """Readers who do not see the colours distinguish the values by lightness."""
     lightness = [np.dot(agreement(value), (0.3, 0.59, 0.11)) for value in np.linspace(0, 1, 21)]
     assert (np.diff(lightness) > 1).all()
     assert agreement(-0.5) == agreement(0.0)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.matching.numpy_forms.bits import count_bits
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -107,8 +109,8 @@ def pair(
     table = np.asarray(tables.neighbour_table)
     words = np.asarray(neighbour_bits)[first:last].T.astype(np.int64)
     in_second = np.asarray(tables.step)[words >> STEPS] + (words & CELL)
-    n1, n2, n4, n8 = _count(table[words & FIRST])
-    s1, s2, s4, s8 = _count(table[in_second])
+    n1, n2, n4, n8 = count_bits(table[words & FIRST])
+    s1, s2, s4, s8 = count_bits(table[in_second])
     # the sum of both, from the ones up
     n1, carry = n1 ^ s1, n1 & s1
     n2, carry = n2 ^ s2 ^ carry, (n2 & s2) | ((n2 ^ s2) & carry)
@@ -116,7 +118,7 @@ def pair(
     n8, n16 = n8 ^ s8 ^ carry, (n8 & s8) | ((n8 ^ s8) & carry)
     if flowing:
         bins = np.asarray(orientation_bins)[first:last].T
-        f1, f2, f4, f8 = _count(
+        f1, f2, f4, f8 = count_bits(
             np.asarray(tables.orientation_table)[np.arange(WORDS)[:, None], bins]
         )
     else:  # six are taken to agree
@@ -138,20 +140,6 @@ def pair(
     pairs[0, : len(own)], pairs[1, : len(own)] = own, other
     pairs[2, : len(own)] = np.minimum(weight, MOST_WEIGHT)
     return len(own)
-
-
-def _count(words: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], ...]:
-    """Count, for each place of a bit, in how many of the rows it is set: ones, twos and so on."""
-    ones, twos, fours, eights = np.zeros((4, words.shape[1]), np.uint64)
-    for word in words:
-        carry = ones & word
-        ones ^= word
-        rest = twos & carry
-        twos ^= carry
-        carry = fours & rest
-        fours ^= rest
-        eights ^= carry
-    return ones, twos, fours, eights
 
 
 def locate(

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.matching.numpy_forms.bits import count_bits
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -97,20 +99,10 @@ def _counts(correlator: Any, b: Any, ridges: Words, x: Floats, y: Floats) -> Wor
     bit = SIDE * np.asarray(k.sample_row) + np.asarray(k.sample_column)
     valley = (ridges >> bit.astype(np.uint64)[:, None]) & ONE == 0
     near ^= np.where(valley, ALL, np.uint64(0))
-    # of the counts of samples at all shifts, the ones, twos, fours and eights
-    ones, twos, fours, eights = np.zeros((4, len(x)), np.uint64)
-    for sample in near:
-        carry = ones & sample
-        ones ^= sample
-        rest = twos & carry
-        twos ^= carry
-        carry = fours & rest
-        fours ^= rest
-        eights ^= carry
     shift = (SIDE * np.arange(SHIFTS)).astype(np.uint64)
     spread = np.asarray(k.spread)
     counts = np.zeros((len(x), SHIFTS), np.uint64)
-    for power, word in enumerate((ones, twos, fours, eights)):
+    for power, word in enumerate(count_bits(near)):
         counts += spread[(word[:, None] >> shift) & np.uint64(31)] << np.uint64(power)
     return counts
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from array import array
 from collections import Counter, defaultdict
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -24,7 +25,7 @@ import numpy as np
 from fpmatch.errors import ScoringError
 from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
-from fpmatch.gallery.csv_rows import csv_rows
+from fpmatch.gallery.csv_rows import csv_rows, row_error
 from fpmatch.gallery.kinds import kind_of
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"
 GENUINE: Final = "genuine"
+_at: Final = partial(row_error, ScoringError)
 _VALUES: Final = {"1": True, "0": False, "genuine": True, "impostor": False}
 
 
@@ -243,8 +245,3 @@ def _with_fingers(impressions: Sequence[Impression], first: Sequence[int]) -> li
         count[n] += 1
         found.append(replace(one, finger=impressions[n].name, number=count[n]))
     return found
-
-
-def _at(path: str | os.PathLike[str], line: int, why: str) -> ScoringError:
-    comma = "," if why.startswith("column ") else ":"
-    return ScoringError(f"line {line}{comma} {why}", path=path, code="malformed row")

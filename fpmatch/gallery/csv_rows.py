@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -50,12 +51,12 @@ def csv_rows(
                 return
             delimiter = max(DELIMITERS, key=first.count)
             if spaces and not any(map(first.count, DELIMITERS)):
-                for line, text in enumerate(_again(first, lines), skipped + 1):
+                for line, text in enumerate(chain([first], lines), skipped + 1):
                     if not is_idle(text):
                         yield line, text.split()
                 return
             reader = csv.reader(
-                _again(first, lines), delimiter=delimiter, skipinitialspace=not exact, strict=True
+                chain([first], lines), delimiter=delimiter, skipinitialspace=not exact, strict=True
             )
             line = skipped
             for row in reader:
@@ -74,10 +75,12 @@ def csv_rows(
         raise error(f"cannot be read: {reason(bad)}", path=path, code="unreadable") from bad
 
 
-def _again(first: str, others: Iterator[str]) -> Iterator[str]:
-    if first:
-        yield first
-    yield from others
+def row_error(
+    error: type[FpmatchError], path: str | os.PathLike[str], line: int, why: str
+) -> FpmatchError:
+    """Return the error for a malformed row; `why` may begin with the name of a column."""
+    comma = "," if why.startswith("column ") else ":"
+    return error(f"line {line}{comma} {why}", path=path, code="malformed row")
 
 
 def _bad_byte(path: Path) -> tuple[int, int]:

@@ -15,12 +15,13 @@ numbered from 1 on, for each finger. Where ``dpi`` is empty, the resolution is t
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ResolutionError
 from fpmatch.formats.codec import read_head
-from fpmatch.gallery.csv_rows import DELIMITERS, csv_rows
+from fpmatch.gallery.csv_rows import DELIMITERS, csv_rows, row_error
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.print_file import PrintFile, number_impressions
 from fpmatch.minutiae import check_dpi
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 COLUMNS: Final = ("path", "subject", "finger", "impression", "dpi")
 NEEDED: Final = COLUMNS[:2]
+_at: Final = partial(row_error, DatasetError)
 _FORM: Final = "a manifest has the columns path and subject, and may have finger, impression, dpi"
 
 
@@ -142,8 +144,3 @@ def _check_different(source: Path, lines: list[int], found: list[PrintFile]) -> 
             one, other = ("is empty", "is named") if has_finger else ("is named", "is empty")
             why = f"column finger: {one}, but {other} for {label.subject} on line {first}"
             raise _at(source, line, why)
-
-
-def _at(source: Path, line: int, why: str) -> DatasetError:
-    comma = "," if why.startswith("column ") else ":"
-    return DatasetError(f"line {line}{comma} {why}", path=source, code="malformed row")

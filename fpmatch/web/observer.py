@@ -6,7 +6,6 @@ import logging
 import secrets
 import sys
 import time
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
@@ -132,8 +131,8 @@ def set_up_logging(form: str, stream: Any = None) -> None:
     else:
         handler.setFormatter(logging.Formatter(words))
     root = logging.getLogger()
-    with suppress(ValueError):
-        root.removeHandler(root.handlers[0]) if root.handlers else None
+    for former in root.handlers[:1]:
+        root.removeHandler(former)
     root.addHandler(handler)
     root.setLevel(logging.WARNING)
     _log.setLevel(logging.WARNING if form == "none" else logging.INFO)

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.binary_records import ByteReader
-from fpmatch.errors import FpmatchError, GalleryError, TemplateError
+from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -104,15 +104,6 @@ def unpack_template(data: bytes) -> Template:
         return _unpack(ByteReader(data[: -_CRC.size], TemplateError))
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
-
-
-def unpack_entry(data: bytes, number: int, gallery: str) -> Template:
-    """Unpack the template of an entry; a damaged one is a GalleryError that names both."""
-    try:
-        return unpack_template(data)
-    except TemplateError as error:
-        why = f"damaged: entry {number}: {error}"
-        raise GalleryError(why, path=gallery, code="damaged") from error
 
 
 def _column(reader: ByteReader, count: int, width: int) -> Ints:

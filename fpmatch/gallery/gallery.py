@@ -5,15 +5,13 @@ from __future__ import annotations
 import hashlib
 import secrets
 from contextlib import contextmanager
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
-from fpmatch.errors import GalleryError, TemplateError
-from fpmatch.gallery.compact import pack_template, unpack_entry
 from fpmatch.gallery.database import Database
 from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, GallerySummary
+from fpmatch.gallery.rows import as_entry, as_packed, pack_entry, to_row, unpack_entry
 from fpmatch.gallery.tables import (
     ABOUT,
     ENTRY,
@@ -21,8 +19,6 @@ from fpmatch.gallery.tables import (
     GALLERY,
     VERSION,
     Conflicts,
-    as_entry,
-    as_packed,
     create_tables,
 )
 
@@ -31,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
     from typing import Self
 
+    from fpmatch.errors import GalleryError
     from fpmatch.gallery.entry import NewEntry
     from fpmatch.minutiae import Template
 
@@ -117,11 +114,11 @@ class Gallery(Database):
         impression that is refused becomes a failure; one that is enrolled, now or before, is a
         failure no longer. A new failure replaces those of the same source.
         """
-        packed = [_pack(entry) for entry in new]
+        packed = [pack_entry(entry) for entry in new]
         with self._changing() as connection:
             conflicts = _conflicts_in_order(connection, new, packed)
             judged = list(zip(new, packed, conflicts, strict=True))
-            rows = [_row(entry, template) for entry, template, no in judged if no is None]
+            rows = [to_row(entry, template) for entry, template, no in judged if no is None]
             sources = [*(e.source for e in new), *(f.source for f in failures)]
             for k in range(0, len(sources), ROWS_PER_READ):
                 part = sources[k : k + ROWS_PER_READ]
@@ -282,23 +279,3 @@ def _conflicts_in_order(
             conflicts.add(Entry(0, entry.label, entry.source, entry.content, entry.template.dpi, 0))
         found.append(reason)
     return found
-
-
-def _pack(entry: NewEntry) -> bytes | str:
-    """Return the packed template, or why it cannot be packed."""
-    try:
-        return pack_template(entry.template)
-    except TemplateError as error:
-        return str(error)
-
-
-def _row(entry: NewEntry, packed: bytes | str) -> dict[str, Any]:
-    """Return the columns of a new entry."""
-    return {
-        **asdict(entry.label),
-        "source": entry.source,
-        "content": entry.content,
-        "dpi": entry.template.dpi,
-        "minutiae": len(entry.template.minutiae),
-        "template": packed,
-    }

@@ -18,7 +18,7 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.engine.engine import processes
 from fpmatch.errors import MatcherError, OutputError
-from fpmatch.gallery.compact import unpack_entry
+from fpmatch.gallery.rows import unpack_entry
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.output import atomic_write, make_folder
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.database import DamagedRowError
-from fpmatch.gallery.entry import Entry, Label
+from fpmatch.gallery.rows import as_entry
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.gallery.entry import EnrolmentRequest
+    from fpmatch.gallery.entry import EnrolmentRequest, Entry, Label
 
 VERSION: Final = 1
 """Version of these tables and of their content; it grows with every change of either."""
@@ -64,22 +63,6 @@ def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
     _metadata.create_all(connection, checkfirst=False)
     connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state))
-
-
-def as_entry(row: Any) -> Entry:
-    """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
-    number, subject, finger, impression, *rest = row
-    for value, kind in zip(row, (int, str, str, str, str, bytes, float, int), strict=True):
-        if not isinstance(value, kind):
-            raise DamagedRowError(f"entry {number} has a column of another type")
-    return Entry(number, Label(subject, finger, impression), *rest)
-
-
-def as_packed(row: Any) -> tuple[int, bytes]:
-    """Return number and packed template of a row, or raise DamagedRowError."""
-    if not (isinstance(row.id, int) and isinstance(row.template, bytes)):
-        raise DamagedRowError(f"entry {row.id} has no template")
-    return row.id, row.template
 
 
 class Conflicts:

@@ -9,6 +9,7 @@ from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import plain_csv
 from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.angles import AngleConvention
+from fpmatch.formats.bounds import check_bounds
 from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
@@ -104,9 +105,12 @@ def decode_record(
     if len(data) > options.limits.max_bytes:
         raise TemplateError(f"{source}: too large for a template file")
     try:
-        return _codec_of(data, file_format, options).decode(data, options)
+        record = _codec_of(data, file_format, options).decode(data, options)
+        for view in record.views:
+            check_bounds(view.template)
     except FpmatchError as error:
         raise TemplateError(f"{source}: {error}") from error
+    return record
 
 
 def save_template(

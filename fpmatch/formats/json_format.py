@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 import numpy as np
 
 from fpmatch.errors import TemplateError
+from fpmatch.formats.bounds import check_cells
 from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -142,8 +143,7 @@ def _encode_field(field: RidgeField) -> dict[str, Any]:
 
 def _decode_field(stored: dict[str, Any], version: int) -> RidgeField:
     rows, columns = _member(stored, "rows", int), _member(stored, "columns", int)
-    if rows < 1 or columns < 1:
-        raise TemplateError("ridge_field: rows and columns must be positive")
+    check_cells(rows, columns)
     cells = rows * columns
     bits = np.unpackbits(_from_base64(stored, "mask", -(-cells // 8)), count=cells)
     mask = bits.astype(bool).reshape(rows, columns)

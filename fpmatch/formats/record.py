@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import TemplateError
+from fpmatch.formats.bounds import MOST_SIDE_PX
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class ReadLimits:
     max_bytes: int = 16 * 2**20
     max_minutiae: int = 10_000
     max_views: int = 256
-    max_side_px: int = 65_535
+    max_side_px: int = MOST_SIDE_PX
 
     def check_minutiae(self, count: int) -> None:
         """Raise TemplateError if a print may not have `count` minutiae."""

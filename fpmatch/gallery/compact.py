@@ -27,6 +27,7 @@ import numpy as np
 
 from fpmatch.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats.bounds import MOST_CELLS, MOST_PX, check_bounds
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -46,17 +47,14 @@ _HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
 _FIELD: Final = struct.Struct("<fHHHHHH")
 _CRC: Final = struct.Struct("<I")
 _DPI_UNITS: Final = 1000
-_FARTHEST_PX: Final = 2**15 - 1  # at 500 dpi
-_MOST_CELLS: Final = 2**20
-_TOO_LARGE: Final = "template too large to be kept in a gallery"
 
 
 def pack_template(template: Template) -> bytes:
     """Return a template in few bytes; an unpacked template gives the same bytes again.
 
-    Raises TemplateError if a number is too large for the format: it keeps minutiae within 32,767
-    pixels of the origin at 500 dpi, at most 65,535 of them, and a ridge field of at most a million
-    cells.
+    Raises TemplateError if a number is outside the bounds of `fpmatch.formats.bounds`: minutiae
+    are within 32,767 pixels of the origin at 500 dpi, at most 65,535 of them, and a ridge field has
+    at most a million cells.
 
     Examples
     --------
@@ -65,11 +63,12 @@ def pack_template(template: Template) -> bytes:
     >>> len(data), unpack_template(data).minutiae.xy.tolist()
     (31, [[10.0, 5.0], [20.0, 8.0]])
     """
+    check_bounds(template)
     m = template.minutiae
     dpi_units = round(template.dpi * _DPI_UNITS)
     zoom = STANDARD_DPI / (dpi_units / _DPI_UNITS)
     x, y = _at_500_dpi(m.x, zoom), _at_500_dpi(m.y, zoom)
-    least = [int(values.min(initial=_FARTHEST_PX)) if len(m) else 0 for values in (x, y)]
+    least = [int(values.min(initial=MOST_PX)) if len(m) else 0 for values in (x, y)]
     above = [values - start for values, start in zip((x, y), least, strict=True)]
     bits = [int(values.max(initial=0)).bit_length() for values in above]
     angle = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi))).astype(np.int64) % 2**ANGLE_BITS
@@ -81,7 +80,7 @@ def pack_template(template: Template) -> bytes:
         )
         field = b"" if template.field is None else _pack_field(template.field, zoom)
     except (struct.error, OverflowError) as error:
-        raise TemplateError(_TOO_LARGE) from error
+        raise TemplateError("template too large to be kept in a gallery") from error
     columns = (*above, angle, m.kind, m.quality)
     widths = (*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
     body = b"".join(_to_bits(*column) for column in zip(columns, widths, strict=True))
@@ -101,9 +100,11 @@ def unpack_template(data: bytes) -> Template:
     if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(data[: -_CRC.size]):
         raise TemplateError("packed template is damaged")
     try:
-        return _unpack(ByteReader(data[: -_CRC.size], TemplateError))
+        template = _unpack(ByteReader(data[: -_CRC.size], TemplateError))
+        check_bounds(template)
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
+    return template
 
 
 def _column(reader: ByteReader, count: int, width: int) -> Ints:
@@ -137,15 +138,10 @@ def _unpack(reader: ByteReader) -> Template:
 
 def _at_500_dpi(values: NDArray[np.float32], zoom: float) -> Ints:
     """Return pixel positions of the image as whole pixels at 500 dpi; pixel centres stay such."""
-    scaled = np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5)
-    if (np.abs(scaled) > _FARTHEST_PX).any():
-        raise TemplateError(_TOO_LARGE)
-    return scaled.astype(np.int64)
+    return np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5).astype(np.int64)
 
 
 def _pack_field(field: RidgeField, zoom: float) -> bytes:
-    if field.mask.size > _MOST_CELLS:
-        raise TemplateError(_TOO_LARGE)
     rows, columns = (np.flatnonzero(field.mask.any(axis=axis)) for axis in (1, 0))
     top, height = (int(rows[0]), int(np.ptp(rows)) + 1) if len(rows) else (0, 0)
     left, width = (int(columns[0]), int(np.ptp(columns)) + 1) if len(columns) else (0, 0)
@@ -159,7 +155,7 @@ def _pack_field(field: RidgeField, zoom: float) -> bytes:
 
 def _unpack_field(reader: ByteReader, zoom: float, *, ridged: bool) -> RidgeField:
     step, rows, columns, top, left, height, width = _FIELD.unpack(reader.take(_FIELD.size))
-    if rows * columns > _MOST_CELLS or top + height > rows or left + width > columns:
+    if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
     mask = np.zeros((rows, columns), bool)
     box = _column(reader, height * width, 1).astype(bool).reshape(height, width)

@@ -36,8 +36,8 @@ LEADER = FORMATS.parent / "minutiae" / "leader" / "fvc2004" / "DB1_B" / "101_1.c
 
 @st.composite
 def templates(draw: st.DrawFn) -> Template:
-    """Return a template of any finite numbers, with or without a ridge field."""
-    position = st.floats(-1e6, 1e6, width=32)
+    """Return a template of any numbers within bounds, with or without a ridge field."""
+    position = st.floats(-6500, 6500, width=32)
     minutiae = Minutiae(*draw(columns(draw(st.integers(0, 12)), position, position)))
     shape = draw(st.tuples(st.integers(1, 9), st.integers(1, 9)))
     orientation = draw(hnp.arrays(np.float32, shape, elements=st.floats(0, 3.125, width=32)))

@@ -102,7 +102,7 @@ def test_failures_are_kept_until_the_source_is_enrolled(where):
         gallery.add([entry_of(1)])
         assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
         assert (gallery.clear_failures(), gallery.clear_failures()) == (1, 0)
-        too_far = "template too large to be kept in a gallery"
+        too_far = "minutiae: an x of 1e+06 is beyond 32767 pixels at 500 dpi"
         assert gallery.add([entry_of(2, template_at(1e6)), entry_of(3)]) == [too_far, None]
         assert gallery.failures() == [Failure("/prints/2_1.tif", too_far)]
 

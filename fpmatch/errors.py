@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fpmatch.printable import printable
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -39,13 +41,19 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     return f" Did you mean {found[0]!r}?" if found else ""
 
 
+def without_path(text: str, path: object) -> str:
+    """Return the message of an error without the path that it begins with."""
+    return text.removeprefix(printable(f"{path}: "))
+
+
 class FpmatchError(Exception):
     """Base of every error that fpmatch raises on purpose.
 
     Parameters
     ----------
     message : str
-        What is wrong, on one line.
+        What is wrong, on one line: control characters in it are escaped as by
+        `fpmatch.printable.printable`.
     path : str or path-like, optional
         File or database at fault; it is put before the message.
     code : str, optional
@@ -59,8 +67,8 @@ class FpmatchError(Exception):
     """
 
     def __init__(self, message: str = "", *, path: object = "", code: str = "") -> None:
-        self.path, self.detail, self.code = str(path), message, code
-        super().__init__(f"{path}: {message}" if self.path else message)
+        self.path, self.detail, self.code = str(path), printable(message), code
+        super().__init__(printable(f"{path}: {message}" if self.path else message))
 
 
 class ImageReadError(FpmatchError):

@@ -33,6 +33,7 @@ MAY_IMPORT = {
     "scale": {"matching"},
     "output": set(),
     "text_table": set(),
+    "printable": set(),
     "npy": set(),
     "plugins": set(),
     "kernels": set(),
@@ -60,7 +61,7 @@ MAY_IMPORT = {
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
-NO_MINUTIAE = {"_version", "errors", "output", "binary_records", "npy", "pointset"}
+NO_MINUTIAE = {"_version", "errors", "printable", "output", "binary_records", "npy", "pointset"}
 WRITES_FILES = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
 
@@ -128,7 +129,7 @@ def test_worker_processes_import_no_commands():
 
 def allowed(room):
     """Return every room that `room` may import, directly or by way of another."""
-    rooms = {room, "_version", "errors", "text_table"}
+    rooms = {room, "_version", "errors", "printable", "text_table"}
     if room not in NO_MINUTIAE:
         rooms.add("minutiae")
     if room in WRITES_FILES:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.notes import json_text, say_slow_kernels
+from fpmatch.cli.notes import say_slow_kernels, show
 from fpmatch.cli.options import (
     by_folder_option,
     json_option,
@@ -18,6 +18,7 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.matchers import get_matcher
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,4 +84,4 @@ def calibrate(
     atomic_write_bytes(output, calibration.as_json().encode())
     report = report_calibration(calibration, impostors)
     document = {"calibration": str(output), **report.as_json()}
-    click.echo(json_text(document) if as_json else f"{output}\n{report.as_text()}")
+    show(json_text(document) if as_json else f"{printable(output)}\n{report.as_text()}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.notes import say_notes
+from fpmatch.cli.notes import say_notes, show_line
 from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
@@ -108,7 +108,7 @@ def convert(
         say_notes({note: [path] for note in texts})
     minutiae = sum(len(print_.template.minutiae) for print_ in record.views)
     prints = "" if len(record.views) == 1 else f"{len(record.views)} prints, "
-    click.echo(f"{target}: {codec.title}, {prints}{count(minutiae, 'minutia', 'minutiae')}")
+    show_line(f"{target}: {codec.title}, {prints}{count(minutiae, 'minutia', 'minutiae')}")
 
 
 def _template(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import click
 
-from fpmatch.cli.notes import json_text, say_errors
+from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
+from fpmatch.printable import json_text
 
 
 @click.command(
@@ -28,6 +29,6 @@ def doctor(as_json: bool) -> int:
     from fpmatch.installation import inspect_installation
 
     found = inspect_installation()
-    click.echo(json_text(found.as_dict()) if as_json else found.as_text())
+    show(json_text(found.as_dict()) if as_json else found.as_text())
     say_errors(found.problems)
     return 1 if found.problems else 0

@@ -11,11 +11,11 @@ import click
 
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
-    json_text,
     notes_as_json,
     say_failures,
     say_notes,
     say_slow_kernels,
+    show,
 )
 from fpmatch.cli.options import (
     by_folder_option,
@@ -26,6 +26,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -163,7 +164,7 @@ def enrol(
         f"; `fpmatch gallery list {name} --failures` shows all",
     )
     outcome = (name, done, summary, seconds)
-    click.echo(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
+    show(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
     return 1 if done.failures else 0
 
 
@@ -175,7 +176,8 @@ def _as_text(name: str, done: Enrolment, summary: GallerySummary, seconds: float
     impressions = count(summary.impressions, "impression")
     subjects = count(summary.subjects, "subject")
     rate = f" ({done.enrolled / seconds:.1f} a second)" if done.enrolled else ""
-    return f"{', '.join(counts)}: {seconds:.1f} s{rate}\n{name}: {impressions} of {subjects}"
+    place = f"{printable(name)}: {impressions} of {subjects}"
+    return f"{', '.join(counts)}: {seconds:.1f} s{rate}\n{place}"
 
 
 def _as_dict(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> dict[str, Any]:

@@ -9,12 +9,12 @@ import click
 from fpmatch.cli import fast_imports
 from fpmatch.cli.evaluate_epilog import EPILOG
 from fpmatch.cli.notes import (
-    json_text,
     notes_as_json,
     say_dpi_assumed,
     say_note,
     say_notes,
     say_slow_kernels,
+    show,
 )
 from fpmatch.cli.options import (
     FROM_0,
@@ -34,6 +34,7 @@ from fpmatch.cli.scores_in import (
     write_outputs,
 )
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -260,7 +261,7 @@ def evaluate(
         measured = measure_minutiae(reports[0], truths)
         document["ground_truth"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
-    click.echo(json_text(document) if as_json else text)
+    show(json_text(document) if as_json else text)
     return 1 if failed or any(row.failures for row in reports[0].sets) else 0
 
 

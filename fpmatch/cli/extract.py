@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_text, say_errors, say_note, say_notes, say_slow_kernels
+from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FormatChoice,
     angles_option,
@@ -21,6 +21,7 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
+from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ def extract(
             bars.show("extract", number, len(images))
     templates = [one.as_dict() for one in done]
     document = {"templates": templates, "failures": list(map(str, failures))}
-    click.echo(json_text(document) if as_json else _as_text(done, len(images), output))
+    show(json_text(document) if as_json else printable(_as_text(done, len(images), output)))
     say_notes(group_by_note((one.image, one.notes) for one in done))
     for one in done:
         if one.quality is not None and one.quality.reasons:

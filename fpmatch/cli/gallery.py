@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import first_of, json_text, say_note
+from fpmatch.cli.notes import first_of, say_note, show, show_line
 from fpmatch.cli.options import FILE, json_array_option, json_option, output_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def info(gallery: str, as_json: bool) -> None:
     with open_gallery(gallery) as opened:
         summary, name = opened.summary(), opened.name
     document = {"gallery": name, **summary.as_dict()}
-    click.echo(json_text(document) if as_json else _summary_text(name, summary))
+    show(json_text(document) if as_json else _summary_text(name, summary))
 
 
 def _summary_text(name: str, s: GallerySummary) -> str:
@@ -68,7 +68,7 @@ def _summary_text(name: str, s: GallerySummary) -> str:
         ("Failures", failures),
         ("Format", f"version {s.version}"),
     ]
-    return "\n".join([name, *(f"  {label:<12}{text}" for label, text in rows)])
+    return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
 
 
 @gallery.command(
@@ -102,12 +102,13 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
             entries = opened.entries(subject=subject)
             rows, lines = ((entry.as_dict() for entry in entries), map(_entry_line, entries))
         for line in _json_lines(rows) if as_json else lines:
-            click.echo(line)
+            show_line(line)
 
 
 def _entry_line(entry: Entry) -> str:
     return (
-        f"{entry.id:>6}  {entry.label!s:<16}  {entry.dpi:>5g}  {entry.minutiae:>3}  {entry.source}"
+        f"{entry.id:>6}  {printable(entry.label):<16}  {entry.dpi:>5g}  {entry.minutiae:>3}  "
+        f"{printable(entry.source)}"
     )
 
 
@@ -118,7 +119,7 @@ def _json_lines(rows: Iterable[dict[str, Any]]) -> Iterator[str]:
     for row in rows:
         if before is not None:
             yield f"  {before},"
-        before = json.dumps(row, ensure_ascii=False)
+        before = json_text(row, indent=None)
     if before is not None:
         yield f"  {before}"
     yield "]"
@@ -155,15 +156,15 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
         checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
     doubtful = [check for check in checks if not check.consistent]
     if as_json:
-        click.echo(json_text([check.as_dict() for check in checks]))
+        show(json_text([check.as_dict() for check in checks]))
     else:
         for one in doubtful:
             sizes = ", ".join(str(len(group)) for group in one.groups)
-            click.echo(f"{one.name}: groups of {sizes} impressions do not match each other")
+            show_line(f"{one.name}: groups of {sizes} impressions do not match each other")
             for pair in one.disagreements:
-                click.echo(f"  {pair}")
+                show_line(f"  {pair}")
         several = count(len(checks), "finger")
-        click.echo(f"{several} with several impressions checked, {len(doubtful)} doubtful")
+        show(f"{several} with several impressions checked, {len(doubtful)} doubtful")
     return 1 if doubtful else 0
 
 
@@ -195,7 +196,7 @@ def remove(gallery: str, numbers: tuple[int, ...], subject: str | None, failures
         left, name = len(opened), opened.name
     done = [f"removed {count(removed, 'impression')}"] if chosen else []
     done += [f"cleared {count(cleared, 'failure')}"] if failures else []
-    click.echo(f"{', '.join(done)}; {count(left, 'impression')} left: {name}")
+    show_line(f"{', '.join(done)}; {count(left, 'impression')} left: {name}")
 
 
 @gallery.command(
@@ -240,7 +241,7 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
     for note, paths in lost.items():
         if file_format not in OWN_FORMATS:
             say_note(f"{first_of(paths)}: {note}")
-    click.echo(f"{count(written, 'template')}: {output}")
+    show_line(f"{count(written, 'template')}: {output}")
 
 
 @gallery.command(
@@ -263,9 +264,9 @@ def audit(log: Path, verify: bool) -> None:
 
     if verify:
         state = check_audit_log(log)
-        click.echo(f"{count(state.events, 'event')}, last hash {state.last}")
+        show(f"{count(state.events, 'event')}, last hash {state.last}")
         return
     for event in read_audit_log(log):
         time, client, action = (event.pop(key, "-") for key in ("time", "client", "action"))
         event.pop("previous")
-        click.echo(f"{time}  {client}  {action}  {json.dumps(event)}")
+        show_line(f"{time}  {client}  {action}  {json_text(event, indent=None)}")

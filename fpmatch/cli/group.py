@@ -12,6 +12,7 @@ import click
 from fpmatch._version import __version__
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
 from fpmatch.errors import FpmatchError, did_you_mean
+from fpmatch.printable import printable
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
 # runs: `fpmatch --help` imports none of them.
@@ -44,8 +45,15 @@ class _OneLineError(click.ClickException):
 
     def show(self, file: IO[Any] | None = None) -> None:
         """Print the line."""
-        line = " ".join(self.format_message().split())
-        click.echo(f"fpmatch: error: {line}", file=file, err=True)
+        from fpmatch.cli.notes import say
+
+        say(f"error: {self.format_message()}")
+
+
+def _made_printable(error: click.ClickException) -> click.ClickException:
+    """Return an error about a command line, which repeats parts of it, as it may be shown."""
+    error.message = printable(error.message)
+    return error
 
 
 class LazyGroup(click.Group):
@@ -88,6 +96,8 @@ class _Fpmatch(LazyGroup):
         """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
         try:
             return super().make_context(*args, **options)
+        except click.ClickException as error:
+            raise _made_printable(error) from None
         except KeyboardInterrupt:
             raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
 
@@ -102,6 +112,8 @@ class _Fpmatch(LazyGroup):
     def _invoke(self, ctx: click.Context) -> None:
         try:
             ctx.exit(super().invoke(ctx) or 0)
+        except click.ClickException as error:
+            raise _made_printable(error) from None
         except FpmatchError as error:
             raise _OneLineError(str(error)) from error
         except BrokenPipeError:
@@ -115,9 +127,10 @@ class _Fpmatch(LazyGroup):
 
 def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
     if requested and not ctx.resilient_parsing:
+        from fpmatch.cli.notes import show_line
         from fpmatch.kernels import kernels_text
 
-        click.echo(f"fpmatch {__version__} ({kernels_text()})")
+        show_line(f"fpmatch {__version__} ({kernels_text()})")
         ctx.exit()
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_text, say_errors, say_notes, say_slow_kernels
+from fpmatch.cli.notes import say_errors, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FROM_1,
     file_option,
@@ -22,6 +22,7 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
+from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -217,7 +218,7 @@ def identify(
             entries = [opened.entry(candidate.number) for candidate in result.candidates]
             done.append(_Found(file.path, result, entries, seconds))
             if not as_json:
-                click.echo(_as_text(done[-1]))
+                show(_as_text(done[-1]))
         name = opened.name
     say_notes(group_by_note(noted))
     say_errors(failures)
@@ -232,7 +233,7 @@ def identify(
             "probes": [found.as_dict() for found in done],
             "failures": list(map(str, failures)),
         }
-        click.echo(json_text(document))
+        show(json_text(document))
     return 2 if not done else 1 if failures else 0
 
 
@@ -242,7 +243,7 @@ def _as_text(found: _Found) -> str:
     result = found.result
     of_all = f" of {result.enrolled}" if result.preselected else ""
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
-    head = f"{found.probe}: {compared} in {found.seconds:.2f} s"
+    head = f"{printable(found.probe)}: {compared} in {found.seconds:.2f} s"
     if not result.candidates:
         return f"{head}, no candidate"
     lines = [head, _COLUMNS]
@@ -253,7 +254,8 @@ def _as_text(found: _Found) -> str:
         rate = f"{odds(candidate.fmr)}{' *' if beyond else ''}"
         lines.append(
             f"  {candidate.rank:>4}  {candidate.score:>5.1f}  {rate:<18}  "
-            f"{candidate.expected_false:>9.2g}  {entry.label!s:<12}  {entry.id:>6}  {entry.source}"
+            f"{candidate.expected_false:>9.2g}  {printable(entry.label):<12}  {entry.id:>6}  "
+            f"{printable(entry.source)}"
         )
         lines += [f"        {line}" for line in _transform_lines(candidate)]
     if extrapolated:

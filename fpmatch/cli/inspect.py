@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.notes import json_text, say_errors
+from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import files_argument, json_array_option, raw_option
 from fpmatch.errors import FpmatchError
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -63,16 +64,11 @@ def inspect(
             inspection = inspect_file(file, image_reader=image_reader, dpi=dpi)
         except FpmatchError as error:
             failures += 1
-            say_errors([_one_line(error)])
+            say_errors([error])
             continue
         found.append(inspection)
         if not as_json:
-            click.echo(_one_line(inspection.as_text()))
+            show_line(inspection.as_text())
     if as_json:
-        click.echo(json_text([inspection.as_dict() for inspection in found]))
+        show(json_text([inspection.as_dict() for inspection in found]))
     return 0 if not failures else 1 if found else 2
-
-
-def _one_line(text: object) -> str:
-    """Return text on one line, even if the name of a file has several."""
-    return " ".join(str(text).split())

@@ -1,12 +1,13 @@
-"""Notes and failures on stderr, and parts of what commands print."""
+"""What commands print: results on stdout, notes and failures on stderr, all of it printable."""
 
 from __future__ import annotations
 
-import json
+import sys
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.printable import as_encodable, printable, printable_lines
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -29,9 +30,24 @@ def first_of(things: Sequence[object]) -> str:
     return f"{things[0]} and {count(others, 'other')}" if others else str(things[0])
 
 
+def show(text: str) -> None:
+    """Print lines on stdout: the one place where results are printed."""
+    click.echo(as_encodable(printable_lines(text)))
+
+
+def show_line(text: object) -> None:
+    """Print one line on stdout, whatever is in the names that it contains."""
+    show(printable(text))
+
+
+def say(text: object) -> None:
+    """Print one line on stderr: the one place where messages are printed."""
+    click.echo(as_encodable(f"fpmatch: {printable(text)}", sys.stderr), err=True)
+
+
 def say_note(text: str) -> None:
     """Print one note on stderr."""
-    click.echo(f"fpmatch: note: {text}", err=True)
+    say(f"note: {text}")
 
 
 def say_slow_kernels() -> None:
@@ -77,15 +93,15 @@ def say_dpi_assumed(prints: Sequence[object], remedy: str) -> None:
 def say_errors(errors: Iterable[object]) -> None:
     """Print each error on stderr."""
     for error in errors:
-        click.echo(f"fpmatch: error: {error}", err=True)
+        say(f"error: {error}")
 
 
 def say_failures(failures: Sequence[str], shown_by: str = "") -> None:
     """Print the first failures of a batch on stderr, and how many more there are."""
     for failure in failures[:MOST_SHOWN]:
-        click.echo(f"fpmatch: failed: {failure}", err=True)
+        say(f"failed: {failure}")
     if len(failures) > MOST_SHOWN:
-        click.echo(f"fpmatch: failed: {len(failures) - MOST_SHOWN} more{shown_by}", err=True)
+        say(f"failed: {len(failures) - MOST_SHOWN} more{shown_by}")
 
 
 def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
@@ -97,8 +113,3 @@ def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]
     [{'note': 'ridges white on black', 'prints': ['a.tif']}]
     """
     return [{"note": note, "prints": list(map(str, prints))} for note, prints in noted.items()]
-
-
-def json_text(document: object) -> str:
-    """Return the text of a JSON object or array."""
-    return json.dumps(document, indent=2, allow_nan=False)

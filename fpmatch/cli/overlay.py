@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.cli.notes import say_notes_on
+from fpmatch.cli.notes import say_notes_on, show_line
 from fpmatch.cli.options import output_option
 from fpmatch.cli.pair import compare_files, pair_options, save_view, view_options
 
@@ -58,4 +58,4 @@ def overlay(
     say_notes_on((pair.probe, pair.reference))
     save_view(output, pair, next(iter(given), None), warp=warp)
     verification = pair.verification
-    click.echo(f"{verdict(verification.match)}, score {verification.score:.1f}: {output}")
+    show_line(f"{verdict(verification.match)}, score {verification.score:.1f}: {output}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_note
+from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import FROM_0, FROM_1, Name, file_option
 from fpmatch.cli.progress import ProgressBars
 
@@ -135,7 +135,7 @@ def points_bench(
     where = conditions(models or _MODELS, QUICK_LARGEST_M if quick else None)
     bars, done, shown = ProgressBars({"match": "matching"}), 0, ""
 
-    def show(cell: str) -> None:
+    def show_cell(cell: str) -> None:
         nonlocal shown
         shown = cell.ljust(_LABEL_WIDTH)
         bars.show("match", done, len(where) * len(chosen), shown)
@@ -145,11 +145,11 @@ def points_bench(
         if json_file is not None:
             write_results(json_file, results)
         done += 1
-        show(shown)
+        show_cell(shown)
 
     with bars:
-        run_bench(results, where, chosen, plan, workers=workers, started=show, finished=keep)
-    click.echo(format_bench_markdown(results) if markdown else format_bench(results))
+        run_bench(results, where, chosen, plan, workers=workers, started=show_cell, finished=keep)
+    show(format_bench_markdown(results) if markdown else format_bench(results))
     if plot is not None:
         save_bench_plot(plot, results)
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from fpmatch.cli.notes import json_text
+from fpmatch.cli.notes import show, show_line
 from fpmatch.cli.options import FILE, FROM_0, output_option
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -104,11 +105,11 @@ def points_draw(
     files = write_point_figures(figures, output)
     numbers = numbers_drawn(pair, rings)
     if as_json:
-        click.echo(json_text({"files": list(map(str, files)), **numbers}))
+        show(json_text({"files": list(map(str, files)), **numbers}))
         return
     for file, figure in zip(files, figures, strict=True):
-        click.echo(f"{file}: {figure.title}")
-    click.echo(
+        show_line(f"{file}: {figure.title}")
+    show(
         f"Ring of point {rings.p.centre} of P ({len(rings.p)} points), partner: point "
         f"{rings.q.centre} of Q; {numbers['matched']} of {numbers['points']['p']} points match"
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import click
 import numpy as np
 
-from fpmatch.cli.notes import say_note
+from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
@@ -25,6 +24,7 @@ from fpmatch.pointset.match import (
     TransformModel,
     match_points,
 )
+from fpmatch.printable import json_text, printable
 from fpmatch.report import LABEL_WIDTH
 
 if TYPE_CHECKING:
@@ -202,9 +202,9 @@ def points_match(
         names = ours.name, theirs.name
         save_point_plot(plot, ours.points, theirs.points, match, names=names)
     if as_json:
-        click.echo(_as_json(ours, theirs, match, {"matcher": matcher, **given}, maps))
+        show(_as_json(ours, theirs, match, {"matcher": matcher, **given}, maps))
     else:
-        click.echo(_as_text(ours, theirs, match))
+        show(_as_text(ours, theirs, match))
     return 0 if match.transform is not None else 1
 
 
@@ -213,7 +213,7 @@ def _read(path: Path) -> _NamedPoints:
     from fpmatch.pointset.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
-        name, points = " ".join(click.format_filename(path).split()), load_points(path)
+        name, points = printable(path), load_points(path)
     elif sys.stdin is not None:
         name, points = STDIN_NAME, decode_points(sys.stdin.buffer.read(MAX_BYTES + 1), STDIN_NAME)
     else:
@@ -268,7 +268,7 @@ def _as_json(
         "p": str(p.path),
         "q": str(q.path),
     }
-    members = (f'  "{key}": {json.dumps(v, allow_nan=False)}' for key, v in document.items())
+    members = (f'  "{key}": {json_text(v, indent=None)}' for key, v in document.items())
     return "{\n" + ",\n".join(members) + "\n}"
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import (
-    json_text,
     notes_as_json,
     say_dpi_assumed,
     say_failures,
     say_note,
     say_notes,
     say_slow_kernels,
+    show,
 )
 from fpmatch.cli.options import (
     by_folder_option,
@@ -28,6 +28,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -186,7 +187,7 @@ def score(
     say_dpi_assumed(done.dpi_assumed, "--dpi")
     say_notes(done.noted)
     say_failures([f"{one.side}: {one.name}: {one.reason}" for one in done.failures])
-    click.echo(json_text(_as_dict(done)) if as_json else _as_text(done))
+    show(json_text(_as_dict(done)) if as_json else _as_text(done))
     return 1 if done.failures else 0
 
 
@@ -196,10 +197,13 @@ def _as_text(done: ScoreSummary) -> str:
     pairs += [f"{done.resumed} of them before"] if done.resumed else []
     pairs += [f"{done.failed_pairs} without a score"] if done.failed_pairs else []
     rate = f" ({done.rate:.0f} a second)" if done.rate else ""
-    return (
-        f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}\n"
-        f"{done.output}: {count(done.rows, 'row')}"
-    ) + (f"\n{done.fingers}: {count(done.finger_rows or 0, 'row')}" if done.fingers else "")
+    lines = [
+        f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}",
+        f"{printable(done.output)}: {count(done.rows, 'row')}",
+    ]
+    if done.fingers:
+        lines.append(f"{printable(done.fingers)}: {count(done.finger_rows or 0, 'row')}")
+    return "\n".join(lines)
 
 
 def _as_dict(done: ScoreSummary) -> dict[str, Any]:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_text, say_note
+from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import file_option
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -105,7 +106,7 @@ def evaluate_given_scores(
     document["notes"] = [
         {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
     ]
-    click.echo(json_text(document) if as_json else text_of(analyses, comparisons))
+    show(json_text(document) if as_json else text_of(analyses, comparisons))
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
-from fpmatch.cli.notes import say_slow_kernels
+from fpmatch.cli.notes import say_slow_kernels, show_line
 from fpmatch.cli.options import file_option, old_names, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
@@ -141,7 +141,7 @@ def serve(
     server = bind_server(host, port, settings, token=token, allowed_hosts=allowed_hosts)
 
     def say_ready() -> None:
-        click.echo(f"fpmatch serves {server.address}")
+        show_line(f"fpmatch serves {server.address}")
         click.echo("Ctrl-C stops it", err=True)
 
     say_slow_kernels()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.notes import say_notes_on
+from fpmatch.cli.notes import say_notes_on, show_line
 from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
 from fpmatch.text_table import count
 
@@ -50,4 +50,4 @@ def stages(
     say_notes_on([given])
     write_stages(recorder.stages, output)
     minutiae = count(len(given.template.minutiae), "minutia", "minutiae")
-    click.echo(f"{len(recorder.stages)} stages, {minutiae}: {output}")
+    show_line(f"{len(recorder.stages)} stages, {minutiae}: {output}")

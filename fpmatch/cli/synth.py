@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_text
+from fpmatch.cli.notes import show
 from fpmatch.cli.options import FILE, Name, json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text, printable
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS, Sensor
@@ -124,7 +125,7 @@ def synth(
         "bytes": made.size,
         "seconds": round(seconds, 3),
     }
-    click.echo(json_text(document) if as_json else _in_words(made, seconds))
+    show(json_text(document) if as_json else _in_words(made, seconds))
 
 
 def _sensors(
@@ -146,7 +147,7 @@ def _sensors(
 
 def _in_words(made: DatabaseMade, seconds: float) -> str:
     there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
-    place = f"{made.folder}, {made.size / 1e6:.1f} MB"
+    place = f"{printable(made.folder)}, {made.size / 1e6:.1f} MB"
     if not made.made:
         return f"nothing to do: {there}, all there in {place}"
     pictures = made.made * made.impressions

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_text, say_notes_on
+from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
     compare_files,
@@ -16,6 +16,7 @@ from fpmatch.cli.pair import (
     save_view,
     view_options,
 )
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -120,9 +121,9 @@ def verify(
     if as_json:
         found = pair.verification.ridge_map if ridge_map else None
         cells = {"ridge_map": None if found is None else found.as_dict()} if ridge_map else {}
-        click.echo(json_text(pair.as_dict() | cells))
+        show(json_text(pair.as_dict() | cells))
     else:
-        click.echo(as_text(pair.verification, pair.scale, pair.quality))
+        show(as_text(pair.verification, pair.scale, pair.quality))
     return 0 if match else 1
 
 
@@ -184,9 +185,9 @@ def _verify_claim(
     verification, quality = checked.result.verification, {"probe": probe.quality}
     if as_json:
         report = as_dict(verification, probe.name, checked.best.source, quality=quality)
-        click.echo(json_text({**report, "gallery": name, **checked.as_dict()}))
+        show(json_text({**report, "gallery": name, **checked.as_dict()}))
     else:
         verdict, *rows = as_text(verification, quality=quality).splitlines()
         lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
-        click.echo("\n".join(lines))
+        show("\n".join(lines))
     return 0 if verification.match else 1

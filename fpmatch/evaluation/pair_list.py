@@ -27,6 +27,7 @@ from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.gallery.csv_rows import csv_rows, row_error
 from fpmatch.gallery.kinds import kind_of
+from fpmatch.printable import csv_cell, printable
 
 if TYPE_CHECKING:
     import os
@@ -120,7 +121,9 @@ class PrintNames:
     """
 
     def __init__(self, names: Sequence[str], root: Path | None = None) -> None:
+        names = [printable(name) for name in names]
         self._numbers = {name: n for n, name in enumerate(names)}
+        self._numbers |= {csv_cell(name): n for n, name in enumerate(names)}
         stems = Counter(Path(name).stem for name in names)
         for n, name in enumerate(names):
             stem = Path(name).stem
@@ -128,7 +131,7 @@ class PrintNames:
                 self._numbers.setdefault(stem, n)
         self._paths: dict[str, list[tuple[tuple[str, ...], int]]] = defaultdict(list)
         if root is not None:
-            above = root.absolute()
+            above = Path(printable(root.absolute()))
             for n, name in enumerate(names):
                 parts = Path(above, name).parts
                 for last in {parts[-1], Path(parts[-1]).stem}:
@@ -136,6 +139,7 @@ class PrintNames:
 
     def find(self, name: str) -> int | None:
         """Return the number of a print; None where no one print is called so."""
+        name = printable(name)
         if name in self._numbers:
             return self._numbers[name]
         parts = PurePosixPath(name.replace("\\", "/")).parts

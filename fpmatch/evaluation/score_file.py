@@ -23,11 +23,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import OutputError
+from fpmatch.errors import OutputError, without_path
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.decision import calibration_of, decide
 from fpmatch.evaluation.score_table import PARQUET, is_parquet
 from fpmatch.output import atomic_write, check_writable
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
@@ -50,12 +51,11 @@ _BLOCK_BYTES: Final = 8 << 20  # of CSV that become one row group of Parquet, at
 
 
 def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
-    """Return rows as lines of a CSV file."""
-    kept, text = list(rows), io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(kept)
-    if "\r" in text.getvalue():  # which the writer leaves without quotes
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC).writerows(kept)
+    """Return rows as lines of a CSV file; texts are as `fpmatch.printable.csv_cell` has them."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(
+        [csv_cell(cell) if isinstance(cell, str) else cell for cell in row] for row in rows
+    )
     return text.getvalue().encode()
 
 
@@ -87,7 +87,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
     calibration = calibration_of(matcher)
     score = calibration.scores(similarity) if calibration else np.full(len(pairs), np.nan)
     failures = [
-        "" if e.template else e.reason.removeprefix(f"{i.path}: ") or NO_TEMPLATE
+        "" if e.template else without_path(e.reason, i.path) or NO_TEMPLATE
         for i, e in zip(impressions, result.extracted.extractions, strict=True)
     ]
     why = np.where(decide(matcher, similarity), "", outcomes["reason"])

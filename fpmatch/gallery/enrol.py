@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
+from fpmatch.errors import without_path
 from fpmatch.gallery.consistency import refuse_disagreeing
-from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry, as_text
+from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
+from fpmatch.printable import as_text
 from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
@@ -152,7 +154,7 @@ class _Run:
 
     def _fail(self, file: PrintFile, why: str) -> None:
         source = as_text(file.path.absolute())
-        self.unsaved.append(Failure(source, why.removeprefix(f"{file.path}: ")))
+        self.unsaved.append(Failure(source, without_path(why, file.path)))
 
     def commit(self, attempts: Sequence[tuple[PrintFile, Attempt[ExtractedPrint]]]) -> None:
         """Add extracted prints, and what has failed since, to the gallery."""

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
+from fpmatch.printable import as_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,7 +82,7 @@ class NamePattern:
 
     def label(self, path: Path) -> Label | None:
         """Return the label in a path, None where the pattern does not match."""
-        text = as_text(path.absolute().with_suffix(""), separator="/")
+        text = as_text(path.absolute().with_suffix("")).replace(os.sep, "/")
         expression = re.compile(self.text)
         start = len(text)
         while start > 0:
@@ -90,12 +91,6 @@ class NamePattern:
             if match is not None and match["subject"]:
                 return Label(**match.groupdict(""))
         return None
-
-
-def as_text(path: Path, separator: str = os.sep) -> str:
-    """Return a path as text that any database accepts, whatever bytes are in its names."""
-    name = os.fsencode(path).decode("utf-8", "backslashreplace")
-    return name.replace(os.sep, separator)
 
 
 @dataclass(frozen=True, slots=True)

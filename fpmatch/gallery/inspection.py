@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.errors import FpmatchError, ImageError
+from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
 from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.record import FINGERS, IMPRESSIONS
@@ -89,7 +89,7 @@ def inspect_file(
         try:
             picture = _image(image_reader(Path(path)), dpi)
         except FpmatchError as error:
-            notes += (f"its image cannot be read: {str(error).removeprefix(f'{path}: ')}",)
+            notes += (f"its image cannot be read: {without_path(str(error), path)}",)
     return Inspection(
         str(path),
         record.format,
@@ -109,7 +109,7 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
         quality = assess(image, dpi).quality
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
-        notes += (f"no print: {str(error).removeprefix(f'{image.source}: ')}",)
+        notes += (f"no print: {without_path(str(error), image.source)}",)
     return InspectedImage(width, height, dpi or image.dpi, notes, quality)
 
 

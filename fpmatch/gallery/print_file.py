@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
 
+from fpmatch.printable import printable
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
@@ -20,7 +22,8 @@ class PrintFile:
 
     `label` is that of a manifest, a pattern or the folders; None where only the file's name may
     contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
-    it. `place` is the folder above its own, or the manifest, from which it was taken.
+    it, made printable. `place` is the folder above its own, or the manifest, from which it was
+    taken.
     """
 
     path: Path
@@ -30,8 +33,7 @@ class PrintFile:
     place: Path | None = None
 
     def __post_init__(self) -> None:
-        if not self.name:
-            object.__setattr__(self, "name", self.path.name)
+        object.__setattr__(self, "name", printable(self.name or self.path.name))
 
 
 def resolution_notes(dpi: Sequence[float | None]) -> list[tuple[str, ...]]:

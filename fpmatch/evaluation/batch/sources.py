@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from fpmatch.engine.workers import attempt_each
-from fpmatch.errors import FpmatchError, ScoringError
+from fpmatch.errors import FpmatchError, ScoringError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.entry import entry_names
@@ -156,7 +156,7 @@ class FolderSource:
         with closing(attempt_each(engine, _extract, opened)) as attempts:
             for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
                 if attempt.result is None:
-                    yield StoredTemplate(None, attempt.reason.removeprefix(f"{file.path}: "))
+                    yield StoredTemplate(None, without_path(attempt.reason, file.path))
                 else:
                     notes = (*attempt.result.notes, *self._on_dpi[number])
                     yield replace(attempt.result, notes=notes)

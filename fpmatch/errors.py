@@ -119,5 +119,9 @@ class GalleryError(FpmatchError):
     """A gallery could not be opened, read or written, or something could not be found in it."""
 
 
+class EncryptionError(FpmatchError):
+    """A key is missing or malformed, or encrypted data are damaged or not where they belong."""
+
+
 class ScoringError(FpmatchError):
     """Pairs could not be scored: a malformed list, or an unfinished run of something else."""

@@ -32,6 +32,7 @@ EXTRAS: Final = {
     "client": ("httpx",),
     "postgres": ("psycopg",),
     "parquet": ("pyarrow",),
+    "encryption": ("cryptography", "keyring"),
     "dask": ("distributed",),
 }
 _OTHER_NAMES: Final = {

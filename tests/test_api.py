@@ -40,6 +40,7 @@ MAY_IMPORT = {
     "installation": {"engine", "formats", "kernels", "matching", "plugins"},
     "pointset": {"npy"},
     "binary_records": set(),
+    "encryption": {"output"},
     "image": {"binary_records"},
     "matching": {"plugins", "pointset"},
     "formats": {"binary_records", "npy", "plugins"},
@@ -61,7 +62,10 @@ MAY_IMPORT = {
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
-NO_MINUTIAE = {"_version", "errors", "printable", "output", "binary_records", "npy", "pointset"}
+NO_MINUTIAE = {
+    *("_version", "errors", "printable", "output", "binary_records", "npy", "pointset"),
+    "encryption",
+}
 WRITES_FILES = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
 

@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "text_table": set(),
     "printable": set(),
     "npy": set(),
+    "array_file": {"output"},
     "plugins": set(),
     "kernels": set(),
     "installation": {"engine", "formats", "kernels", "matching", "plugins"},
@@ -42,7 +43,7 @@ MAY_IMPORT = {
     "binary_records": set(),
     "encryption": {"output"},
     "image": {"binary_records"},
-    "matching": {"plugins", "pointset"},
+    "matching": {"array_file", "plugins", "pointset"},
     "formats": {"binary_records", "npy", "plugins"},
     "drawing": {"matching"},
     "engine": set(),
@@ -64,7 +65,7 @@ MAY_IMPORT = {
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
 NO_MINUTIAE = {
     *("_version", "errors", "printable", "output", "binary_records", "npy", "pointset"),
-    "encryption",
+    *("array_file", "encryption"),
 }
 WRITES_FILES = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 

@@ -26,14 +26,14 @@ CORE: Final = (
 EXTRAS: Final = {
     "plot": ("matplotlib",),
     "web": (
-        *("fastapi", "filelock", "prometheus-client", "python-json-logger"),
-        *("python-multipart", "uvicorn"),
+        *("fastapi", "filelock", "h11", "prometheus-client", "python-json-logger"),
+        *("python-multipart", "starlette", "uvicorn"),
     ),
-    "client": ("httpx",),
+    "client": ("h11", "httpx"),
     "postgres": ("psycopg",),
     "parquet": ("pyarrow",),
     "encryption": ("cryptography", "keyring"),
-    "dask": ("distributed",),
+    "dask": ("distributed", "tornado"),
 }
 _OTHER_NAMES: Final = {
     "opencv-python-headless": ("opencv-python", "opencv-contrib-python-headless", "opencv")

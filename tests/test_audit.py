@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 pytest.importorskip("filelock", reason="the extra `web` is not installed")
 
-from fpmatch.audit import START, AuditError, AuditLog, check_audit_log, read_audit_log
+from fpmatch.audit.chain import INCOMPLETE, START, AuditError
+from fpmatch.audit.client import OPERATOR, act_as, current_client
+from fpmatch.audit.log import AuditLog, check_audit_log, read_audit_log
 
 
 @pytest.fixture
@@ -114,3 +116,119 @@ def test_values_that_are_no_json_are_refused_and_nothing_is_written(log: AuditLo
         log.append("ada", "verify", {"score": float("nan")})
     assert log.path.read_bytes() == before
     assert json.loads(before.splitlines()[-1])["action"] == "identify"
+
+
+def cut(log: AuditLog, left: int) -> bytes:
+    """Leave so many bytes of the last line, as a program that was killed does."""
+    whole = log.path.read_bytes()
+    last = whole.rstrip(b"\n").rfind(b"\n") + 1
+    log.path.write_bytes(whole[: last + left])
+    return log.path.read_bytes()
+
+
+@pytest.mark.parametrize("left", [1, 7, 40])
+def test_after_half_a_line_the_next_event_states_it(log: AuditLog, left: int) -> None:
+    torn = cut(log, left)
+    with pytest.raises(AuditError, match="line 5 is damaged"):
+        check_audit_log(log.path)
+    AuditLog(log.path).append("bob", "remove", {})
+    assert log.path.read_bytes().startswith(torn + b"\n")
+    state = check_audit_log(log.path)
+    assert (state.events, state.incomplete) == (7, [5])
+    note, last = list(read_audit_log(log.path))[-2:]
+    assert (note["action"], note["bytes"], last["client"]) == (INCOMPLETE, left, "bob")
+
+
+def test_a_line_that_lacks_its_end_only_is_kept(log: AuditLog) -> None:
+    log.path.write_bytes(log.path.read_bytes()[:-1])
+    log.append("bob", "remove", {})
+    assert check_audit_log(log.path).events == 6
+    assert [event["client"] for event in read_audit_log(log.path)] == [*["ada"] * 5, "bob"]
+
+
+@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.integers(1, 400), min_size=1, max_size=4), st.booleans())
+def test_a_log_goes_on_whatever_was_left_of_it(
+    tmp_path: Path, kept: list[int], zeros: bool
+) -> None:
+    log = AuditLog(tmp_path / "audit.jsonl")
+    log.path.write_bytes(b"")
+    log.append("ada", "verify", {})
+    for left in kept:
+        start = log.path.stat().st_size
+        log.append("ada", "verify", {"entries": [1]})
+        whole = log.path.read_bytes()
+        tail = bytes(left) if zeros else whole[start : start + left].rstrip(b"\n")
+        log.path.write_bytes(whole[:start] + tail)
+    log.append("ada", "verify", {})
+    check_audit_log(log.path)
+
+
+def test_lines_of_an_incomplete_one_cannot_be_changed(log: AuditLog) -> None:
+    cut(log, 20)
+    log.append("bob", "remove", {})
+    lines = log.path.read_bytes().splitlines(keepends=True)
+    for k, changed in ((4, b"{\n"), (3, b""), (4, b""), (4, lines[4] + lines[4])):
+        log.path.write_bytes(b"".join([*lines[:k], changed, *lines[k + 1 :]]))
+        with pytest.raises(AuditError):
+            check_audit_log(log.path)
+
+
+def test_an_earlier_state_is_a_part_of_this_one(log: AuditLog) -> None:
+    before = check_audit_log(log.path)
+    expect = (before.events, before.last)
+    log.append("bob", "remove", {})
+    assert check_audit_log(log.path, expect=expect).events == 6
+    assert check_audit_log(log.path, expect=(0, START)).events == 6
+    lines = log.path.read_bytes().splitlines(keepends=True)
+    log.path.write_bytes(b"".join(lines[:4]))
+    with pytest.raises(AuditError, match="4 lines, not the 5 expected") as caught:
+        check_audit_log(log.path, expect=expect)
+    assert caught.value.code == "shortened"
+    log.append("bob", "other", {})
+    with pytest.raises(AuditError, match="line 5 is not the one expected") as caught:
+        check_audit_log(log.path, expect=expect)
+    assert caught.value.code == "changed"
+
+
+def test_a_long_line_is_followed(tmp_path: Path) -> None:
+    log = AuditLog(tmp_path / "audit.jsonl")
+    for _ in range(3):
+        log.append("ada", "remove", {"entries": list(range(200_000))})
+    assert log.path.stat().st_size > 3_000_000
+    assert check_audit_log(log.path).events == 3
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device on this system")
+def test_a_full_disk_is_an_error_of_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "audit.jsonl"
+    path.symlink_to("/dev/full")
+    log = AuditLog(path)
+    with pytest.raises(AuditError, match="cannot be written: no space left"):
+        log.append("ada", "verify", {})
+
+
+def test_a_failed_append_leaves_nothing(log: AuditLog, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = log.path.read_bytes()
+
+    def fail(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("os.fsync", fail)
+        with pytest.raises(AuditError, match="no space left"):
+            log.append("bob", "remove", {})
+    assert log.path.read_bytes() == before
+    log.append("bob", "remove", {})
+    assert check_audit_log(log.path).events == 6
+
+
+def test_who_requests_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(OPERATOR, raising=False)
+    user = current_client()
+    assert "@" in user
+    monkeypatch.setenv("LOGNAME", "nobody-else")
+    assert current_client() == user
+    monkeypatch.setenv(OPERATOR, "ada")
+    assert current_client() == f"ada ({user})"
+    assert act_as("bob", current_client) == "bob"

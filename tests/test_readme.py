@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.audit import AuditLog
+from fpmatch.audit.log import AuditLog
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching._local_kernel import COMPILED
 from research import outputs

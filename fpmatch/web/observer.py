@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
 
-from fpmatch.audit import AuditLog
+from fpmatch.audit.log import AuditLog
 from fpmatch.web.guard import CLIENT
 
 if TYPE_CHECKING:

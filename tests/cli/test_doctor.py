@@ -78,7 +78,7 @@ def test_a_missing_package_is_named(run, monkeypatch):
     assert result.exit_code == 1
     assert result.stderr == "fpmatch: error: scipy is not installed\n"
     assert "scipy missing" in result.stdout
-    assert "extra client    httpx missing" in result.stdout
+    assert "extra client    h11 9, httpx missing" in result.stdout
 
 
 def test_opencv_has_several_names(monkeypatch):

@@ -16,7 +16,7 @@ pytest.importorskip("httpx", reason="httpx is not installed")
 
 import httpx
 
-from fpmatch.audit import read_audit_log
+from fpmatch.audit.log import read_audit_log
 from fpmatch.client import ServerClient, ServerError
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.gallery import open_gallery

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 from importlib.metadata import PackageNotFoundError
 
 import pytest
@@ -60,7 +61,12 @@ def test_everything_that_is_installed_is_listed(run):
 def test_kernels_that_are_not_compiled_are_named(monkeypatch, states, text):
     found = dict(zip("ab", states, strict=True))
     monkeypatch.setattr(installation, "compiled_kernels", lambda: found)
-    assert f"kernels         {text}" in installation.inspect_installation().as_text()
+    assert f"\nkernels {text}" in one_space(installation.inspect_installation().as_text())
+
+
+def one_space(text):
+    """Return a table without the widths of its columns."""
+    return re.sub(" +", " ", text)
 
 
 def np_version():
@@ -78,7 +84,7 @@ def test_a_missing_package_is_named(run, monkeypatch):
     assert result.exit_code == 1
     assert result.stderr == "fpmatch: error: scipy is not installed\n"
     assert "scipy missing" in result.stdout
-    assert "extra client    h11 9, httpx missing" in result.stdout
+    assert "extra client h11 9, httpx missing" in one_space(result.stdout)
 
 
 def test_opencv_has_several_names(monkeypatch):

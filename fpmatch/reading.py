@@ -86,7 +86,8 @@ def decode_print(
             return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
 
-    return decode_record(data, name)
+    # a sealed template is not opened: whoever sent it would see what it contains
+    return decode_record(data, name, options=ReadingOptions(unseal=False))
 
 
 @dataclass(frozen=True, eq=False)

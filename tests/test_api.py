@@ -44,7 +44,7 @@ MAY_IMPORT = {
     "encryption": {"output"},
     "image": {"binary_records"},
     "matching": {"array_file", "plugins", "pointset"},
-    "formats": {"binary_records", "npy", "plugins"},
+    "formats": {"binary_records", "encryption", "npy", "plugins"},
     "drawing": {"matching"},
     "engine": set(),
     "synthesis": {"pointset", "engine"},

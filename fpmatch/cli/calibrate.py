@@ -10,6 +10,7 @@ from fpmatch.cli.notes import say_slow_kernels, show
 from fpmatch.cli.options import (
     by_folder_option,
     json_option,
+    key_option,
     matcher_option,
     output_option,
     pattern_option,
@@ -48,6 +49,7 @@ Examples:
 @matcher_option
 @json_option
 @workers_option
+@key_option
 def calibrate(
     sources: tuple[str, ...],
     output: Path,

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.notes import say_notes, show_line
-from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size
+from fpmatch.cli.options import (
+    FILE,
+    FormatChoice,
+    angles_option,
+    image_size,
+    key_option,
+)
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 from fpmatch.text_table import count
@@ -25,6 +31,7 @@ if TYPE_CHECKING:
     epilog="""\b
 Formats, with their suffixes:
   json .json       fpmatch's own, complete and exact
+  sealed .sealed   the same encrypted, with --key
   csv .csv         fpmatch's own, to be read by people and spreadsheets
   minutiae-csv     x, y, theta, type, quality and no comments, for other programs
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
@@ -77,6 +84,7 @@ Examples:
     help="Size of IN in pixels, where the file does not contain it.",
 )
 @angles_option
+@key_option
 def convert(
     source: Path,
     target: Path,

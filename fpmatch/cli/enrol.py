@@ -21,6 +21,7 @@ from fpmatch.cli.options import (
     by_folder_option,
     files_argument,
     json_option,
+    key_option,
     polarity_option,
     raw_option,
     workers_option,
@@ -100,6 +101,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @raw_option
 @workers_option
 @json_option
+@key_option
 def enrol(
     gallery: str,
     places: tuple[Path, ...],

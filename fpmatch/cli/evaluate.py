@@ -21,6 +21,7 @@ from fpmatch.cli.options import (
     by_folder_option,
     enhance_option,
     file_option,
+    key_option,
     old_names,
     pattern_option,
     places_argument,
@@ -137,6 +138,7 @@ _WORKERS_NEED = (
 @scores_in_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @workers_option
+@key_option
 def evaluate(
     places: tuple[str, ...],
     pattern: str | None,

@@ -14,6 +14,7 @@ from fpmatch.cli.options import (
     enhance_option,
     files_argument,
     json_option,
+    key_option,
     output_option,
     polarity_option,
     raw_option,
@@ -88,6 +89,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @raw_option
 @angles_option
 @json_option
+@key_option
 def extract(
     images: tuple[Path, ...],
     output: Path,
@@ -104,6 +106,7 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
+    from fpmatch.formats.sealed import require_key
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
     from fpmatch.minutiae import check_dpi
     from fpmatch.output import make_folder
@@ -112,6 +115,7 @@ def extract(
     if dpi is not None:
         check_dpi(dpi)
     _refuse_shared_names(images)
+    require_key(file_format)
     make_folder(output)
     reader = PrintReader(raw, quiet=True, angles=angles)
     polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)

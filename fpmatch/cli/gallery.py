@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import first_of, say_note, show, show_line
-from fpmatch.cli.options import FILE, json_array_option, json_option, output_option
+from fpmatch.cli.options import (
+    FILE,
+    json_array_option,
+    json_option,
+    key_option,
+    output_option,
+)
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
@@ -47,6 +53,7 @@ Examples:
 )
 @_ARGUMENT
 @json_option
+@key_option
 def info(gallery: str, as_json: bool) -> None:
     """Show counts and sizes of GALLERY."""
     from fpmatch.gallery.gallery import open_gallery
@@ -138,6 +145,7 @@ finger are not, 2 when the gallery cannot be checked.
 @_ARGUMENT
 @click.option("--subject", metavar="NAME", help="Check the fingers of this subject only.")
 @json_array_option
+@key_option
 def check(gallery: str, subject: str | None, as_json: bool) -> int:
     """Find fingers whose impressions in GALLERY do not match each other.
 
@@ -217,6 +225,7 @@ Examples:
     help="As for `fpmatch extract`: json is complete, csv has the minutiae alone; both, or another "
     "format of `fpmatch convert`.",
 )
+@key_option
 def export(gallery: str, output: Path, subject: str | None, file_format: str) -> None:
     """Write the templates of GALLERY as files.
 
@@ -224,9 +233,11 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
     """
     from fpmatch.cli.extract import OWN_FORMATS
     from fpmatch.formats.registry import codec_of_name
+    from fpmatch.formats.sealed import require_key
     from fpmatch.gallery.export import export_templates
     from fpmatch.gallery.gallery import open_gallery
 
+    require_key(file_format)
     formats = [codec_of_name(name) for name in OWN_FORMATS.get(file_format, (file_format,))]
     lost: dict[str, list[Path]] = {}
     with open_gallery(gallery) as opened, ProgressBars({"export": "writing templates"}) as bars:

@@ -14,6 +14,7 @@ from fpmatch.cli.options import (
     file_option,
     files_argument,
     json_option,
+    key_option,
     matcher_option,
     old_names,
     polarity_option,
@@ -147,6 +148,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 )
 @json_option
 @workers_option
+@key_option
 def identify(
     gallery: str,
     probes: tuple[Path, ...],

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.notes import say_errors, show, show_line
-from fpmatch.cli.options import files_argument, json_array_option, raw_option
+from fpmatch.cli.options import (
+    files_argument,
+    json_array_option,
+    key_option,
+    raw_option,
+)
 from fpmatch.errors import FpmatchError
 from fpmatch.printable import json_text
 
@@ -36,6 +41,7 @@ Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 w
 )
 @raw_option
 @json_array_option
+@key_option
 def inspect(
     files: tuple[Path, ...], dpi: float | None, raw: tuple[RawSize, ...], as_json: bool
 ) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -79,6 +80,31 @@ class FormatChoice(Name):
         return self._with_plugins().convert(value, param, ctx)
 
 
+def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    """Set the source of the keys in the environment, which worker processes inherit."""
+    from fpmatch.encryption.keys import KEY_VARIABLE, split_source
+    from fpmatch.errors import EncryptionError
+
+    if value is None:
+        return
+    try:
+        split_source(value)
+    except EncryptionError as error:
+        raise click.BadParameter(str(error)) from error
+    before = os.environ.get(KEY_VARIABLE)
+    os.environ[KEY_VARIABLE] = value
+    ctx.call_on_close(partial(_restore_key, before))
+
+
+def _restore_key(before: str | None) -> None:
+    from fpmatch.encryption.keys import KEY_VARIABLE
+
+    if before is None:
+        os.environ.pop(KEY_VARIABLE, None)
+    else:
+        os.environ[KEY_VARIABLE] = before
+
+
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
@@ -125,6 +151,14 @@ angles_option: Final = click.option(
     type=angle_convention,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
+)
+key_option: Final = click.option(
+    "--key",
+    metavar="SOURCE",
+    expose_value=False,
+    callback=_use_key,
+    help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
+    "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"

@@ -13,6 +13,7 @@ from fpmatch.cli.options import (
     angles_option,
     enhance_option,
     file_option,
+    key_option,
     matcher_option,
     polarity_option,
     raw_option,
@@ -64,6 +65,7 @@ _OPTIONS: Final = (
     enhance_option,
     raw_option,
     angles_option,
+    key_option,
 )
 
 

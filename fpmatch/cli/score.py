@@ -21,6 +21,7 @@ from fpmatch.cli.options import (
     by_folder_option,
     file_option,
     json_option,
+    key_option,
     matcher_option,
     output_option,
     pattern_option,
@@ -127,6 +128,7 @@ are rows with the reason), 2 when the run could not be done.
     help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
 )
 @json_option
+@key_option
 def score(
     references: str,
     probes: str,

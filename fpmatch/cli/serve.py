@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Final, Literal
 import click
 
 from fpmatch.cli.notes import say_slow_kernels, show_line
-from fpmatch.cli.options import file_option, old_names, workers_option
+from fpmatch.cli.options import (
+    file_option,
+    key_option,
+    old_names,
+    workers_option,
+)
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 
@@ -103,6 +108,7 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     help="Pattern of file names with subject, finger and impression, as for enrol.",
 )
 @workers_option
+@key_option
 def serve(
     gallery: str | None,
     host: str,

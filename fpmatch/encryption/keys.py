@@ -31,6 +31,7 @@ KEY_VARIABLE: Final = "FPMATCH_KEY"
 
 KEY_BYTES: Final = 32
 ID_DIGITS: Final = 16  # of a key id, hexadecimal
+KINDS: Final = ("file", "env", "keyring")
 SOURCES: Final = "file:PATH, env:NAME or keyring:NAME"
 KEYRING_SERVICE: Final = "fpmatch"
 _LARGEST_TEXT: Final = 2**16  # characters: some hundred keys
@@ -67,18 +68,19 @@ class Key:
         """Return the line of a text of keys, which contains the secret."""
         return f"{self.id} {base64.b64encode(self._secret).decode()}"
 
-    def cipher(self, purpose: bytes, salt: bytes, *, keep: bool = True) -> AESGCM:
-        """Return the cipher of a key that is derived from this one for a purpose and a salt.
+    def derive(self, purpose: bytes, salt: bytes) -> bytes:
+        """Return the secret of 32 bytes that is derived from this key for a purpose and a salt."""
+        _, hashes, hkdf = _library()
+        derivation = hkdf.HKDF(hashes.SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
+        derived: bytes = derivation.derive(self._secret)
+        return derived
 
-        It is kept for the next call, unless it is for one file only.
-        """
+    def cipher(self, purpose: bytes, salt: bytes) -> AESGCM:
+        """Return the cipher of the derived key, which is kept for the next call."""
         found = self._ciphers.get((purpose, salt))
         if found is None:
-            aead, hashes, hkdf = _library()
-            derived = hkdf.HKDF(hashes.SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
-            found = aead.AESGCM(derived.derive(self._secret))
-            if keep:
-                self._ciphers[purpose, salt] = found
+            aead, _, _ = _library()
+            found = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
         return found
 
 
@@ -136,6 +138,18 @@ def missing_key(key_id: str, given: tuple[str, ...] = ()) -> EncryptionError:
     return EncryptionError(f"encrypted with key {key_id}; {remedy}{others}", code="missing key")
 
 
+def given_source() -> str:
+    """Return the source that the environment names, "" for none."""
+    return os.environ.get(KEY_VARIABLE, "")
+
+
+def keys_for(key_id: str, source: str | None = None) -> KeyRing:
+    """Return the keys of a source, as `load_keys`; without one, the error names the key's id."""
+    if not (source or given_source()):
+        raise missing_key(key_id)
+    return load_keys(source)
+
+
 def load_keys(source: str | None = None) -> KeyRing:
     """Return the keys of a source.
 
@@ -157,7 +171,7 @@ def load_keys(source: str | None = None) -> KeyRing:
     >>> load_keys("env:MY_KEY").current
     Key('4290bd01905d96eb')
     """
-    chosen = os.environ.get(KEY_VARIABLE, "") if source is None else source
+    chosen = given_source() if source is None else source
     if not chosen:
         why = f"no key was given; --key or {KEY_VARIABLE} names one: {SOURCES}"
         raise EncryptionError(why, code="missing key")
@@ -178,7 +192,7 @@ def load_keys(source: str | None = None) -> KeyRing:
 def split_source(source: str) -> tuple[str, str]:
     """Return kind and name of a source of keys; EncryptionError if it is none."""
     kind, _, name = source.partition(":")
-    if kind not in {"file", "env", "keyring"} or not name:
+    if kind not in KINDS or not name:
         # the text is not repeated: it may be a key
         raise EncryptionError(f"not a source of keys: expected {SOURCES}", code="source")
     return kind, name

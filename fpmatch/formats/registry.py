@@ -17,6 +17,7 @@ from fpmatch.formats import (
     min_format,
     number_table,
     plain_csv,
+    sealed,
     xyt,
 )
 from fpmatch.formats.codec import Codec
@@ -43,6 +44,7 @@ CODECS: Final = (
     min_format.CODEC,
     xyt.M1_CODEC,
     xyt.CODEC,
+    sealed.CODEC,
     number_table.NPY_CODEC,
     plain_csv.CODEC,
     number_table.TEXT_CODEC,

@@ -7,6 +7,7 @@ the family FpmatchError; any other error is a bug. A new reader is a line in
 
 from __future__ import annotations
 
+import os
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,7 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.encryption.keys import KEY_VARIABLE, new_key
 from fpmatch.errors import FpmatchError
+from fpmatch.formats import sealed
 from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content
 from fpmatch.image.io.limits import ImageLimits
@@ -55,6 +58,7 @@ class Target:
 
 def all_targets() -> list[Target]:
     """Return a target for every template format, and one for each kind of picture."""
+    os.environ |= {KEY_VARIABLE: "env:FUZZING_KEY", "FUZZING_KEY": new_key().as_line()}
     targets = [
         Target(codec.name, _template_files(codec), _template_reader(codec)) for codec in CODECS
     ]
@@ -90,7 +94,7 @@ def _check(codec: Codec, data: bytes) -> None:
     if zlib.crc32(data) % WRITTEN_ONE_IN:
         return
     for other in CODECS:
-        if other.encode is None:
+        if other.encode is None or other is sealed.CODEC:  # which never writes the same twice
             continue
         try:
             once = other.encode(record).data

@@ -1,5 +1,7 @@
 """`fpmatch convert`: from any format to any other, and what is lost on the way."""
 
+import base64
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,9 @@ def small():
 
 
 @pytest.mark.parametrize("name", written_formats())
-def test_every_format_is_written_and_read(run, tmp_path, small, name):
+def test_every_format_is_written_and_read(run, tmp_path, small, name, monkeypatch):
+    monkeypatch.setenv("FPMATCH_KEY", "env:CONVERT_KEY")
+    monkeypatch.setenv("CONVERT_KEY", base64.b64encode(bytes(32)).decode())
     save_template(tmp_path / "in.json", small)
     codec = codec_of_name(name)
     out = tmp_path / f"out{codec.suffixes[0]}"

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from made_records import FORMATS, columns, only_view, record_of, sample_record, written
+from made_records import FORMATS, WRITTEN, columns, only_view, record_of, sample_record, written
 
 from fpmatch.errors import OutputError, TemplateError
 from fpmatch.formats.files import (
@@ -26,11 +26,11 @@ from fpmatch.formats.files import (
     save_template,
 )
 from fpmatch.formats.record import ReadingOptions, ReadLimits
-from fpmatch.formats.registry import CODECS, codec_of_content
+from fpmatch.formats.registry import codec_of_content, codec_of_name
 from fpmatch.matching.prepare import prepare
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 
-SUFFIXES = [codec.suffixes[0] for codec in CODECS if codec.encode is not None]
+SUFFIXES = [codec_of_name(name).suffixes[0] for name in WRITTEN]
 LEADER = FORMATS.parent / "minutiae" / "leader" / "fvc2004" / "DB1_B" / "101_1.csv"
 
 

@@ -1,0 +1,92 @@
+"""`fpmatch key`, and the option --key with templates."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from fpmatch import load_template
+
+
+@pytest.fixture(autouse=True)
+def no_key(monkeypatch, tmp_path):
+    monkeypatch.delenv("FPMATCH_KEY", raising=False)
+    monkeypatch.chdir(tmp_path)
+
+
+def test_keys_are_made_added_listed_and_removed(run):
+    made = run("key", "new", "keys.txt")
+    assert made.exit_code == 0
+    assert "keep a copy" in made.stderr
+    assert Path("keys.txt").stat().st_mode & 0o777 == 0o600
+    added = json.loads(run("key", "new", "file:keys.txt", "--add", "--json").stdout)
+    first = made.stdout.split()[-1]
+    assert added == {
+        "source": "file:keys.txt",
+        "current": added["keys"][0],
+        "keys": [added["current"], first],
+    }
+    assert run("key", "list", "keys.txt").stdout == f"{added['current']}  current\n{first}\n"
+    assert first in run("key", "remove", "keys.txt", first).stdout
+    assert json.loads(run("key", "list", "keys.txt", "--json").stdout)["keys"] == added["keys"][:1]
+
+
+def test_no_secret_is_printed(run):
+    out = [run("key", "new", "k"), run("key", "list", "k"), run("key", "list", "k", "--json")]
+    secret = Path("k").read_text().split()[-1]
+    assert not any(secret in one.stdout + one.stderr for one in out)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["new", "k"], "--add puts a new key into it"),
+        (["new", "env:K"], "cannot be changed"),
+        (["new", "none/k"], "cannot be written"),
+        (["list", "none"], "file:none: no such file"),
+        (["list", "file:."], "is a directory"),
+        (["remove", "k", "0" * 16], "no key"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(run, words, reason):
+    run("key", "new", "k")
+    result = run("key", *words)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("fpmatch: error: ")
+    assert result.stderr.count("\n") == 1
+    assert reason in result.stderr
+
+
+def test_templates_are_written_and_read_sealed(run, prints):
+    run("key", "new", "k")
+    made = run("extract", prints / "1_1.png", "-o", "t", "--format", "sealed", "--key", "file:k")
+    assert (made.exit_code, "FPMATCH_KEY" in os.environ) == (0, False)
+    refused = run("convert", "t/1_1.sealed", "plain.json")
+    assert refused.exit_code == 2
+    assert "give it with --key" in refused.stderr
+    assert run("convert", "t/1_1.sealed", "plain.json", "--key", "file:k").exit_code == 0
+    run("extract", prints / "1_1.png", "-o", "t")
+    assert load_template("plain.json") == load_template("t/1_1.json")
+    pair = ("t/1_1.sealed", prints / "1_2.png")
+    verified = run("verify", *pair, "--json", "--key", "file:k")
+    assert (
+        json.loads(verified.stdout)["score"]
+        == (json.loads(run("verify", "t/1_1.json", pair[1], "--json").stdout)["score"])
+    )
+    assert "file:k" not in verified.stdout
+
+
+def test_nothing_is_extracted_where_there_is_no_key(run, prints):
+    result = run("extract", prints / "1_1.png", "-o", "t", "--format", "sealed")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+
+
+def test_what_is_no_source_is_refused_without_repeating_it(run, prints):
+    for text in ("k", "QUJD", "file:", "x:y"):
+        result = run("inspect", prints / "1_1.png", "--key", text)
+        assert result.exit_code == 2
+        assert "expected file:PATH, env:NAME or keyring:NAME" in result.stderr
+        assert "QUJD" not in result.stderr

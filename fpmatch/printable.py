@@ -25,7 +25,8 @@ _UNSAFE_IN_LINES = re.compile(_UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x09\x0
 _NOT_ASCII = re.compile("[^\n -~]")
 _BEGINS_FORMULA = ("=", "+", "-", "@")
 _NAMED = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
-_FIRST_BYTE, _LAST_BYTE = 0xDC80, 0xDCFF  # by which Python keeps bytes that are not UTF-8
+_BYTES = 0xDC00  # added to a byte that is not UTF-8, Python keeps it as a character
+_FIRST_BYTE, _LAST_BYTE = _BYTES + 0x80, _BYTES + 0xFF
 
 
 def printable(text: object) -> str:
@@ -112,8 +113,8 @@ def as_encodable(text: str, stream: TextIO | None = None) -> str:
 def _escape(found: re.Match[str]) -> str:
     code = ord(found[0])
     if _FIRST_BYTE <= code <= _LAST_BYTE:
-        code -= 0xDC00
-    return _NAMED.get(found[0]) or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}")
+        return f"\\x{code - _BYTES:02x}"
+    return _NAMED.get(found[0]) or (f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}")
 
 
 def _unescape(found: re.Match[str]) -> str:
@@ -122,7 +123,7 @@ def _unescape(found: re.Match[str]) -> str:
         return {"n": "\n", "r": "\r", "t": "\t"}[letter]
     number = int(byte or code, 16)
     if byte and number >= 0x80:  # a byte that was not UTF-8
-        number += 0xDC00
+        number += _BYTES
     return chr(number)
 
 

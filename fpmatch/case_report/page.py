@@ -19,6 +19,7 @@ from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.words import odds, score_as_high, verdict
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.printable import printable_lines
 from fpmatch.report import as_rows
 
 if TYPE_CHECKING:
@@ -193,7 +194,7 @@ def case_report(
         notes=notes.strip(),
         marks=marks,
     )
-    return html.lstrip()
+    return printable_lines(html.lstrip())
 
 
 def _picture(pair: ComparedPair, images: tuple[object, object], view: View) -> str:

@@ -158,9 +158,9 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     from fpmatch.gallery.gallery import open_gallery
 
     with open_gallery(gallery) as opened, ProgressBars({"check": "comparing"}) as bars:
+        wanted = None
         if subject is not None:
-            opened.numbers_of(subject)
-        wanted = None if subject is None else {subject}
+            wanted = {opened.entry(number).label.subject for number in opened.numbers_of(subject)}
         checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
     doubtful = [check for check in checks if not check.consistent]
     if as_json:

@@ -9,7 +9,7 @@ import threading
 import time
 import uuid
 from collections import OrderedDict, deque
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch._version import __version__
@@ -28,6 +28,7 @@ Result = TypeVar("Result")
 CONNECT_S: Final = 10.0  # time limit for the scheduler to answer
 NO_WORKERS_S: Final = 60.0  # time limit for a cluster without workers
 POLL_S: Final = 2.0  # interval between counts of the workers
+_LOST: Final = "the connection to the scheduler is lost"
 RUNS_HELD: Final = 2  # runs that a worker keeps, the latest ones
 
 
@@ -56,11 +57,9 @@ class DaskCluster:
                 self._client = stack.enter_context(
                     self._dask.Client(self._scheduler, timeout=CONNECT_S, set_as_default=False)
                 )
-            except (OSError, ValueError, TypeError) as error:
-                lines = str(error).splitlines() or [f"no answer within {CONNECT_S:g} s"]
-                raise EngineError(
-                    f"{self._scheduler}: no Dask scheduler answers: {lines[0]}"
-                ) from error
+            except Exception as error:  # Dask raises almost anything
+                why = first_line(error) or f"no answer within {CONNECT_S:g} s"
+                raise self._error(f"no Dask scheduler answers: {why}") from error
             self._open = stack.pop_all()
         self._seen = time.monotonic()
         return self
@@ -90,53 +89,69 @@ class DaskCluster:
                     yield self._result(waiting.popleft())
             while waiting:
                 yield self._result(waiting.popleft())
+        except EngineError:
+            waiting.clear()  # nobody is there to cancel them
+            raise
         finally:
             if waiting and self._client.status == "running":
-                self._client.cancel(list(waiting), force=True)
+                with suppress(Exception):  # lost meanwhile
+                    self._client.cancel(list(waiting), force=True)
 
     def _submit(self, *call: object) -> Any:
         import dask  # noqa: PLC0415
 
-        with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}):
+        quiet = dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"})
+        with quiet, self._connected():
             return self._client.submit(*call, pure=False)
 
     def _count_workers(self) -> int:
         """Return how many workers there are, counted at most every `POLL_S` seconds."""
         now = time.monotonic()
         if now - self._counted >= POLL_S:
-            with self._as_engine_errors():
-                self._workers = len(self._client.nthreads())
             self._counted = now
-        if self._workers:
-            self._seen = now
+            with self._connected(), suppress(TimeoutError):  # of a scheduler that hangs
+                count = self._client.scheduler.ncores
+                self._workers = len(self._client.sync(count, callback_timeout=CONNECT_S))
+                self._seen = now if self._workers else self._seen
         return self._workers
 
     def _result(self, future: Any) -> Any:
-        """Wait for a result as long as there are workers."""
+        """Wait for a result as long as there are workers; errors of the work are passed on."""
         while True:
-            with self._as_engine_errors():
-                try:
-                    return future.result(timeout=POLL_S)
-                except TimeoutError:
-                    if future.status == "error":  # raised by the work itself
-                        raise
+            try:
+                return future.result(timeout=POLL_S)
+            except self._dask.KilledWorker as error:
+                why = "the same piece of work has ended several workers; out of memory?"
+                raise self._error(why) from error
+            except (Exception, asyncio.CancelledError) as error:  # Dask raises almost anything
+                if future.status == "error":
+                    self._check_worker_has_fpmatch(error)
+                    raise
+                if not isinstance(error, TimeoutError):
+                    raise self._error(_LOST) from error
             self._count_workers()
             if time.monotonic() - self._seen > NO_WORKERS_S:
-                raise EngineError(
-                    f"{self._scheduler}: no worker has answered for {NO_WORKERS_S:g} seconds"
-                )
+                raise self._error(f"no worker has answered for {NO_WORKERS_S:g} seconds")
+
+    def _check_worker_has_fpmatch(self, error: BaseException) -> None:
+        """Raise an EngineError if a worker could not even begin with its work."""
+        found: BaseException | None = error
+        while found is not None:
+            if isinstance(found, ImportError) and (found.name or "").startswith("fpmatch"):
+                why = f"a worker cannot import fpmatch {__version__}: {first_line(found)}"
+                raise self._error(why) from error
+            found = found.__cause__
 
     @contextmanager
-    def _as_engine_errors(self) -> Iterator[None]:
+    def _connected(self) -> Iterator[None]:
+        """Turn whatever Dask raises when its scheduler is gone into an EngineError."""
         try:
             yield
-        except self._dask.KilledWorker as error:
-            raise EngineError(
-                f"{self._scheduler}: the same piece of work has ended several workers; "
-                "out of memory?"
-            ) from error
-        except (asyncio.CancelledError, self._dask.comm.CommClosedError) as error:
-            raise EngineError(f"{self._scheduler}: the connection is lost") from error
+        except (Exception, asyncio.CancelledError) as error:
+            raise self._error(_LOST) from error
+
+    def _error(self, why: str) -> EngineError:
+        return EngineError(f"{self._scheduler}: {why}")
 
 
 # The runs that this worker knows, by run; one chunk at a time.
@@ -157,6 +172,11 @@ def _run_chunk(run: str, task: bytes, chunk: object) -> Any:
                 _runs.popitem(last=False)
         work, shared = _runs[run]
         return work(shared, chunk)
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of the message of an error, "" where it has none."""
+    return next(iter(str(error).splitlines()), "")
 
 
 @contextmanager

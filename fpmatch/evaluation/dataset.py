@@ -22,6 +22,7 @@ from fpmatch.gallery.manifest import read_manifest
 from fpmatch.gallery.print_file import number_impressions
 from fpmatch.gallery.prints import find_prints
 from fpmatch.image.io.dataset_folder import natural_key, read_dataset_info
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
@@ -166,8 +167,8 @@ def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
 def _own_name(dataset: Dataset) -> str:
     if dataset.place:
         path = Path(dataset.place).resolve()
-        return path.stem if path.is_file() else path.name
-    return dataset.impressions[0].path.resolve().parent.name
+        return csv_cell(path.stem if path.is_file() else path.name)
+    return csv_cell(dataset.impressions[0].path.resolve().parent.name)
 
 
 def _described(
@@ -176,7 +177,7 @@ def _described(
     """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
     info = read_dataset_info(root if root.is_dir() else root.parent)
     name = info.name or (root.stem if root.is_file() else root.resolve().name)
-    return Dataset(name, info.dpi, info.sensor, tuple(found), place, notes)
+    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(found), place, notes)
 
 
 def _named_by_number(root: Path) -> list[Impression]:
@@ -243,7 +244,7 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
         for entry, name in zip(entries, entry_names(entries), strict=True)
     }
     name = title if "://" in title else Path(title).stem
-    return Dataset(name, None, "", tuple(_numbered(found)), str(place))
+    return Dataset(csv_cell(name), None, "", tuple(_numbered(found)), str(place))
 
 
 def _unlabelled(place: str | os.PathLike[str]) -> Dataset | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.image.io.dataset_folder import natural_key
-from fpmatch.printable import printable
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,8 +22,8 @@ class Impression:
     """Hold the file of one print, its finger, and which impression of the finger it is.
 
     In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
-    print's in the database, by default the file's, made printable; `dpi` its own resolution, where
-    a list states it; and `entry` its number in a gallery.
+    print's in the database, by default the file's, as `csv_cell` makes it; `dpi` its own
+    resolution, where a list states it; and `entry` its number in a gallery.
     """
 
     finger: int | str
@@ -34,7 +34,7 @@ class Impression:
     entry: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "name", printable(self.name or self.path.name))
+        object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
 
 
 def finger_numbers(impressions: Sequence[Impression]) -> NDArray[np.intp]:

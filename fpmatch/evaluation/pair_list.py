@@ -121,9 +121,7 @@ class PrintNames:
     """
 
     def __init__(self, names: Sequence[str], root: Path | None = None) -> None:
-        names = [printable(name) for name in names]
         self._numbers = {name: n for n, name in enumerate(names)}
-        self._numbers |= {csv_cell(name): n for n, name in enumerate(names)}
         stems = Counter(Path(name).stem for name in names)
         for n, name in enumerate(names):
             stem = Path(name).stem
@@ -139,7 +137,7 @@ class PrintNames:
 
     def find(self, name: str) -> int | None:
         """Return the number of a print; None where no one print is called so."""
-        name = printable(name)
+        name = csv_cell(name)
         if name in self._numbers:
             return self._numbers[name]
         parts = PurePosixPath(name.replace("\\", "/")).parts

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.matching.finger import verify_finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.printable import printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class CheckedClaim:
         """Return what was compared as a sentence."""
         enrolled, compared = len(self.entries), len(self.result.compared)
         of_them = f", {compared} of them compared" if compared < enrolled else ""
-        return (
+        return printable(
             f"{count(enrolled, 'impression')} of subject {self.best.label.subject}"
             f"{of_them}; the most similar is {self.best.label}, entry {self.best.id}, by itself "
             f"{self.result.best_score:.1f}"

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
-from fpmatch.errors import without_path
+from fpmatch.errors import GalleryError, without_path
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
-from fpmatch.printable import as_text
+from fpmatch.printable import printable
 from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
@@ -147,13 +147,15 @@ class _Run:
             return None
         try:
             content = hashlib.sha256(file.path.read_bytes()).digest()
+            return EnrolmentRequest(label, content, file.dpi)
         except OSError as error:
             self._fail(file, reason(error))
-            return None
-        return EnrolmentRequest(label, content, file.dpi)
+        except GalleryError as error:
+            self._fail(file, str(error))
+        return None
 
     def _fail(self, file: PrintFile, why: str) -> None:
-        source = as_text(file.path.absolute())
+        source = printable(file.path.absolute())
         self.unsaved.append(Failure(source, without_path(why, file.path)))
 
     def commit(self, attempts: Sequence[tuple[PrintFile, Attempt[ExtractedPrint]]]) -> None:
@@ -164,7 +166,7 @@ class _Run:
             if made is None:
                 self._fail(file, attempt.reason)
                 continue
-            source = as_text(file.path.absolute())
+            source = printable(file.path.absolute())
             new.append(NewEntry(request.label, source, request.content, made.template))
             self.noted.append((file.path, (*made.all_notes, *self.on_dpi[file.path])))
         if new or self.unsaved:

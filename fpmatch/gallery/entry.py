@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
-from fpmatch.printable import as_text
+from fpmatch.printable import csv_cell, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,6 +41,14 @@ class Label:
     def of_finger(self) -> Label:
         """The label without its impression, common to all impressions of the finger."""
         return Label(self.subject, self.finger)
+
+    def check(self) -> None:
+        """Raise GalleryError (code "label") unless the names are ones that a gallery may hold."""
+        for name, text in asdict(self).items():
+            if printable(text) != text:
+                raise GalleryError(f"{name}: must be text of one line: {text!r}", code="label")
+            if (text or name == "subject") and not text.strip():
+                raise GalleryError(f"{name}: is blank", code="label")
 
     def __str__(self) -> str:
         return "_".join(part for part in (self.subject, self.finger, self.impression) if part)
@@ -82,7 +90,7 @@ class NamePattern:
 
     def label(self, path: Path) -> Label | None:
         """Return the label in a path, None where the pattern does not match."""
-        text = as_text(path.absolute().with_suffix("")).replace(os.sep, "/")
+        text = printable(path.absolute().with_suffix("")).replace(os.sep, "/")
         expression = re.compile(self.text)
         start = len(text)
         while start > 0:
@@ -98,12 +106,15 @@ class EnrolmentRequest:
     """Hold what is known of a print before its template is extracted.
 
     `content` is the SHA-256 of its file, by which it is recognised under any name; `dpi` is None
-    for the resolution in the file.
+    for the resolution in the file. Raises GalleryError as `Label.check` does.
     """
 
     label: Label
     content: bytes
     dpi: float | None = None
+
+    def __post_init__(self) -> None:
+        self.label.check()
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +155,8 @@ class Entry:
 
 
 def entry_names(entries: Sequence[Entry]) -> list[str]:
-    """Return the labels of entries as text, with the number where several give the same."""
-    labels = [str(entry.label) for entry in entries]
+    """Return the labels of entries as cells of CSV, with the number where several are the same."""
+    labels = [csv_cell(str(entry.label)) for entry in entries]
     times = Counter(labels)
     return [
         label if times[label] == 1 else f"{label}#{entry.id}"

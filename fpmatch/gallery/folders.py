@@ -9,6 +9,7 @@ from fpmatch.formats.codec import read_head
 from fpmatch.gallery.entry import Label, NamePattern
 from fpmatch.gallery.print_file import PrintFile
 from fpmatch.image.io.dataset_folder import images_in, natural_key
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -51,7 +52,7 @@ def prints_by_folder(root: Path, *, certain: bool = False) -> list[PrintFile]:
         if not 1 <= len(parts) <= 2 or file.path.parent in above:
             why = "the prints must all be in folders, one a finger, or one a subject and finger"
             raise DatasetError(why, path=file.path, code="not by folder")
-        label = Label(parts[0], "".join(parts[1:]), file.path.stem)
+        label = Label(*map(printable, (parts[0], "".join(parts[1:]), file.path.stem)))
         labelled.append(PrintFile(file.path, file.dpi, label, file.name))
     return labelled
 

@@ -21,6 +21,7 @@ from fpmatch.gallery.tables import (
     Conflicts,
     create_tables,
 )
+from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
     import os
@@ -135,10 +136,13 @@ class Gallery(Database):
         return conflicts
 
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
-        """Yield the entries, or those of one subject, by ascending number."""
+        """Yield the entries, or those of one subject, by ascending number.
+
+        A subject from the name of a file may be given as in that name, or as it is printed.
+        """
         query = sa.select(*ABOUT)
         if subject is not None:
-            query = query.where(ENTRY.c.subject == subject)
+            query = query.where(ENTRY.c.subject.in_({as_text(subject), printable(subject)}))
         yield from self._rows(query, as_entry)
 
     def numbers_of(self, subject: str) -> list[int]:

@@ -1,4 +1,4 @@
-"""Manifests: CSV files that list prints, and whose they are.
+r"""Manifests: CSV files that list prints, and whose they are.
 
 An example::
 
@@ -7,9 +7,10 @@ An example::
     scans/0002.png,ada,right index,2,1000
 
 The first row names the columns; only ``path`` and ``subject`` are needed, and columns of other
-names are ignored. A relative path is relative to the manifest. Impressions without a name are
-numbered from 1 on, for each finger. Where ``dpi`` is empty, the resolution is that of a
-``dataset.toml`` beside the print, else the file's own.
+names are ignored. A relative path is relative to the manifest; bytes of names that are not UTF-8,
+and control characters, may be written as fpmatch prints them, ``101_\xff_1.tif``.
+Impressions without a name are numbered from 1 on, for each finger. Where ``dpi`` is empty, the
+resolution is that of a ``dataset.toml`` beside the print, else the file's own.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import DatasetError, ResolutionError
+from fpmatch.errors import DatasetError, GalleryError, ResolutionError
 from fpmatch.formats.codec import read_head
 from fpmatch.gallery.csv_rows import DELIMITERS, csv_rows, row_error
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.print_file import PrintFile, number_impressions
 from fpmatch.minutiae import check_dpi
+from fpmatch.printable import as_file_name
 
 if TYPE_CHECKING:
     import os
@@ -105,25 +107,29 @@ def _print_file(source: Path, values: dict[str, str]) -> PrintFile:
     for name in NEEDED:
         if not values[name]:
             raise DatasetError(f"column {name}: is empty")
-    for name in ("subject", "finger", "impression"):
-        if not values[name].isprintable():
-            raise DatasetError(f"column {name}: must be text of one line")
+    label = Label(values["subject"], values["finger"], values["impression"])
+    try:
+        label.check()
+    except GalleryError as error:
+        raise DatasetError(f"column {error}") from error
     try:
         dpi = check_dpi(float(values["dpi"])) if values["dpi"] else None
     except ValueError as error:
         raise DatasetError(f"column dpi: {values['dpi']!r} is not a number") from error
     except ResolutionError as error:
         raise DatasetError(f"column dpi: {error}") from error
-    file = source.parent / values["path"]
-    try:
-        there = file.is_file()
-    except (OSError, ValueError):  # a name that no system accepts
-        there = False
-    if not there:
-        name = values["path"] if values["path"].isprintable() else repr(values["path"])
-        raise DatasetError(f"column path: {name}: no such file")
-    label = Label(values["subject"], values["finger"], values["impression"])
+    names = (values["path"], as_file_name(values["path"]))
+    file = next((file for name in names if _is_file(file := source.parent / name)), None)
+    if file is None:
+        raise DatasetError(f"column path: {values['path']}: no such file")
     return PrintFile(file, dpi, label, values["path"])
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no system accepts
+        return False
 
 
 def _check_different(source: Path, lines: list[int], found: list[PrintFile]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
 
-from fpmatch.printable import printable
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,8 +22,8 @@ class PrintFile:
 
     `label` is that of a manifest, a pattern or the folders; None where only the file's name may
     contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
-    it, made printable. `place` is the folder above its own, or the manifest, from which it was
-    taken.
+    it, as `csv_cell` makes it. `place` is the folder above its own, or the manifest, from which it
+    was taken.
     """
 
     path: Path
@@ -33,7 +33,7 @@ class PrintFile:
     place: Path | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "name", printable(self.name or self.path.name))
+        object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
 
 
 def resolution_notes(dpi: Sequence[float | None]) -> list[tuple[str, ...]]:

@@ -29,4 +29,5 @@ def status_of(error: FpmatchError) -> int:
     """Return the HTTP status of an error."""
     if isinstance(error, RequestError):
         return error.status
-    return 500 if isinstance(error, GalleryError) else 422
+    is_our_fault = isinstance(error, GalleryError) and error.code != "label"
+    return 500 if is_our_fault else 422

@@ -175,6 +175,7 @@ def enrol_print(
             "impression",
             path=upload.name,
         )
+    used.check()
     given = open_upload_with_minutiae(upload, reading)
     content = hashlib.sha256(upload.data).digest()
     with open_served_gallery(where) as gallery:

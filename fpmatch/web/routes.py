@@ -6,12 +6,13 @@ from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form, Query, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.entry import Label
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from fpmatch.printable import printable
 from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single, views
 from fpmatch.web.access import Role
@@ -54,9 +55,16 @@ _FILE: Final = _content_of("application/octet-stream")
 _PAGE: Final = _content_of("text/html")
 _PICTURE: Final = _content_of(*_MEDIA.values())
 
-LabelPart = Annotated[str, Form(max_length=200)]
 
-Subject = Annotated[str, Query(max_length=200)]
+def _one_line(text: str) -> str:
+    """Return the value of a field; ValueError for one with control characters."""
+    if printable(text) != text:
+        raise ValueError("a control character, or text that is not UTF-8")
+    return text
+
+
+LabelPart = Annotated[str, Form(max_length=200), AfterValidator(_one_line)]
+Subject = Annotated[str, Query(max_length=200), AfterValidator(_one_line)]
 
 _READ: Final = [needs(Role.READ)]
 _VERIFY: Final = [needs(Role.VERIFY)]

@@ -135,7 +135,7 @@ def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run,
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     result = run(*words)
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == "fpmatch: error: odd name.png: no such file\n"
+    assert result.stderr == "fpmatch: error: odd\\nname.png: no such file\n"
     failing(monkeypatch, KeyboardInterrupt())
     assert (run(*words).exit_code, run(*words).output) == (130, "")
     caused = FpmatchError("a worker ended")

@@ -254,6 +254,80 @@ def test_a_cluster_without_workers_is_given_up(monkeypatch):
         list(engine.map(chunk_work.add, 1, [2]))
 
 
+_CLUSTER = """
+import sys, time, distributed
+cluster = distributed.LocalCluster(
+    n_workers=1, threads_per_worker=1, processes=False, host="127.0.0.1", protocol="tcp://",
+    dashboard_address=":0", silence_logs=60,
+)
+if len(sys.argv) > 1:  # a worker that cannot import fpmatch
+    sys.modules["fpmatch"] = None
+print(cluster.scheduler_address, flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.fixture
+def other_cluster():
+    """Return a function that starts a cluster in a process of its own: its address, the process."""
+    started = []
+
+    def start(*words):
+        process = subprocess.Popen(
+            [sys.executable, "-c", _CLUSTER, *words],
+            env=ENVIRONMENT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        started.append(process)
+        return process.stdout.readline().strip(), process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@needs_dask
+def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
+    address, process = other_cluster()
+    with make_engine(scheduler=address) as engine:
+        results = engine.map(chunk_work.process, None, count())
+        next(results)
+        process.kill()
+        with pytest.raises(EngineError) as raised:
+            list(islice(results, 1000))
+    assert str(raised.value) == f"{address}: the connection to the scheduler is lost"
+    assert capfd.readouterr().err == ""
+
+
+@needs_dask
+def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
+    address, process = other_cluster()
+    with make_engine(scheduler=address) as engine:
+        results = engine.map(chunk_work.process, None, count())
+        next(results)
+        for name in ("CONNECT_S", "POLL_S", "NO_WORKERS_S"):
+            monkeypatch.setattr(cluster, name, 0.3)
+        process.send_signal(signal.SIGSTOP)
+        with pytest.raises(EngineError, match=r"no worker has answered|connection"):
+            list(islice(results, 100))
+        process.kill()
+
+
+@needs_dask
+def test_a_worker_without_fpmatch_is_one_line(other_cluster):
+    address, _ = other_cluster("without")
+    with (
+        pytest.raises(EngineError, match=r"a worker cannot import fpmatch .*") as raised,
+        make_engine(scheduler=address) as engine,
+    ):
+        list(engine.map(chunk_work.add, 1, [2]))
+    assert "\n" not in str(raised.value)
+
+
 def test_a_worker_of_another_version_refuses():
     told = pickle.dumps(("0.0.1", chunk_work.add, 1))
     with pytest.raises(EngineError, match=r"a worker has fpmatch .*, not 0\.0\.1: scores might"):

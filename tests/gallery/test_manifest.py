@@ -84,7 +84,7 @@ def test_resolutions_are_those_of_the_manifest_else_of_the_description(manifest)
         ("path,subject\n,ada\n", "line 2, column path: is empty"),
         ("path,subject\na.png,ada,more\n", "line 2: 3 values, of 2 columns"),
         ("path,subject\ngone.png,ada\n", "line 2, column path: gone.png: no such file"),
-        ('path,subject\n"a\nb",ada\n', r"line 3, column path: 'a\nb': no such file"),
+        ('path,subject\n"a\nb",ada\n', r"line 3, column path: a\nb: no such file"),
         ("path,subject\n.,ada\n", "line 2, column path: .: no such file"),
         ("path,subject\na\0b,ada\n", "line 2"),
         ('path,subject\na.png,"a\nb"\n', "line 3, column subject: must be text of one line"),

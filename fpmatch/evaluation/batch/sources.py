@@ -23,6 +23,7 @@ from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
@@ -131,7 +132,7 @@ class FolderSource:
             partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
         )
         self.place = str(place)
-        self.title = info.name or (place.resolve().name if place.is_dir() else place.stem)
+        self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
         self.names = [file.name for file in files]
         self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
@@ -174,7 +175,7 @@ class GallerySource:
     def __init__(self, place: str | os.PathLike[str]) -> None:
         self._open = partial(open_gallery, place)
         with self._open() as gallery:
-            self.place = self.title = gallery.name
+            self.place, self.title = gallery.name, csv_cell(gallery.name)
             self.content_hash = gallery.content_hash()
             entries = list(gallery.entries())
         if not entries:

@@ -27,6 +27,7 @@ from fpmatch.evaluation.tables import (
 )
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.output import atomic_write_bytes, check_writable, reason
+from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:
     import os
@@ -71,7 +72,7 @@ def write_page(
     overlays. `comparisons` are those of the first matcher with the others.
     """
     target = prepare_page(folder)
-    atomic_write_bytes(target, page(analyses, comparisons).encode("utf-8"))
+    atomic_write_bytes(target, printable_lines(page(analyses, comparisons)).encode())
     return target
 
 

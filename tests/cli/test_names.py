@@ -1,0 +1,340 @@
+r"""Names of files that are not UTF-8 or contain control characters, in every command.
+
+Each command of ``fpmatch`` has a case here; a new one without fails the first test.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from fpmatch.cli.group import fpmatch as main
+from fpmatch.printable import as_file_name, json_text, printable
+
+from .conftest import rows_of
+
+# Bytes that are not UTF-8, an escape sequence that clears the screen, an end of a line, a C1
+# control, a formula, a right-to-left override, a tab, a blank.
+HOSTILE = (
+    b"101_\xff_1",
+    b"\x1b[2J\x1b]0;owned\x07_2",
+    b"line\nfpmatch: error: no_3",
+    "\x9b31m\u202egpj\u2028_4".encode(),
+    b"=1+1\t_5",
+    b" _6",
+    b"101_\xff_7",
+)
+SUBJECT = r"(?P<subject>.*)_(?P<impression>\d)"
+CONTROLS = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028-\u202e\ud800-\udfff]")
+
+
+def file_in(folder, name, suffix):
+    return Path(os.fsdecode(os.fsencode(folder) + b"/" + name + suffix))
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory, prints):
+    """Return a folder of a hostile name with prints, templates, points and lists of such names."""
+    folder = file_in(tmp_path_factory.mktemp("names"), b"d\xff\x1b[2J\nx", b"")
+    try:
+        folder.mkdir()
+        for k, name in enumerate(HOSTILE):
+            source = ("1_1.png", "2_1.png", "1_2.png")[k % 3]
+            shutil.copy(prints / source, file_in(folder, name, b".png"))
+    except OSError:
+        pytest.skip("this file system refuses such names")
+    return folder
+
+
+@pytest.fixture
+def out(tmp_path):
+    """Return a folder for results, of a hostile name."""
+    folder = file_in(tmp_path, b"out\xfe\x1b[31m", b"")
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def images(place):
+    return sorted(place.glob("*.png"))
+
+
+@pytest.fixture(scope="module")
+def stored(place, images):
+    """Return a gallery, templates, points and lists, all of hostile names, in `place`'s parent."""
+    from click.testing import CliRunner
+
+    folder = file_in(place.parent, b"made\xff\n", b"")
+    folder.mkdir()
+
+    def run(*words):
+        done = CliRunner().invoke(main, [*map(str, words)], prog_name="fpmatch")
+        assert done.exit_code == 0, done.output
+        return done
+
+    gallery = file_in(folder, b"g\xff\x1b[2J", b".db")
+    run(
+        "enrol",
+        gallery,
+        *(file_in(place, name, b".png") for name in HOSTILE[:2]),
+        "--pattern",
+        SUBJECT,
+        "--workers",
+        1,
+    )
+    run("extract", *images, "-o", folder / "templates")
+    scores = file_in(folder, b"s\xff\x1b", b".csv")
+    run("score", "--references", place, "--probes", place, "-o", scores, "--workers", 1)
+    points = file_in(folder, b"p\xff\x1b", b".csv")
+    points.write_text("x,y\n" + "".join(f"{k * 7 % 13},{k * k % 17}\n" for k in range(12)))
+    manifest = file_in(folder, b"m\xff\x1b", b".csv")
+    with manifest.open("w", newline="") as stream:
+        table = csv.writer(stream)
+        table.writerow(["path", "subject"])
+        for k, image in enumerate(images):
+            table.writerow([printable(image), f"s{k}"])
+    return {
+        "gallery": gallery,
+        "templates": sorted((folder / "templates").glob("*.json")),
+        "scores": scores,
+        "points": points,
+        "manifest": manifest,
+    }
+
+
+def leaves(command, path=()):
+    """Yield the paths of all commands."""
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            yield from leaves(command.get_command(context, name), (*path, name))
+    else:
+        yield " ".join(path)
+
+
+# What each command is run with: names of fixtures and of files in `out`; expected exit statuses.
+CASES = {
+    "verify": [
+        ("{0} {1} --overlay {out}/o.png --case-report {out}/c.html", {0, 1}),
+        ("{0} {1} --json --overlay {out}/o.svg --view side-by-side", {0, 1}),
+        ("{template} {1} --ridge-map --json", {0, 1}),
+        ("--gallery {gallery} --subject {subject} {0}", {0, 1}),
+        ("--gallery {gallery} --subject {subject} {0} --json", {0, 1}),
+        ("--gallery {gallery} --subject {missing} {0}", {2}),
+        ("{missing} {1}", {2}),
+        ("{0} {1} --calibration {missing}", {2}),
+        ("{0} {1} --matcher {missing}", {2}),
+        ("{0} {1} --{missing}", {2}),
+        ("{0} {1} --overlay {missing}/x.png", {2}),
+    ],
+    "overlay": [("{0} {1} -o {out}/o.svg", {0}), ("{0} {1} -o {out}/{missing}", {2})],
+    "extract": [
+        ("{all} -o {out}/t", {0}),
+        ("{all} -o {out}/t --json", {0}),
+        ("{all} {missing} {scores} -o {out}/t --format iso2005", {2}),
+    ],
+    "convert": [
+        ("{template} {out}/t.iso", {0}),
+        ("{0} {out}/t.xyt", {0}),
+        ("{missing} {out}/t.xyt", {2}),
+        ("{template} {out}/t{missing}", {2}),
+    ],
+    "inspect": [("{all} {template}", {0}), ("{all} --json", {0}), ("{missing} {0} {scores}", {1})],
+    "stages": [("{0} -o {out}/stages", {0}), ("{missing} -o {out}/stages", {2})],
+    "enrol": [
+        ("{out}/new.db {dir} --pattern {pattern} --workers 1", {1}),
+        ("{out}/new.db {dir} --pattern {pattern} --workers 1 --json", {1}),
+        ("{out}/new.db {manifest} --workers 1", {1}),
+        ("{out}/new.db {all} --workers 1", {1}),
+        ("{out}/new.db {missing} --workers 1", {2}),
+        ("{out}/new.db {dir}/.. --by-folder --workers 1 --json", {0, 1}),
+    ],
+    "identify": [
+        ("{gallery} {all} --workers 1", {0}),
+        ("{gallery} {dir} --workers 1 --json --transform", {0}),
+        ("{gallery} {manifest} --workers 1 --impressions", {0}),
+        ("{gallery} {missing} --workers 1", {2}),
+        ("{missing} {0} --workers 1", {2}),
+    ],
+    "gallery info": [("{gallery}", {0}), ("{gallery} --json", {0}), ("{missing}", {2})],
+    "gallery list": [
+        ("{gallery}", {0}),
+        ("{gallery} --json", {0}),
+        ("{gallery} --failures --json", {0}),
+        ("{gallery} --subject {subject}", {0}),
+    ],
+    "gallery check": [
+        ("{gallery}", {0, 1}),
+        ("{gallery} --json", {0, 1}),
+        ("{gallery} --subject {missing}", {2}),
+    ],
+    "gallery remove": [("{copy} --subject {subject}", {0}), ("{copy} --subject {missing}", {2})],
+    "gallery export": [
+        ("{gallery} -o {out}/e", {0}),
+        ("{gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
+    ],
+    "gallery audit": [("{missing}", {2}), ("{scores}", {2})],
+    "score": [
+        ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1", {0}),
+        ("--references {gallery} --probes {dir} -o {out}/s.csv --workers 1 --json", {0}),
+        ("--references {manifest} --probes {manifest} -o {out}/s.csv --workers 1", {0}),
+        ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1 --pairs {pairs}", {0}),
+        (
+            "--references {gallery} --probes {dir} -o {out}/s.csv --workers 1 "
+            "--fingers {out}/f.csv",
+            {0},
+        ),
+        ("--references {missing} --probes {dir} -o {out}/s.csv", {2}),
+    ],
+    "serve": [("--clients {missing}", {2}), ("--gallery {scores}", {2})],
+    "evaluate": [
+        (
+            "{dir} --pattern {pattern} --workers 1 --report {out}/r --scores {out}/s.csv"
+            " --bootstrap 0",
+            {0},
+        ),
+        ("{dir} --pattern {pattern} --workers 1 --json --bootstrap 0", {0}),
+        ("{manifest} --workers 1 --json --bootstrap 0 --pairs {pairs}", {0}),
+        ("{gallery} --workers 1 --bootstrap 0 --report {out}/r", {0}),
+        ("{dir} --pattern {pattern} --workers 1 --bootstrap 0 --baseline {own}", {0}),
+        ("--scores-in {own} --json --report {out}/r --bootstrap 0", {0}),
+        ("{missing}", {2}),
+        ("--scores-in {missing}", {2}),
+    ],
+    "synth": [
+        ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1", {0}),
+        ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", {0}),
+        ("{dir} --fingers 1", {2}),
+    ],
+    "calibrate": [("{scores} -o {out}/c.json", {2}), ("{missing} -o {out}/c.json", {2})],
+    "points match": [
+        ("{points} {points} --plot {out}/p.svg --pairs {out}/p.csv", {0}),
+        ("{points} {points} --json", {0}),
+        ("{points} {missing}", {2}),
+    ],
+    "points bench": [
+        (
+            "--quick --trials 1 --independent-trials 1 --budget 0.001 --workers 1 "
+            "--json {out}/b.json",
+            {0},
+        )
+    ],
+    "points draw": [("{points} -o {out}/figures", {0}), ("{missing} -o {out}/figures", {2})],
+    "doctor": [("", {0, 1}), ("--json", {0, 1}), ("{missing}", {2})],
+}
+
+
+def test_every_command_has_a_case():
+    assert set(CASES) == set(leaves(main))
+
+
+@pytest.mark.parametrize(
+    ("command", "words", "expected"),
+    [
+        pytest.param(command, words, expected, id=f"{command}-{k}")
+        for command, cases in CASES.items()
+        for k, (words, expected) in enumerate(cases)
+    ],
+)
+def test_hostile_names_go_through(command, words, expected, run, place, images, stored, out):
+    missing = "no\udcff\x1b[2J\nsuch"
+    copy = out / "copy.db"
+    shutil.copy(stored["gallery"], copy)
+    pairs = out / "pairs.csv"
+    named = [image for image in images if image.name[0] != " "]  # cells lose outer spaces
+    names = [str(image) if "{manifest}" in words else image.name for image in named]
+    names = list(map(printable, names))
+    with pairs.open("w", newline="") as stream:
+        rows = [("probe", "reference", "genuine"), (names[0], names[1], 0), (names[1], names[2], 1)]
+        csv.writer(stream).writerows([*rows, (names[3], names[4], 0)])
+    own = out / "own.csv"
+    if "{own}" in words:
+        run("evaluate", place, "--pattern", SUBJECT, "--workers", 1, "--scores", own)
+    values = {
+        **{str(k): str(image) for k, image in enumerate(images)},
+        **{name: str(path) for name, path in stored.items() if name != "templates"},
+        "template": str(stored["templates"][0]),
+        "dir": str(place),
+        "out": str(out),
+        "missing": missing,
+        "subject": "101_\udcff",
+        "pattern": SUBJECT,
+        "copy": str(copy),
+        "pairs": str(pairs),
+        "own": str(own),
+    }
+    given = []
+    for word in words.split():
+        given += map(str, images) if word == "{all}" else [word.format(*images, **values)]
+    done = run(*command.split(), *given)
+    assert done.exit_code in expected, (done.output, done.exception)
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    for text in (done.stdout, done.stderr):
+        assert not CONTROLS.search(text), text
+    if done.exit_code == 2 and command != "extract":
+        lines = done.stderr.splitlines()
+        assert len([line for line in lines if "error" in line.lower()]) == 1, lines
+    if "--json" in given and done.exit_code < 2 and command != "points bench":
+        json_text(json.loads(done.stdout)).encode("ascii")
+    for made in out.rglob("*"):
+        if made.suffix in {".json", ".html", ".svg"}:
+            assert not CONTROLS.search(made.read_text(encoding="utf-8")), made
+        if made.suffix == ".csv" and made != pairs:
+            rows = csv.reader(io.StringIO(made.read_text(encoding="utf-8"), newline=""))
+            cells = [cell for row in rows for cell in row]
+            assert not any(map(CONTROLS.search, cells)), made
+            assert not any(cell.startswith(("=", "@")) for cell in cells), made
+
+
+def test_names_are_the_same_in_every_form(run, place, images, stored, out):
+    """A row of a file of scores leads back to its file, by the list of pairs and by Python."""
+    found = {row["probe"] for row in rows_of(stored["scores"])}
+    assert {as_file_name(name) for name in found} == {image.name for image in images}
+    listed = json.loads(run("gallery", "list", stored["gallery"], "--json").stdout)
+    assert [Path(as_file_name(one["source"])).name for one in listed] == [
+        os.fsdecode(name + b".png") for name in HOSTILE[:2]
+    ]
+
+
+def test_a_killed_run_finds_such_names_again(run, place, out, monkeypatch):
+    words = "score", "--references", place, "--probes", place, "-o", out / "s.csv", "--workers", 1
+    whole = out / "whole.csv"
+    assert run(*words[:-3], whole, *words[-2:]).exit_code == 0
+    with monkeypatch.context() as patch:
+        patch.setattr("fpmatch.evaluation.batch.run.compare_pairs", _interrupt)
+        assert run(*words).exit_code == 130
+    assert (out / "s.csv.unfinished").is_dir()
+    with monkeypatch.context() as patch:
+        patch.setattr("fpmatch.evaluation.batch.sources._extract", _interrupt)
+        done = run(*words)
+    assert done.exit_code == 0, done.output
+    assert (out / "s.csv").read_bytes() == whole.read_bytes()
+
+
+def _interrupt(*_):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii", "latin-1"])
+def test_a_stream_that_cannot_show_a_name_stops_nothing(place, images, encoding):
+    done = subprocess.run(
+        [sys.executable, "-m", "fpmatch", "inspect", *images, file_in(place, b"\xc3\xa9", b"")],
+        capture_output=True,
+        env={**os.environ, "PYTHONIOENCODING": f"{encoding}:strict"},
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1, done.stderr
+    assert len(done.stdout.splitlines()) == len(images)
+    assert rb"101_\xff_1.png" in done.stdout
+    assert done.stderr.count(b"fpmatch: error:") == 1

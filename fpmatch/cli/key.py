@@ -8,7 +8,7 @@ import click
 
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import json_option
-from fpmatch.printable import json_text
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from fpmatch.encryption.keys import KeyRing
@@ -70,7 +70,9 @@ def new(source: str | None, add: bool, as_json: bool) -> None:
     from fpmatch.encryption.key_text import add_key, make_keys
 
     keys = (add_key if add else make_keys)(_full_source(source))
-    show(json_text(_as_dict(keys)) if as_json else f"{keys.source}: new key {keys.ids[0]}")
+    show(
+        json_text(_as_dict(keys)) if as_json else f"{printable(keys.source)}: new key {keys.ids[0]}"
+    )
     say_note("without this key the data are lost: keep a copy of it elsewhere")
 
 
@@ -113,7 +115,7 @@ def remove(source: str, key_id: str, as_json: bool) -> None:
     show(
         json_text(_as_dict(keys))
         if as_json
-        else f"{keys.source}: removed {key_id}; left: {', '.join(keys.ids)}"
+        else f"{printable(keys.source)}: removed {printable(key_id)}; left: {', '.join(keys.ids)}"
     )
 
 

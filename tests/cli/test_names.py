@@ -230,6 +230,9 @@ CASES = {
         )
     ],
     "points draw": [("{points} -o {out}/figures", {0}), ("{missing} -o {out}/figures", {2})],
+    "key new": [("{out}/{missing}", {0}), ("{out}/{missing} --json", {0}), ("{out}/k --add", {2})],
+    "key list": [("{out}/{missing}", {2}), ("{scores}", {2})],
+    "key remove": [("{out}/{missing} {missing}", {2})],
     "doctor": [("", {0, 1}), ("--json", {0, 1}), ("{missing}", {2})],
 }
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_errors, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FROM_1,
     file_option,
@@ -193,7 +193,7 @@ def identify(
         say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
             engine = processes(workers)
-            search = open_search(opened, matcher, engine=engine, progress=bars.show)
+            search = open_search(opened, matcher, engine=engine, progress=bars.show, note=say_note)
 
         def subject_of(number: int) -> str:
             return opened.entry(number).label.subject

@@ -1,8 +1,9 @@
-"""Prepared prints of a gallery, kept in flat files that later searches map into memory.
+"""Prepared prints of a gallery, kept in a file that later searches map into memory.
 
-The files are beside the gallery, in ``prints.db.prepared/``, or in the user's cache folder where
-that is impossible, as for PostgreSQL. They may be deleted at any time. They are recomputed when the
-gallery or the matcher has changed; prints that are in the old files are copied.
+The file is beside the gallery, in ``prints.db.prepared/``, or in the user's cache folder where that
+is impossible, as for PostgreSQL. It may be deleted at any time. It is renewed when the gallery or
+the matcher has changed, when it is damaged, or another one stands in its place; prints that are in
+an old, whole file are copied.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
+from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.engine.engine import processes
-from fpmatch.errors import MatcherError, OutputError
+from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.rows import unpack_entry
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.output import atomic_write, make_folder
+from fpmatch.matching import packed_templates
+from fpmatch.matching.packed_templates import PRINT, PackedTemplates
+from fpmatch.output import make_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -34,44 +37,97 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 64
-_ENTRY: Final = np.dtype([("number", "<i8"), ("finger", "<i8"), ("digest", "V16")])
+SUFFIX: Final = ".arrays"
+COLUMNS: Final = {
+    "number": Column("<i8", (PRINT,)),
+    "finger": Column("<i8", (PRINT,)),
+    "digest": Column("|u1", (PRINT, 16)),
+    **packed_templates.COLUMNS,
+}
+"""The arrays of a file."""
+
+_STATES: Final = {
+    "damaged": "are damaged",
+    "other": "are of another version or gallery",
+    "unreadable": "cannot be read",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prepared:
     """Hold the prepared prints of a gallery.
 
-    For each, `entries` holds the number of its entry, the lowest number of an entry of its finger,
-    and a digest of its template.
+    For each, `numbers` holds the number of its entry, ascending, `fingers` the lowest number of an
+    entry of its finger, and `digests` the beginning of the SHA-256 of its template, shape (N, 16).
     """
 
-    entries: NDArray[np.void]
+    numbers: NDArray[np.int64]
+    fingers: NDArray[np.int64]
+    digests: NDArray[np.uint8]
     prints: PackedTemplates
+
+    def digest_list(self) -> list[bytes]:
+        """Return the digests."""
+        whole = self.digests.tobytes()
+        return [whole[k : k + 16] for k in range(0, len(whole), 16)]
 
 
 def prepare_gallery(
-    gallery: Gallery, matcher: Matcher, *, engine: Engine | None, progress: Progress
+    gallery: Gallery,
+    matcher: Matcher,
+    *,
+    engine: Engine | None,
+    progress: Progress,
+    note: Callable[[str], object],
 ) -> Prepared:
-    """Return the prepared prints of a gallery by number, from files where it has not changed.
+    """Return the prepared prints of a gallery by number, from a file where it has not changed.
 
-    `progress` is called with stage "prepare" and numbers of prints that are in no file.
+    `progress` is called with stage "prepare" and numbers of prints that are in no file; `note`,
+    where a file cannot be used, with a line on it.
     """
     content = gallery.content_hash()
     folders = _folders(gallery)
-    form = f"{matcher.name}-{__version__}"
-    for folder in folders:
-        kept = _load(folder / f"{form}-{content}")
-        if kept is not None:
-            return kept
-    prepared = _renew(gallery, matcher, _newest(folders, form), engine or processes(), progress)
+    faults: list[str] = []
+    kept = _first_whole((folder / _name(matcher, content) for folder in folders), matcher, faults)
+    if kept is not None:
+        return kept
+    old = _first_whole(_newest_first(folders, matcher, content), matcher, faults)
+    if faults:
+        note(f"prepared prints of {gallery.name} {_STATES[faults[0]]}: prepared again")
+    prepared = _renew(gallery, matcher, old, engine or processes(), progress)
     # Entries that were enrolled meanwhile may be among them: then no content has this name.
     name = content if gallery.content_hash() == content else secrets.token_hex(16)
     for folder in folders:
         with suppress(OutputError):
-            _save(folder / f"{form}-{name}", prepared)
-            _remove_others(folder, matcher, f"{form}-{name}")
+            path = folder / _name(matcher, name)
+            save_prepared(path, prepared, matcher)
+            _remove_others(path, matcher)
             break
     return prepared
+
+
+def load_prepared(path: Path, matcher: Matcher) -> Prepared:
+    """Return the content of a file, whose name states which gallery it is of.
+
+    Raises
+    ------
+    FpmatchError
+        With the codes of `fpmatch.array_file.read_arrays`.
+    """
+    arrays = read_arrays(path, COLUMNS, _about(path, matcher))
+    prints = PackedTemplates.of_arrays(arrays)
+    numbers, fingers = arrays["number"], arrays["finger"]
+    if not ((np.diff(numbers) > 0).all() and (fingers <= numbers).all()):
+        raise FpmatchError("damaged", path=path, code="damaged")
+    return Prepared(numbers, fingers, arrays["digest"], prints)
+
+
+def save_prepared(path: Path, prepared: Prepared, matcher: Matcher) -> None:
+    """Write a file that `load_prepared` reads, in a folder that is made where it is missing."""
+    make_folder(path.parent)
+    arrays = prepared.prints.arrays()
+    arrays |= {"number": prepared.numbers, "finger": prepared.fingers, "digest": prepared.digests}
+    write_arrays(path, arrays, COLUMNS, _about(path, matcher))
 
 
 def _folders(gallery: Gallery) -> list[Path]:
@@ -85,39 +141,42 @@ def _folders(gallery: Gallery) -> list[Path]:
     return [*beside, cache / hashlib.sha256(name.encode("utf-8", "replace")).hexdigest()[:32]]
 
 
-def _load(stem: Path) -> Prepared | None:
-    """Return the content of the two files of `stem`, None where they cannot be used."""
-    try:
-        entries = np.load(f"{stem}.entries.npy", mmap_mode="r", allow_pickle=False)
-        prints = PackedTemplates.load(f"{stem}.prints")
-    except (OSError, ValueError, EOFError, MatcherError):
-        return None
-    if entries.dtype != _ENTRY or entries.shape != (len(prints),):
-        return None
-    return Prepared(entries, prints)
+def _name(matcher: Matcher, content: str) -> str:
+    return f"{matcher.name}-{__version__}-{content}{SUFFIX}"
 
 
-def _save(stem: Path, prepared: Prepared) -> None:
-    make_folder(stem.parent)
-    with atomic_write(f"{stem}.entries.npy") as stream:
-        np.save(stream, prepared.entries, allow_pickle=False)
-    prepared.prints.save(f"{stem}.prints")
+def _about(path: Path, matcher: Matcher) -> dict[str, str]:
+    """Return what a file must be about."""
+    how = packed_templates.preparation()
+    return {"name": path.name, "prepared": how, "matcher": matcher.name, "version": __version__}
 
 
-def _newest(folders: Sequence[Path], form: str) -> Prepared | None:
-    """Return the prints that were saved last, of whatever content."""
+def _first_whole(paths: Iterable[Path], matcher: Matcher, faults: list[str]) -> Prepared | None:
+    """Return the first file that can be used; what is wrong with those before joins `faults`."""
+    for path in paths:
+        try:
+            return load_prepared(path, matcher)
+        except FpmatchError as error:
+            if error.code != "missing":
+                faults.append(error.code)
+    return None
+
+
+def _newest_first(folders: Sequence[Path], matcher: Matcher, content: str) -> list[Path]:
+    """Return the files of every content but one, the one saved last first."""
     found: list[tuple[float, Path]] = []
-    for path in (path for folder in folders for path in folder.glob(f"{form}-*.prints")):
-        with suppress(OSError):
-            found.append((path.stat().st_mtime, path.with_name(path.stem)))
-    loaded = (_load(stem) for _, stem in sorted(found, reverse=True))
-    return next((kept for kept in loaded if kept is not None), None)
+    for folder in folders:
+        for path in folder.glob(_name(matcher, "*")):
+            if path.name != _name(matcher, content):
+                with suppress(OSError):
+                    found.append((path.stat().st_mtime, path))
+    return [path for _, path in sorted(found, reverse=True)]
 
 
-def _remove_others(folder: Path, matcher: Matcher, name: str) -> None:
+def _remove_others(kept: Path, matcher: Matcher) -> None:
     """Remove all other files, of other versions too; a process that has mapped one keeps it."""
-    for path in folder.glob(f"{matcher.name}-[0-9]*"):
-        if not path.name.startswith(f"{name}."):
+    for path in kept.parent.glob(f"{matcher.name}-[0-9]*"):
+        if path.name != kept.name:
             with suppress(OSError):
                 path.unlink()
 
@@ -129,7 +188,8 @@ def _renew(
     numbers, digests = [], []
     fingers = gallery.fingers()
     missing: list[tuple[int, bytes]] = []
-    place = {} if old is None else {d: k for k, d in enumerate(old.entries["digest"].tolist())}
+    before = [] if old is None else old.digest_list()
+    place = {digest: k for k, digest in enumerate(before)}
     for number, data in gallery.packed_templates():
         digest = hashlib.sha256(data).digest()[:16]
         numbers.append(number)
@@ -138,17 +198,19 @@ def _renew(
             missing.append((number, data))
     # an entry enrolled since `fingers` was read is a finger of its own until the next preparation
     shown = [fingers.get(number, number) for number in numbers]
-    entries = np.array(list(zip(numbers, shown, digests, strict=True)), _ENTRY)
     new = _prepare_all(gallery.name, matcher, missing, engine, progress)
     if old is None:
-        return Prepared(entries, new)
-    before = entries["digest"][: len(old.prints)]
-    if len(entries) == len(old.prints) + len(new) and (before == old.entries["digest"]).all():
+        prints = new
+    elif len(digests) == len(before) + len(new) and digests[: len(before)] == before:
         # prints were only added
-        return Prepared(entries, PackedTemplates.concatenate([old.prints, new]))
-    added = (new[k] for k in range(len(new)))
-    kept = (old.prints[place[d]] if d in place else next(added) for d in digests)
-    return Prepared(entries, PackedTemplates.pack(kept))
+        prints = PackedTemplates.concatenate([old.prints, new])
+    else:
+        added = (new[k] for k in range(len(new)))
+        kept = (old.prints[place[d]] if d in place else next(added) for d in digests)
+        prints = PackedTemplates.pack(kept)
+    of_entries = np.array(numbers, np.int64), np.array(shown, np.int64)
+    listed = np.frombuffer(b"".join(digests), np.uint8).reshape(-1, 16)
+    return Prepared(*of_entries, listed, prints)
 
 
 def _prepare_all(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +18,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -116,11 +117,13 @@ def open_search(
     *,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    note: Callable[[str], object] | None = None,
 ) -> Search:
     """Prepare the prints that are in a gallery now for a search; it may be closed afterwards.
 
-    `engine` prepares prints (default: all cores), and `progress` is called with stage "prepare" and
-    numbers of prints.
+    `engine` prepares prints (default: all cores), `progress` is called with stage "prepare" and
+    numbers of prints, and `note` with a line on prepared prints that cannot be used, and are
+    prepared again (default: a RuntimeWarning).
 
     Raises
     ------
@@ -133,8 +136,10 @@ def open_search(
     if hasattr(chosen, "similarities"):
         from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
 
-        kept = prepare_gallery(gallery, chosen, engine=engine, progress=progress)
-        return Search(chosen, kept.entries["number"], kept.entries["finger"], kept.prints)
+        kept = prepare_gallery(
+            gallery, chosen, engine=engine, progress=progress, note=note or _warn
+        )
+        return Search(chosen, kept.numbers, kept.fingers, kept.prints)
     total = len(gallery)
     progress("prepare", 0, total)
     finger_of = gallery.fingers()
@@ -145,6 +150,10 @@ def open_search(
         progress("prepare", min(len(numbers), total), total)
     fingers = [finger_of.get(number, number) for number in numbers]
     return Search(chosen, np.array(numbers, np.int64), np.array(fingers, np.int64), references)
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, RuntimeWarning, stacklevel=4)
 
 
 class ConsolidatedFingers:

@@ -1,20 +1,18 @@
-"""Many prepared prints in flat arrays, which can be mapped from a file.
+"""Many prepared prints in flat arrays, which a file may contain (see `fpmatch.array_file`).
 
-The file consists of a line that names the format, a line of JSON with the offset of each array, and
-the arrays, little-endian. It is a cache: it has to be recomputed from the templates whenever they
-or the matcher change.
+Such a file is a cache: it has to be recomputed from the templates whenever they or the matcher
+change.
 """
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.matching._template_view_kernel import PackedView, TemplateView
 from fpmatch.matching.bit_descriptors import (
@@ -28,30 +26,27 @@ from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoo
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, content_key
 from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS, root_weight_codes
-from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-FORMAT: Final = b"fpmatch prepared prints 4\n"
-ALIGNMENT: Final = 64  # bytes
 MAX_MINUTIAE: Final = 256  # that a byte can number
+MAX_CELLS: Final = 1 << 24  # of a print, and rows and columns
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
 _SIZE: Final = NeighbourhoodParameters().size
 
-
-START: Final = "start"  # of what the entries of an array are
+# dimensions: one entry a print; one more than that; one a minutia, or a cell, of all prints
+PRINT: Final = "print"
+START: Final = "start"
 MINUTIA: Final = "minutiae_start"
 CELL: Final = "cell_start"
-PRINT: Final = "print"
 
 
-def _of(what: str, dtype: str, *shape: int) -> dict[str, Any]:
+def _of(what: str, dtype: str, *shape: int) -> dict[str, Column]:
     """Return of what the entries of an array are, its type, and the shape of an entry."""
-    return {"of": what, "dtype": dtype, "shape": shape}
+    return {"column": Column(dtype, (what, *shape))}
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +104,8 @@ class PackedTemplates:
     def concatenate(cls, parts: Sequence[PackedTemplates]) -> PackedTemplates:
         """Return the prints of all `parts`, one after the other."""
         columns: dict[str, Any] = {}
-        for name, column in _COLUMNS.items():
-            nothing = np.zeros((int(name in _STARTS), *column["shape"]), column["dtype"])
-            arrays = [getattr(part, name) for part in parts] or [nothing]
+        for name, column in COLUMNS.items():
+            arrays = [getattr(part, name) for part in parts] or [_no_entries(name, column)]
             if name in _STARTS:
                 ends = np.cumsum([0, *(int(array[-1]) for array in arrays)])
                 moved = [a[:-1] + end for a, end in zip(arrays, ends, strict=False)]
@@ -126,7 +120,7 @@ class PackedTemplates:
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        return sum(getattr(self, name).nbytes for name in _COLUMNS)
+        return sum(getattr(self, name).nbytes for name in COLUMNS)
 
     @cached_property
     def most_minutiae(self) -> int:
@@ -188,82 +182,72 @@ class PackedTemplates:
             entries[starts] = np.repeat(begin - columns[starts][:-1], length)
             entries[starts] += np.arange(length.sum())
         columns |= {
-            name: getattr(self, name)[entries[column["of"]]]
-            for name, column in _COLUMNS.items()
+            name: getattr(self, name)[entries[str(column.shape[0])]]
+            for name, column in COLUMNS.items()
             if name not in _STARTS
         }
         return PackedTemplates(**columns)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the prints to a file that appears whole or not at all, else raise OutputError."""
-        entries, at = {}, 0
-        for name, column in _COLUMNS.items():
-            array = getattr(self, name)
-            entries[name] = {"dtype": column["dtype"], "shape": array.shape, "at": at}
-            at += -(-array.nbytes // ALIGNMENT) * ALIGNMENT
-        header = json.dumps({"prepared": _how_prepared(), "bytes": at, "arrays": entries}).encode()
-        room = -(len(FORMAT) + len(header) + 1) % ALIGNMENT
-        with atomic_write(path) as stream:
-            stream.write(FORMAT + header + b" " * room + b"\n")
-            for name, column in _COLUMNS.items():
-                array = np.ascontiguousarray(getattr(self, name), column["dtype"])
-                stream.write(array.data if array.size else b"")
-                stream.write(bytes(-array.nbytes % ALIGNMENT))
-
     @classmethod
-    def load(cls, path: str | os.PathLike[str], *, mmap: bool = True) -> PackedTemplates:
-        """Read what `save` wrote; with `mmap` the arrays stay in the file until they are used.
+    def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> PackedTemplates:
+        """Return the prints of the arrays, among others, that are those of `COLUMNS`.
 
-        Raises
-        ------
-        MatcherError
-            If the file cannot be read, is damaged, or was written by another version of fpmatch.
+        Raises MatcherError if a number would lead out of an array, or of what `pack` packs.
         """
-        try:
-            with Path(path).open("rb") as stream:
-                known = stream.readline(len(FORMAT)) == FORMAT
-                header = json.loads(stream.readline()) if known else {}
-                begin = stream.tell()
-            if not known or header["prepared"] != _how_prepared():
-                raise MatcherError(
-                    f"{path}: written by another version of fpmatch; delete it, "
-                    "and the next search of the gallery writes it again"
-                )
-            content: Any = np.memmap(path, np.uint8, "r") if mmap else np.fromfile(path, np.uint8)
-            found = cls(**{k: _array(content, begin, e) for k, e in header["arrays"].items()})
-            whole = len(content) == begin + header["bytes"] and found._is_sound()
-        except OSError as error:
-            raise MatcherError(f"{path}: {(error.strerror or str(error)).lower()}") from error
-        except (ValueError, TypeError, KeyError) as error:
-            raise MatcherError(f"{path}: not a file of prepared prints, or damaged") from error
-        if not whole:
-            raise MatcherError(f"{path}: damaged")
+        found = cls(**{name: arrays[name] for name in COLUMNS})
+        if not found._is_sound():
+            raise MatcherError("damaged", code="damaged")
         return found
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays by name."""
+        return {name: getattr(self, name) for name in COLUMNS}
 
     def _is_sound(self) -> bool:
         """Return whether every index and every size lies within the arrays."""
-        minutiae, cells = (getattr(self, name) for name in _STARTS)
-        owned = ((minutiae, self.xy), (cells, self.cell), (cells, self.ridges))
-        for starts, array in owned:
+        minutiae, cells = self.minutiae_start, self.cell_start
+        n, of_print, size = np.diff(minutiae), np.diff(cells), self.neighbour.shape[1]
+        for starts, length, most, array in (
+            (minutiae, n, MAX_MINUTIAE, self.xy),
+            (cells, of_print, MAX_CELLS, self.cell),
+        ):
             if len(starts) != len(self) + 1 or starts[0] or starts[-1] != len(array):
                 return False
-            if (np.diff(starts) < 0).any():
+            if (length < 0).any() or (length > most).any():
                 return False
-        n, size = np.diff(minutiae), self.neighbour.shape[1]
-        rows, columns = self.shape[:, 0].astype(np.int64), self.shape[:, 1].astype(np.int64)
+        shape = self.shape.astype(np.int64)
+        rising = np.diff(self.index, prepend=-1) > 0
+        rising[minutiae[:-1][n > 0]] = True  # the first minutia of a print
+        scales = np.array([self.step, self.to_500dpi])
         checks = (
+            (shape >= 0) & (shape <= MAX_CELLS),
+            shape[:, 0] * shape[:, 1] == of_print,
+            (self.inside >= 0) & (self.inside <= of_print),
             np.isfinite(self.xy),
             np.isfinite(self.direction),
+            np.isfinite(scales) & (scales > 0),
+            (self.index >= 0) & rising,
             self.count <= size,
             _most_of_each(self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
             self.orientation_bins <= UNKNOWN_BIN,
-            (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
+            self.has_flow <= 1,
+            self.has_ridges <= 1,
         )
         return all(bool(check.all()) for check in checks)
 
 
-_COLUMNS: Final = {f.name: f.metadata for f in fields(PackedTemplates)}
+COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(PackedTemplates)}
 _STARTS: Final = (MINUTIA, CELL)
+
+
+def preparation() -> str:
+    """Return the parameters on which the contents of the arrays depend."""
+    return f"{PreparationParameters()} {NeighbourhoodParameters()} {BitDescriptorParameters()}"
+
+
+def _no_entries(name: str, column: Column) -> NDArray[Any]:
+    """Return an array of no prints."""
+    return np.zeros((int(name in _STARTS), *map(int, column.shape[1:])), column.dtype)
 
 
 def _packed(print_: PreparedTemplate) -> PackedTemplates:
@@ -294,7 +278,7 @@ def _packed(print_: PreparedTemplate) -> PackedTemplates:
         "has_ridges": [region.ridges is not None],
         "inside": [region.inside],
     }
-    arrays = {k: np.ascontiguousarray(columns[k], c["dtype"]) for k, c in _COLUMNS.items()}
+    arrays = {k: np.ascontiguousarray(columns[k], c.dtype) for k, c in COLUMNS.items()}
     return PackedTemplates(**arrays)
 
 
@@ -305,18 +289,3 @@ def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[An
     if len(some):
         found[some] = np.maximum.reduceat(values, starts[some])
     return found
-
-
-def _how_prepared() -> str:
-    """Return the parameters on which the contents of the arrays depend."""
-    return f"{PreparationParameters()} {NeighbourhoodParameters()} {BitDescriptorParameters()}"
-
-
-def _array(content: NDArray[np.uint8], begin: int, entry: dict[str, Any]) -> NDArray[Any]:
-    """Return one of the arrays in the content of a file."""
-    dtype = np.dtype(entry["dtype"])
-    at = begin + entry["at"]
-    size = int(np.prod(entry["shape"], dtype=np.int64)) * dtype.itemsize
-    found = content[at : at + size].view(dtype).reshape(entry["shape"])
-    native: NDArray[Any] = found.astype(dtype.newbyteorder("="), copy=False).view(np.ndarray)
-    return native

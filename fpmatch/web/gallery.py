@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import time
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from fpmatch.web.prints import PrintOptions, Upload
 
 _DECISION: Final = ("match", "score", "fmr", "extrapolated", "threshold", "reason")
+_log: Final = logging.getLogger(__name__)
 # The latest search of this worker process, by gallery, matcher and content of the gallery.
 _kept: dict[tuple[str, str, str], Search] = {}
 
@@ -199,5 +201,5 @@ def _search(gallery: Gallery, matcher: str) -> Search:
     key = (gallery.name, matcher, gallery.content_hash())
     if key not in _kept:
         _kept.clear()
-        _kept[key] = open_search(gallery, matcher, engine=serial())
+        _kept[key] = open_search(gallery, matcher, engine=serial(), note=_log.warning)
     return _kept[key]

@@ -100,3 +100,21 @@ def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     assert result.stdout.startswith(f"{probe}: 0 prints compared in ")
     assert result.stdout.endswith(", no candidate\n")
     assert f"{probe}: {ASSUMED_DPI}" in result.stderr
+
+
+def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):
+    words = ("identify", gallery, prints / "1_1.png", "--json", "--workers", 1)
+
+    def candidates(result):
+        return [probe["candidates"] for probe in json.loads(result.stdout)["probes"]]
+
+    whole = run(*words)
+    (path,) = gallery.with_name(f"{gallery.name}.prepared").iterdir()
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+    again = run(*words)
+    line = f"fpmatch: note: prepared prints of {gallery} are damaged: prepared again\n"
+    assert (again.exit_code, again.stderr) == (0, line)
+    assert candidates(again) == candidates(whole)
+    assert run(*words).stderr == ""

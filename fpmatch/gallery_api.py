@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.api import as_template
@@ -82,6 +83,8 @@ def identify(
             return identify(opened, template, count=count, threshold=threshold, matcher=matcher)
     search = open_search(gallery, matcher)
     found = identify_template(search, template, count=count, threshold=threshold)
+    given = Path(probe) if isinstance(probe, str | os.PathLike) else None
+    gallery.record("identify", probe=given, candidates=[one.number for one in found.candidates])
     return [
         IdentifiedFinger(gallery.entry(one.number).label, one.number, one.score, one.fmr)
         for one in found.candidates

@@ -98,6 +98,11 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     help="Refuse prints that match no other impression of their finger, where there are others: "
     "they are of another finger or of another part of the skin (see fpmatch gallery check).",
 )
+@click.option(
+    "--audit",
+    is_flag=True,
+    help="Let GALLERY keep an audit of who does what with it (see fpmatch gallery audit).",
+)
 @raw_option
 @workers_option
 @json_option
@@ -111,6 +116,7 @@ def enrol(
     polarity: Polarity,
     min_quality: int,
     strict: bool,
+    audit: bool,
     raw: tuple[RawSize, ...],
     workers: int | None,
     as_json: bool,
@@ -132,6 +138,7 @@ def enrol(
     with fast_imports():
         from fpmatch.engine.engine import processes
         from fpmatch.gallery import enrol as work
+        from fpmatch.gallery.audit import turn_on
         from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
@@ -149,6 +156,8 @@ def enrol(
         reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
         bars = ProgressBars({"enrol": "enrolling"})
         with open_gallery(gallery, create=True) as opened, bars:
+            if audit:
+                turn_on(opened)
             done = work.enrol(
                 opened,
                 prints,

@@ -7,20 +7,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import first_of, say_note, show, show_line
-from fpmatch.cli.options import (
-    FILE,
-    json_array_option,
-    json_option,
-    key_option,
-    output_option,
-)
+from fpmatch.cli.gallery_audit import audit
+from fpmatch.cli.notes import first_of, json_lines, say_note, show, show_line
+from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
     from pathlib import Path
 
     from fpmatch.gallery.entry import Entry, GallerySummary
@@ -101,6 +96,7 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
     if failures and subject is not None:
         raise click.UsageError("--failures and --subject exclude each other")
     with open_gallery(gallery) as opened:
+        opened.record("list", subject=subject, failures=failures)
         if failures:
             found = opened.failures()
             rows: Iterable[dict[str, Any]] = map(asdict, found)
@@ -108,7 +104,7 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
         else:
             entries = opened.entries(subject=subject)
             rows, lines = ((entry.as_dict() for entry in entries), map(_entry_line, entries))
-        for line in _json_lines(rows) if as_json else lines:
+        for line in json_lines(rows) if as_json else lines:
             show_line(line)
 
 
@@ -117,19 +113,6 @@ def _entry_line(entry: Entry) -> str:
         f"{entry.id:>6}  {printable(entry.label):<16}  {entry.dpi:>5g}  {entry.minutiae:>3}  "
         f"{printable(entry.source)}"
     )
-
-
-def _json_lines(rows: Iterable[dict[str, Any]]) -> Iterator[str]:
-    """Yield a JSON array, one element a line, without holding it all."""
-    yield "["
-    before = None
-    for row in rows:
-        if before is not None:
-            yield f"  {before},"
-        before = json_text(row, indent=None)
-    if before is not None:
-        yield f"  {before}"
-    yield "]"
 
 
 @gallery.command(
@@ -255,29 +238,4 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
     show_line(f"{count(written, 'template')}: {output}")
 
 
-@gallery.command(
-    epilog="""\b
-Examples:
-  fpmatch gallery audit audit.jsonl
-  fpmatch gallery audit audit.jsonl --verify
-
-Each line contains the hash of the line before it. That the last lines are missing shows only if the
-number of events and the last hash, which --verify prints, are less or other than noted earlier.
-
-Exit status: 0 when the log is whole, 2 when a line was changed, removed or inserted.
-"""
-)
-@click.argument("log", type=FILE)
-@click.option("--verify", is_flag=True, help="Check all lines; print their number and last hash.")
-def audit(log: Path, verify: bool) -> None:
-    """Print the events of an audit LOG that `fpmatch serve --audit-log` wrote."""
-    from fpmatch.audit import check_audit_log, read_audit_log
-
-    if verify:
-        state = check_audit_log(log)
-        show(f"{count(state.events, 'event')}, last hash {state.last}")
-        return
-    for event in read_audit_log(log):
-        time, client, action = (event.pop(key, "-") for key in ("time", "client", "action"))
-        event.pop("previous")
-        show_line(f"{time}  {client}  {action}  {json_text(event, indent=None)}")
+gallery.add_command(audit)

@@ -217,6 +217,8 @@ def identify(
                 **limits,
             )
             seconds = time.perf_counter() - start
+            numbers = [candidate.number for candidate in result.candidates]
+            opened.record("identify", probe=file.path, candidates=numbers)
             entries = [opened.entry(candidate.number) for candidate in result.candidates]
             done.append(_Found(file.path, result, entries, seconds))
             if not as_json:

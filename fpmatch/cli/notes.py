@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.printable import as_encodable, printable, printable_lines
+from fpmatch.printable import as_encodable, json_text, printable, printable_lines
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from fpmatch.reading import GivenPrint
 
@@ -113,3 +113,16 @@ def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]
     [{'note': 'ridges white on black', 'prints': ['a.tif']}]
     """
     return [{"note": note, "prints": list(map(str, prints))} for note, prints in noted.items()]
+
+
+def json_lines(rows: Iterable[dict[str, Any]]) -> Iterator[str]:
+    """Yield a JSON array, one element a line, without holding it all."""
+    yield "["
+    before = None
+    for row in rows:
+        if before is not None:
+            yield f"  {before},"
+        before = json_text(row, indent=None)
+    if before is not None:
+        yield f"  {before}"
+    yield "]"

@@ -180,6 +180,9 @@ def _verify_claim(
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
             calibration=calibration,
         )
+        match, best = checked.result.verification.match, checked.best.id
+        claim = {"subject": subject, "finger": finger, "best": best, "match": match}
+        opened.record("verify", probe=values["probe"], **claim)
         name = opened.name
     say_notes_on([probe])
     verification, quality = checked.result.verification, {"probe": probe.quality}

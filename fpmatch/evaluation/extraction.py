@@ -234,9 +234,12 @@ def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPri
 
 def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
     """Return the templates of a database that is a gallery, in the order of its impressions."""
-    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.audit import ranges  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415
 
+    numbers = [i.entry for i in dataset.impressions if i.entry is not None]
     with open_gallery(dataset.place) as gallery:
+        gallery.record("read templates", entries=ranges(numbers))
         found = dict(gallery.templates())
         name = gallery.name
     if missing := [i.name for i in dataset.impressions if i.entry not in found]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.gallery.audit import ranges
 from fpmatch.gallery.entry import Failure
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import link_impressions, linked_groups
@@ -100,6 +101,7 @@ def check_fingers(
     several = [entries for entries in fingers.values() if len(entries) > 1]
     done, total = 0, sum(map(len, several))
     progress("check", 0, total)
+    gallery.record("check", entries=ranges(entry.id for entries in several for entry in entries))
     for entries in several:
         yield _check(gallery, entries, matcher, curve)
         done += len(entries)

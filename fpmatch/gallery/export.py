@@ -9,6 +9,7 @@ from urllib.parse import quote
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import OutputError
 from fpmatch.formats.files import save_template
+from fpmatch.gallery.audit import ranges
 from fpmatch.output import make_folder
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def export_templates(
         If the gallery cannot be read.
     """
     names = _names(gallery.entries(subject=subject))
+    gallery.record("export", entries=ranges(names))
     make_folder(folder)
     progress("export", 0, len(names))
     written = 0

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
+from fpmatch.errors import GalleryError
+from fpmatch.gallery import audit
 from fpmatch.gallery.database import Database
 from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, GallerySummary
 from fpmatch.gallery.rows import as_entry, as_packed, pack_entry, to_row, unpack_entry
@@ -26,9 +28,9 @@ from fpmatch.printable import as_text, printable
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Collection, Iterator, Sequence
+    from pathlib import Path
     from typing import Self
 
-    from fpmatch.errors import GalleryError
     from fpmatch.gallery.entry import NewEntry
     from fpmatch.minutiae import Template
 
@@ -133,6 +135,9 @@ class Gallery(Database):
             if rows:
                 connection.execute(ENTRY.insert(), rows)
                 _mark_changed(connection)
+            if rows or reasons:
+                labels = audit.labels_of(connection, contents=[row["content"] for row in rows])
+                audit.record(connection, "enrol", entries=labels, failed=len(reasons))
         return conflicts
 
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
@@ -186,7 +191,9 @@ class Gallery(Database):
     def clear_failures(self) -> int:
         """Remove all failures; return how many there were."""
         with self._changing() as connection:
-            return connection.execute(FAILURE.delete()).rowcount
+            cleared = connection.execute(FAILURE.delete()).rowcount
+            audit.record(connection, "clear failures", count=cleared)
+        return cleared
 
     def remove(self, numbers: Collection[int]) -> int:
         """Remove entries by their numbers; return how many.
@@ -194,11 +201,13 @@ class Gallery(Database):
         If one of the numbers is unknown, none is removed: GalleryError (code "unknown").
         """
         with self._changing() as connection:
+            labels = audit.labels_of(connection, numbers=numbers)
             for number in dict.fromkeys(numbers):
                 if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
                     raise self._unknown(number)
             if numbers:
                 _mark_changed(connection)
+                audit.record(connection, "remove", entries=labels)
         return len(set(numbers))
 
     def content_hash(self) -> str:
@@ -208,6 +217,26 @@ class Gallery(Database):
             query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
             count, last = connection.execute(query).one()
         return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
+
+    def record(self, action: str, *, probe: Path | bytes | None = None, **details: Any) -> None:
+        """Append an event to the audit of this gallery, if it keeps one.
+
+        Changes append theirs themselves. Of a probe, given as file or content, the event contains
+        the SHA-256. Raises GalleryError if the event cannot be stored: what it states must not
+        happen then.
+        """
+        with self.reading() as connection:
+            if not audit.is_on(connection):
+                return
+        if probe is not None:
+            content = probe if isinstance(probe, bytes) else probe.read_bytes()
+            details = {"probe": hashlib.sha256(content).hexdigest(), **details}
+        try:
+            with self._changing() as connection:
+                audit.record(connection, action, **details)
+        except GalleryError as error:
+            why = f"its audit cannot store the event: {error.detail}"
+            raise self.error(why, error.code) from error
 
     def _unknown(self, number: int) -> GalleryError:
         return self.error(f"no entry has the number {number}", "unknown")
@@ -240,7 +269,7 @@ class Gallery(Database):
     def _changing(self) -> Iterator[sa.Connection]:
         """Open a transaction during which no other one writes."""
         with self.writing() as connection:
-            connection.execute(sa.select(GALLERY.c.id).with_for_update())
+            audit.lock(connection)
             yield connection
 
 

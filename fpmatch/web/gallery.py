@@ -85,6 +85,7 @@ def check_gallery(where: str | None) -> None:
 def list_prints(where: str, subject: str) -> list[dict[str, Any]]:
     """Return the enrolled prints of a subject, as ``fpmatch gallery list --json`` prints them."""
     with open_served_gallery(where) as gallery:
+        gallery.record("list", subject=subject, failures=False)
         return [
             entry.as_dict() | {"source": short_name(entry.source)}
             for entry in gallery.entries(subject=subject)
@@ -125,6 +126,9 @@ def verify_claim(
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
         )
+        match, best = checked.result.verification.match, checked.best.id
+        claim = {"subject": subject, "finger": finger, "best": best, "match": match}
+        gallery.record("verify", probe=upload.data, **claim)
     result, document = checked.result.verification, checked.as_dict()
     best = document["best"]
     return {
@@ -148,6 +152,8 @@ def identify_print(
         start = time.perf_counter()
         found = identify(search, given.template, count=count, threshold=threshold, transforms=True)
         seconds = time.perf_counter() - start
+        numbers = [candidate.number for candidate in found.candidates]
+        gallery.record("identify", probe=upload.data, candidates=numbers)
         entries = [gallery.entry(candidate.number) for candidate in found.candidates]
         name = short_name(gallery.name)
     candidates = found.candidate_dicts(entries)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
 
-from fpmatch.audit.log import AuditLog
+from fpmatch.web.auditor import AUDITOR, REQUEST, Auditor, route_of
 from fpmatch.web.guard import CLIENT
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from fpmatch.web.guard import Guard
     from fpmatch.web.settings import Settings
 
-AUDITED: Final = "fpmatch.audited"  # key of what the audit log states, in the scope of a request
 _SECONDS: Final = (0.01, 0.03, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _log: Final = logging.getLogger("fpmatch.access")
 
@@ -42,7 +41,7 @@ class Observer:
 
     def __init__(self, guard: Guard, settings: Settings) -> None:
         self._app: ASGIApp = guard
-        self._audit = None if settings.audit_log is None else AuditLog(settings.audit_log)
+        self._auditor = Auditor(settings.audit_log)
         self.registry = registry = CollectorRegistry()
         ProcessCollector(registry=registry)
         self._requests = Counter(
@@ -74,19 +73,20 @@ class Observer:
             await send(message)
 
         scope["fpmatch.observer"] = self
+        scope[AUDITOR], scope[REQUEST] = self._auditor, secrets.token_hex(8)
         try:
-            await self._app(scope, receive, sending)
+            await self._app(scope, receive, self._auditor.guarded(scope, sending))
         finally:
             self._account(scope, status, time.perf_counter() - start)
 
     def _account(self, scope: Scope, status: int, seconds: float) -> None:
-        route = getattr(scope.get("route"), "path", "other")
+        route = route_of(scope)
         self._requests.labels(route, status).inc()
         self._seconds.labels(route).observe(seconds)
         client = scope.get(CLIENT)
         name = "-" if client is None else client.name
         fields = {
-            "request": secrets.token_hex(8),
+            "request": scope[REQUEST],
             "client": name,
             "address": (scope.get("client") or ("-",))[0],
             "method": scope["method"],
@@ -104,12 +104,6 @@ class Observer:
             seconds,
             extra=fields,
         )
-        details = scope.get(AUDITED)
-        if self._audit is not None and details is not None:
-            action = f"{scope['method']} {route}"
-            self._audit.append(
-                name, action, {"request": fields["request"], "status": status, **details}
-            )
 
 
 def set_up_logging(form: str, stream: Any = None) -> None:

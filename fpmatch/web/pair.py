@@ -59,7 +59,7 @@ class PairRequest:
         if isinstance(self.reference, Upload):
             reference = open_upload(self.reference, self.readings[1])
         else:
-            reference = _open_enrolled(self.reference)
+            reference = _open_enrolled(self.reference, self.probe.data)
         return compare_pair(probe, reference, self.options)
 
 
@@ -155,7 +155,7 @@ def _extent(template: Template, ink: Ink | None, factor: float) -> list[int]:
     return [round(float(end) / factor) for end in ends]
 
 
-def _open_enrolled(enrolled: EnrolledPrint) -> GivenPrint:
+def _open_enrolled(enrolled: EnrolledPrint, probe: bytes) -> GivenPrint:
     with open_served_gallery(enrolled.gallery) as gallery:
         try:
             entry = gallery.entry(enrolled.number)
@@ -164,6 +164,7 @@ def _open_enrolled(enrolled: EnrolledPrint) -> GivenPrint:
                 raise
             unknown = f"no print is enrolled under the number {enrolled.number}"
             raise RequestError(unknown, status=404) from error
+        gallery.record("compare", probe=probe, entries=[enrolled.number])
         return GivenPrint(str(entry.label), gallery.template(enrolled.number))
 
 

@@ -10,13 +10,14 @@ from typing import Annotated, Any, Final, Literal, cast
 from fastapi import Depends, File, Form, Request, Security, UploadFile, params
 from fastapi.security import HTTPBearer
 
+from fpmatch.audit.client import act_as
 from fpmatch.drawing.overlay.draw import View
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.pair import PairOptions
-from fpmatch.web.access import Client, Role
+from fpmatch.web.access import LOCAL, Client, Role
+from fpmatch.web.auditor import AUDITED, AUDITOR
 from fpmatch.web.errors import RequestError
 from fpmatch.web.guard import CLIENT
-from fpmatch.web.observer import AUDITED
 from fpmatch.web.pair import EnrolledPrint, PairRequest
 from fpmatch.web.prints import PrintOptions, Upload, shown_name
 from fpmatch.web.settings import Settings
@@ -51,17 +52,25 @@ async def _audit(request: Request) -> Callable[..., None]:
     return details.update
 
 
+async def _begin(request: Request) -> Callable[[], Awaitable[None]]:
+    """Return the function that lets the audit log state a change before it is made."""
+    return partial(request.scope[AUDITOR].begin, request.scope)
+
+
 async def _settings(request: Request) -> Settings:
     return cast("Settings", request.app.state.settings)
 
 
 async def _run(request: Request) -> Callable[..., Awaitable[Any]]:
-    return partial(request.app.state.pool.run, request)
+    """Return the function that lets a worker process do some work, in the client's name."""
+    client = cast("Client", request.scope[CLIENT]) if CLIENT in request.scope else LOCAL
+    return partial(request.app.state.pool.run, request, act_as, client.name)
 
 
 ServerSettings = Annotated[Settings, Depends(_settings)]
 Run = Annotated[Callable[..., Awaitable[Any]], Depends(_run)]
 Audit = Annotated[Callable[..., None], Depends(_audit)]
+Begin = Annotated[Callable[[], Awaitable[None]], Depends(_begin)]
 
 
 async def read_upload(request: Request, file: UploadFile, role: str) -> Upload:

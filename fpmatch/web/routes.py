@@ -20,6 +20,7 @@ from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
     Audit,
+    Begin,
     Dpi,
     Drawing,
     EnrolledPair,
@@ -265,7 +266,7 @@ async def identify(
     reading, where = PrintOptions(settings.limits, dpi), settings.gallery
     arguments = (upload, reading, where, matcher, candidates, threshold)
     document = await run(gallery_work.identify_print, *arguments)
-    audit(candidates=[[found["id"], found["score"]] for found in document["candidates"]])
+    audit(candidates=[found["id"] for found in document["candidates"]])
     return models.Identified(**document)
 
 
@@ -277,6 +278,7 @@ async def enrol(
     response: Response,
     run: Run,
     audit: Audit,
+    begin: Begin,
     settings: ServerSettings,
     image: UploadedFile,
     subject: LabelPart = "",
@@ -294,6 +296,7 @@ async def enrol(
     label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None
     reading = PrintOptions(settings.limits, dpi)
     arguments = (upload, reading, settings.gallery, label, settings.pattern)
+    await begin()
     document = await run(gallery_work.enrol_print, *arguments)
     audit(enrolled=document["enrolled"], subject=document["subject"])
     if not document["enrolled"]:
@@ -342,10 +345,11 @@ async def verify_claim(
     "/gallery/prints", summary="Remove all enrolled prints of a subject", dependencies=_ADMIN
 )
 async def remove_subject(
-    run: Run, audit: Audit, settings: ServerSettings, subject: Subject
+    run: Run, audit: Audit, begin: Begin, settings: ServerSettings, subject: Subject
 ) -> models.Removed:
     """Remove the templates of all prints of a subject."""
     audit(subject=subject)
+    await begin()
     removed = await run(gallery_work.remove_subject, settings.gallery, subject)
     audit(entries=removed)
     return models.Removed(removed=len(removed))
@@ -355,9 +359,10 @@ async def remove_subject(
     "/gallery/{number}", summary="Remove one enrolled print", dependencies=_ADMIN
 )
 async def remove_print(
-    run: Run, audit: Audit, settings: ServerSettings, number: int
+    run: Run, audit: Audit, begin: Begin, settings: ServerSettings, number: int
 ) -> models.Removed:
     """Remove the template of entry `number`."""
     audit(entries=[number])
+    await begin()
     await run(gallery_work.remove_print, settings.gallery, number)
     return models.Removed(removed=1)

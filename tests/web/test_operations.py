@@ -118,9 +118,11 @@ def test_the_client_does_all_that_the_server_does(
     actions = [event["action"] for event in events]
     assert actions.count("POST /verify") == 2
     found = next(event for event in events if event["action"] == "POST /identify")
-    assert found["candidates"][0][0] == enrolled["id"]
-    removal = next(event for event in events if event["action"] == "DELETE /gallery/{number}")
-    assert removal["entries"] == [enrolled["id"]]
+    assert found["candidates"][0] == enrolled["id"]
+    begun, removal = (event for event in events if event["action"] == "DELETE /gallery/{number}")
+    assert begun["begun"]
+    assert begun["request"] == removal["request"]
+    assert (removal["status"], removal["entries"]) == (200, [enrolled["id"]])
     assert "iVBOR" not in audit_log.read_text()
     assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
 

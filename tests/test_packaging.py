@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
 
 from fpmatch._version import __version__
 from fpmatch.cli.serve import serve
@@ -29,6 +32,12 @@ def project() -> dict[str, Any]:
 def names(requirements: list[str]) -> set[str]:
     """Return the names of requirements, without extras and versions."""
     return {re.split(r"[\[<>=~ ;]", each)[0].lower() for each in requirements}
+
+
+def requirements(project: dict[str, Any]) -> list[Requirement]:
+    """Return the requirements of the package and of all its extras."""
+    extras = project["project"]["optional-dependencies"]
+    return [*map(Requirement, chain(project["project"]["dependencies"], *extras.values()))]
 
 
 def test_the_version_is_the_same_everywhere() -> None:
@@ -76,6 +85,39 @@ def test_the_lock_file_has_every_dependency_with_hashes(project: dict[str, Any])
     needed = names([*project["project"]["dependencies"], *extras["web"], *extras["postgres"]])
     assert needed <= {name.lower() for name in locked}
     assert "http" not in text
+
+
+LOCKED = ("packaging/requirements.lock", "packaging/constraints.txt")
+
+
+@pytest.mark.parametrize("name", LOCKED)
+def test_locked_versions_satisfy_all_floors(project: dict[str, Any], name: str) -> None:
+    locked: dict[str, list[Version]] = {}
+    for package, version in re.findall(
+        r"^([a-z0-9_.-]+)==([^\s;]+)", (ROOT / name).read_text("utf-8"), re.M
+    ):
+        locked.setdefault(package, []).append(Version(version))
+    for requirement in requirements(project):
+        for version in locked.get(requirement.name.lower(), []):
+            assert version in requirement.specifier, requirement
+
+
+def test_the_constraints_have_all_that_ci_installs(project: dict[str, Any]) -> None:
+    text = (ROOT / LOCKED[1]).read_text("utf-8")
+    assert not re.search(r"^[^\s=]*\[|--hash|://", text, re.M)  # which pip refuses in constraints
+    extras = project["project"]["optional-dependencies"]
+    used = [text for name in ("dev", *EXTRAS, "browser", "docs", "test") for text in extras[name]]
+    needed = names([*project["project"]["dependencies"], *used]) - {"fpmatch"}
+    assert needed <= set(re.findall(r"^([a-z0-9_.-]+)==", text, re.M))
+
+
+def test_no_version_with_a_known_advisory_is_permitted(project: dict[str, Any]) -> None:
+    """The last version with an advisory, of the packages that read what strangers send."""
+    affected = {"starlette": "1.3.0", "python-multipart": "0.0.29", "h11": "0.14.0"}
+    affected |= {"pillow": "12.3.0", "opencv-python-headless": "4.11.0.86", "jinja2": "3.1.5"}
+    found = [one for one in requirements(project) if one.name in affected]
+    assert affected.keys() == {one.name for one in found}
+    assert not [one for one in found if affected[one.name] in one.specifier]
 
 
 def test_the_image_contains_the_package_and_runs_without_privileges() -> None:

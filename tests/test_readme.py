@@ -71,7 +71,7 @@ def enrolled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("enrolled")
     prints = folder / "sample_data"
     shutil.copytree(ROOT / "sample_data", prints, ignore=shutil.ignore_patterns(*NOT_NEEDED))
-    assert run(folder, "-m", "fpmatch", "enrol", GALLERY, "sample_data").returncode == 0
+    assert run(folder, "-m", "fpmatch", "enrol", GALLERY, "sample_data", "--audit").returncode == 0
     made = [str(prints / f"{name}.tif") for name in ("101_1", "101_3", "102_1")]
     assert run(folder, "-m", "fpmatch", "extract", *made, "-o", TEMPLATES).returncode == 0
     for path in map(Path, made):

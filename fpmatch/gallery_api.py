@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,7 +65,7 @@ def identify(
     Returns
     -------
     list of IdentifiedFinger
-        Best first.
+        Best first. Entries that are damaged are skipped, each with a warning.
 
     Raises
     ------
@@ -73,8 +74,8 @@ def identify(
     MatcherError
         If the matcher is unknown or not calibrated, or `count` or `threshold` is out of range.
     """
-    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415  (imports a database)
-    from fpmatch.gallery.identify import identify as identify_template  # noqa: PLC0415
+    from fpmatch.gallery.candidates import identify_entries  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.search import open_search  # noqa: PLC0415
 
     template = as_template(probe, dpi=dpi)
@@ -82,12 +83,14 @@ def identify(
         with open_gallery(gallery) as opened:
             return identify(opened, template, count=count, threshold=threshold, matcher=matcher)
     search = open_search(gallery, matcher)
-    found = identify_template(search, template, count=count, threshold=threshold)
+    found, entries = identify_entries(gallery, search, template, count=count, threshold=threshold)
+    for number, why in gallery.damaged.items():
+        warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)
     given = Path(probe) if isinstance(probe, str | os.PathLike) else None
     gallery.record("identify", probe=given, candidates=[one.number for one in found.candidates])
     return [
-        IdentifiedFinger(gallery.entry(one.number).label, one.number, one.score, one.fmr)
-        for one in found.candidates
+        IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
+        for one, entry in zip(found.candidates, entries, strict=True)
     ]
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.gallery_audit import audit
-from fpmatch.cli.notes import first_of, json_lines, say_note, show, show_line
+from fpmatch.cli.notes import first_of, json_lines, say_damaged, say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text, printable
@@ -62,6 +62,7 @@ def info(gallery: str, as_json: bool) -> None:
 def _summary_text(name: str, s: GallerySummary) -> str:
     n = max(s.impressions, 1)
     failures = f"{count(s.failures, 'picture')} could not be enrolled" if s.failures else "none"
+    damaged = [("Damaged", f"{count(s.damaged, 'entry', 'entries')}, not counted here")]
     rows = [
         ("Impressions", f"{s.impressions} of {count(s.subjects, 'subject')}"),
         ("Resolution", ", ".join(f"{k} at {dpi:g} dpi" for dpi, k in s.dpi.items()) or "none"),
@@ -69,6 +70,7 @@ def _summary_text(name: str, s: GallerySummary) -> str:
         ("Templates", f"{s.template_bytes} bytes, {s.template_bytes / n:.0f} an impression"),
         ("Failures", failures),
         ("Format", f"version {s.version}"),
+        *(damaged if s.damaged else []),
     ]
     return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
 
@@ -106,6 +108,7 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
             rows, lines = ((entry.as_dict() for entry in entries), map(_entry_line, entries))
         for line in json_lines(rows) if as_json else lines:
             show_line(line)
+        say_damaged(opened.name, opened.damaged)
 
 
 def _entry_line(entry: Entry) -> str:
@@ -122,7 +125,7 @@ Examples:
   fpmatch gallery check prints.db --subject 101 --json
 
 Exit status: 0 when the impressions of every finger are linked by matches, 1 when those of some
-finger are not, 2 when the gallery cannot be checked.
+finger are not or an entry is damaged, 2 when the gallery cannot be checked.
 """
 )
 @_ARGUMENT
@@ -130,24 +133,34 @@ finger are not, 2 when the gallery cannot be checked.
 @json_array_option
 @key_option
 def check(gallery: str, subject: str | None, as_json: bool) -> int:
-    """Find fingers whose impressions in GALLERY do not match each other.
+    """Find fingers whose impressions in GALLERY do not match each other, and damaged entries.
 
     The impressions of each finger are compared with each other. Listed are fingers whose
     impressions fall into groups without a match between them, with the best-scoring pair between
     the largest group and each other: a group may be of another finger. Small touches of one finger
-    that share no skin do not match either.
+    that share no skin do not match either. Damaged entries, which every command skips, are listed
+    with reasons; `fpmatch gallery remove` removes them, and the prints can be enrolled again.
     """
-    from fpmatch.gallery.consistency import check_fingers
+    from fpmatch.gallery.consistency import check_fingers, find_damaged
     from fpmatch.gallery.gallery import open_gallery
 
-    with open_gallery(gallery) as opened, ProgressBars({"check": "comparing"}) as bars:
+    stages = {"read": "reading entries", "check": "comparing"}
+    with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
+        damaged = find_damaged(opened, subject=subject, progress=bars.show)
         wanted = None
         if subject is not None:
-            wanted = {opened.entry(number).label.subject for number in opened.numbers_of(subject)}
+            entries = map(opened.find_entry, opened.numbers_of(subject))
+            wanted = {entry.label.subject for entry in entries if entry is not None}
         checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
     doubtful = [check for check in checks if not check.consistent]
     if as_json:
-        show(json_text([check.as_dict() for check in checks]))
+        # of the same form as the checks of fingers, for programs that read these only
+        rows = [
+            {"subject": None, "finger": None, "consistent": False, "groups": [[number]]}
+            | {"disagreements": [], "damaged": why}
+            for number, why in damaged.items()
+        ]
+        show(json_text([*(check.as_dict() for check in checks), *rows]))
     else:
         for one in doubtful:
             sizes = ", ".join(str(len(group)) for group in one.groups)
@@ -155,8 +168,11 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
             for pair in one.disagreements:
                 show_line(f"  {pair}")
         several = count(len(checks), "finger")
-        show(f"{several} with several impressions checked, {len(doubtful)} doubtful")
-    return 1 if doubtful else 0
+        for number, why in damaged.items():
+            show_line(f"entry {number} is damaged: {why}")
+        lost = f"; {count(len(damaged), 'damaged entry', 'damaged entries')}" if damaged else ""
+        show(f"{several} with several impressions checked, {len(doubtful)} doubtful{lost}")
+    return 1 if doubtful or damaged else 0
 
 
 @gallery.command(
@@ -196,6 +212,9 @@ Examples:
   fpmatch gallery export prints.db -o templates
   fpmatch gallery export prints.db -o templates --subject 101 --format both
   fpmatch gallery export prints.db -o templates --format iso2005
+
+Exit status: 0 when all are written, 1 when damaged entries were skipped, 2 when it could not be
+done.
 """
 )
 @_ARGUMENT
@@ -209,7 +228,7 @@ Examples:
     "format of `fpmatch convert`.",
 )
 @key_option
-def export(gallery: str, output: Path, subject: str | None, file_format: str) -> None:
+def export(gallery: str, output: Path, subject: str | None, file_format: str) -> int:
     """Write the templates of GALLERY as files.
 
     They are named by subject, finger and impression: 101_3.json.
@@ -232,10 +251,13 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
             progress=bars.show,
             noted=lambda path, note: lost.setdefault(note, []).append(path),
         )
+        gallery_name, damaged = opened.name, opened.damaged
+    say_damaged(gallery_name, damaged)
     for note, paths in lost.items():
         if file_format not in OWN_FORMATS:
             say_note(f"{first_of(paths)}: {note}")
     show_line(f"{count(written, 'template')}: {output}")
+    return 1 if damaged else 0
 
 
 gallery.add_command(audit)

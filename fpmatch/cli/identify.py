@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import (
+    say_damaged,
+    say_errors,
+    say_note,
+    say_notes,
+    say_slow_kernels,
+    show,
+)
 from fpmatch.cli.options import (
     FROM_1,
     file_option,
@@ -172,7 +179,7 @@ def identify(
     prepared by the first search, and by the first one after a change.
     """
     from fpmatch.engine.engine import processes
-    from fpmatch.gallery import identify as work
+    from fpmatch.gallery.candidates import identify_entries
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.search import ConsolidatedFingers, open_search
@@ -195,9 +202,6 @@ def identify(
             engine = processes(workers)
             search = open_search(opened, matcher, engine=engine, progress=bars.show, note=say_note)
 
-        def subject_of(number: int) -> str:
-            return opened.entry(number).label.subject
-
         consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
         for file in files:
             try:
@@ -207,23 +211,24 @@ def identify(
                 continue
             noted.append((file.path, probe.all_notes))
             start = time.perf_counter()
-            result = work.identify(
+            result, entries = identify_entries(
+                opened,
                 search,
                 probe.template,
                 calibration=curve,
                 impressions=impressions,
                 consolidated=consolidated,
-                subject_of=subject_of if listed == "subjects" else None,
+                by_subject=listed == "subjects",
                 **limits,
             )
             seconds = time.perf_counter() - start
             numbers = [candidate.number for candidate in result.candidates]
             opened.record("identify", probe=file.path, candidates=numbers)
-            entries = [opened.entry(candidate.number) for candidate in result.candidates]
             done.append(_Found(file.path, result, entries, seconds))
             if not as_json:
                 show(_as_text(done[-1]))
-        name = opened.name
+        name, damaged = opened.name, opened.damaged
+    say_damaged(name, damaged)
     say_notes(group_by_note(noted))
     say_errors(failures)
     if as_json and done:
@@ -231,6 +236,7 @@ def identify(
             "gallery": name,
             "matcher": search.matcher.name,
             "enrolled": len(search),
+            "damaged": len(damaged),
             "compared": done[0].result.compared,
             "fingers": done[0].result.fingers,
             "listed": listed,

@@ -104,6 +104,14 @@ def say_failures(failures: Sequence[str], shown_by: str = "") -> None:
         say(f"failed: {len(failures) - MOST_SHOWN} more{shown_by}")
 
 
+def say_damaged(gallery: str, damaged: Mapping[int, str]) -> None:
+    """Name on stderr the damaged entries of a gallery, which were skipped, each once."""
+    for number, why in list(damaged.items())[:MOST_SHOWN]:
+        say(f"damaged: {gallery}: entry {number} is skipped: {why}")
+    if len(damaged) > MOST_SHOWN:
+        say(f"damaged: {len(damaged) - MOST_SHOWN} more; `fpmatch gallery check` lists all")
+
+
 def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
     """Return notes and all their prints as JSON values.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
-from fpmatch.cli.notes import say_note, say_slow_kernels, show_line
+from fpmatch.cli.notes import say_damaged, say_note, say_slow_kernels, show_line
 from fpmatch.cli.options import (
     file_option,
     key_option,
@@ -166,3 +166,4 @@ def _prepare(gallery: str, workers: int | None) -> None:
     bars = ProgressBars({"prepare": "preparing prints"})
     with open_gallery(gallery, create=True) as opened, bars:
         open_search(opened, engine=processes(workers), progress=bars.show, note=say_note)
+        say_damaged(opened.name, opened.damaged)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_notes_on, show
+from fpmatch.cli.notes import say_damaged, say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
     compare_files,
@@ -184,6 +184,7 @@ def _verify_claim(
         claim = {"subject": subject, "finger": finger, "best": best, "match": match}
         opened.record("verify", probe=values["probe"], **claim)
         name = opened.name
+        say_damaged(name, opened.damaged)
     say_notes_on([probe])
     verification, quality = checked.result.verification, {"probe": probe.quality}
     if as_json:

@@ -240,10 +240,10 @@ def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
     numbers = [i.entry for i in dataset.impressions if i.entry is not None]
     with open_gallery(dataset.place) as gallery:
         gallery.record("read templates", entries=ranges(numbers))
-        found = dict(gallery.templates())
+        found = {number: Extraction(made, "", math.nan) for number, made in gallery.templates()}
+        for number, why in gallery.damaged.items():
+            found[number] = Extraction(None, f"entry {number} is damaged: {why}", math.nan)
         name = gallery.name
     if missing := [i.name for i in dataset.impressions if i.entry not in found]:
         raise DatasetError(f"{missing[0]} has been removed meanwhile", path=name, code="changed")
-    return tuple(
-        Extraction(found[i.entry], "", math.nan) for i in dataset.impressions if i.entry is not None
-    )
+    return tuple(found[i.entry] for i in dataset.impressions if i.entry is not None)

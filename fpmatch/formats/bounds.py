@@ -24,6 +24,10 @@ LEAST_STEP_PX: Final = 0.1  # side of a cell at 500 dpi
 MOST_STEP_PX: Final = 10_000.0
 
 
+def _beyond(message: str) -> TemplateError:
+    return TemplateError(message, code="bounds")
+
+
 def check_bounds(template: Template) -> None:
     """Raise TemplateError if a number of a template is outside its bounds.
 
@@ -41,13 +45,13 @@ def check_bounds(template: Template) -> None:
         scaled = np.abs((values.astype(np.float64) + 0.5) * zoom - 0.5)
         if scaled.max(initial=0.0) >= MOST_PX + 0.5:
             farthest = values[scaled.argmax()]
-            raise TemplateError(
+            raise _beyond(
                 f"minutiae: {article} {name} of {farthest:g} is beyond {MOST_PX} pixels at 500 dpi"
             )
     if len(template.minutiae) > MOST_MINUTIAE:
-        raise TemplateError(f"more than {MOST_MINUTIAE} minutiae in one print")
+        raise _beyond(f"more than {MOST_MINUTIAE} minutiae in one print")
     if max(template.width, template.height) > MOST_SIDE_PX:
-        raise TemplateError(f"a side of the print has more than {MOST_SIDE_PX} pixels")
+        raise _beyond(f"a side of the print has more than {MOST_SIDE_PX} pixels")
     if template.field is not None:
         _check_field(template.field, zoom)
 
@@ -55,18 +59,18 @@ def check_bounds(template: Template) -> None:
 def check_cells(rows: int, columns: int) -> None:
     """Raise TemplateError unless a ridge field may have so many cells, before room is made."""
     if rows < 1 or columns < 1:
-        raise TemplateError("ridge_field: rows and columns must be positive")
+        raise _beyond("ridge_field: rows and columns must be positive")
     if rows * columns > MOST_CELLS:
-        raise TemplateError(f"ridge_field: more than {MOST_CELLS} cells")
+        raise _beyond(f"ridge_field: more than {MOST_CELLS} cells")
 
 
 def _check_field(field: RidgeField, zoom: float) -> None:
     if field.mask.size > MOST_CELLS or max(field.mask.shape) > MOST_SIDE_PX:
-        raise TemplateError(f"ridge_field: more than {MOST_CELLS} cells, or too many in a row")
+        raise _beyond(f"ridge_field: more than {MOST_CELLS} cells, or too many in a row")
     if not LEAST_STEP_PX <= field.step * zoom <= MOST_STEP_PX:
-        raise TemplateError(
+        raise _beyond(
             f"ridge_field: a step of {field.step:g} pixels is outside "
             f"{LEAST_STEP_PX:g} to {MOST_STEP_PX:g} at 500 dpi"
         )
     if not np.isfinite(field.orientation[field.mask]).all():
-        raise TemplateError("ridge_field: an orientation is not finite")
+        raise _beyond("ridge_field: an orientation is not finite")

@@ -109,7 +109,7 @@ def decode_record(
         for view in record.views:
             check_bounds(view.template)
     except FpmatchError as error:
-        raise TemplateError(f"{source}: {error}") from error
+        raise TemplateError(f"{source}: {error}", code=error.code) from error
     return record
 
 

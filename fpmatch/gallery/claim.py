@@ -22,10 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedClaim:
-    """Hold the decision on a claimed identity, and the impressions enrolled under it."""
+    """Hold the decision on a claimed identity, and the impressions enrolled under it.
+
+    `damaged` is the number of those that could not be read, which are not among `entries`.
+    """
 
     entries: tuple[Entry, ...]
     result: FingerVerification
+    damaged: int = 0
 
     @property
     def best(self) -> Entry:
@@ -39,6 +43,7 @@ class CheckedClaim:
             "subject": label.subject,
             "impressions": len(self.entries),
             "compared": len(self.result.compared),
+            "damaged": self.damaged,
             "best": {
                 "id": self.best.id,
                 "finger": label.finger,
@@ -52,6 +57,7 @@ class CheckedClaim:
         """Return what was compared as a sentence."""
         enrolled, compared = len(self.entries), len(self.result.compared)
         of_them = f", {compared} of them compared" if compared < enrolled else ""
+        of_them += f", {self.damaged} more damaged" if self.damaged else ""
         return printable(
             f"{count(enrolled, 'impression')} of subject {self.best.label.subject}"
             f"{of_them}; the most similar is {self.best.label}, entry {self.best.id}, by itself "
@@ -72,19 +78,25 @@ def check_claim(
     """Decide whether a probe comes from the claimed subject of an open gallery.
 
     `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
-    Other parameters, and the errors, are as for `fpmatch.matching.finger.verify_finger`; raises
-    GalleryError if the gallery cannot be read, or nothing of the subject or finger is enrolled.
+    Impressions that are damaged are skipped. Other parameters, and the errors, are as for
+    `fpmatch.matching.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
+    nothing of the subject or finger is enrolled, or all of it is damaged.
     """
-    entries = tuple(
+    before = len(gallery.damaged)
+    entries = [
         entry
         for entry in gallery.entries(subject=subject)
         if finger is None or entry.label.finger == finger
-    )
-    if not entries:
+    ]
+    found = [(entry, gallery.find_template(entry.id)) for entry in entries]
+    damaged = len(gallery.damaged) - before
+    sound = {entry: template for entry, template in found if template is not None}
+    if not sound:
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
+        if damaged:
+            raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
-    references = [gallery.template(entry.id) for entry in entries]
     result = verify_finger(
-        probe, references, matcher=matcher, threshold=threshold, calibration=calibration
+        probe, list(sound.values()), matcher=matcher, threshold=threshold, calibration=calibration
     )
-    return CheckedClaim(entries, result)
+    return CheckedClaim(tuple(sound), result, damaged)

@@ -93,18 +93,28 @@ def unpack_template(data: bytes) -> Template:
 
     Raises TemplateError if `data` is of another version, damaged, or no packed template at all.
     """
-    if data[:2] != _MAGIC or len(data) < _HEAD.size + _CRC.size:
-        raise TemplateError("not a packed template")
-    if data[2] not in KNOWN:
-        raise TemplateError(f"packed template of version {data[2]} (known: up to {VERSION})")
-    if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(data[: -_CRC.size]):
-        raise TemplateError("packed template is damaged")
+    check_packed(data)
     try:
         template = _unpack(ByteReader(data[: -_CRC.size], TemplateError))
         check_bounds(template)
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
     return template
+
+
+def check_packed(data: bytes) -> tuple[int, float]:
+    """Check the checksum of a packed template; return its number of minutiae and its dpi.
+
+    Raises TemplateError as `unpack_template`, which finds damage that was there before packing too.
+    """
+    if data[:2] != _MAGIC or len(data) < _HEAD.size + _CRC.size:
+        raise TemplateError("not a packed template")
+    if data[2] not in KNOWN:
+        raise TemplateError(f"packed template of version {data[2]} (known: up to {VERSION})")
+    if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(memoryview(data)[: -_CRC.size]):
+        raise TemplateError("packed template is damaged")
+    _, _, _, dpi_units, _, _, count, *_ = _HEAD.unpack(data[: _HEAD.size])
+    return count, dpi_units / _DPI_UNITS
 
 
 def _column(reader: ByteReader, count: int, width: int) -> Ints:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.workers import Progress, no_progress
@@ -16,12 +17,13 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping
 
     from fpmatch.gallery.entry import Entry, Label
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
+    from fpmatch.minutiae import Template
 
 LINK_SCORE: Final = 30.0
 HIGHEST_LINK_SCORE: Final = 55.0
@@ -88,7 +90,7 @@ def check_fingers(
     Small touches of one finger that share no skin do not match either: two groups are a reason to
     inspect them, no proof. Two impressions match from a score of 30, or of more, up to 55, where
     they form many pairs. Of more than 64 impressions, all are compared with 64 spread over them.
-    Fingers with one impression are left out.
+    Fingers with one impression are left out, and damaged entries.
 
     Only fingers of `subjects` are checked (default: all). `progress` is called with stage "check"
     and numbers of impressions. Raises GalleryError if the gallery cannot be read.
@@ -103,7 +105,10 @@ def check_fingers(
     progress("check", 0, total)
     gallery.record("check", entries=ranges(entry.id for entries in several for entry in entries))
     for entries in several:
-        yield _check(gallery, entries, matcher, curve)
+        found = [(entry, gallery.find_template(entry.id)) for entry in entries]
+        sound = {entry: template for entry, template in found if template is not None}
+        if len(sound) > 1:
+            yield _check(sound, matcher, curve)
         done += len(entries)
         progress("check", done, total)
 
@@ -133,10 +138,28 @@ def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure
     return failures
 
 
-def _check(
-    gallery: Gallery, entries: Sequence[Entry], matcher: Matcher, curve: Calibration
-) -> FingerCheck:
-    templates = [gallery.template(entry.id) for entry in entries]
+def find_damaged(
+    gallery: Gallery, *, subject: str | None = None, progress: Progress = no_progress
+) -> dict[int, str]:
+    """Read all entries of a gallery, or of a subject; return why some are damaged, by number.
+
+    `progress` is called with stage "read" and numbers of entries. Raises GalleryError if the
+    gallery cannot be read.
+    """
+    if subject is None:
+        total = 2 * len(gallery)
+        for done, _ in enumerate(chain(gallery.entries(), gallery.templates()), start=1):
+            progress("read", min(done, total), total)
+        return dict(gallery.damaged)
+    numbers = gallery.numbers_of(subject)
+    for number in numbers:
+        if gallery.find_entry(number) is not None:
+            gallery.find_template(number)
+    return {number: gallery.damaged[number] for number in numbers if number in gallery.damaged}
+
+
+def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration) -> FingerCheck:
+    entries, templates = list(sound), list(sound.values())
     prepared = [matcher.prepare(template) for template in templates]
     among = set(choose_impressions(templates))
     needed = _link_score(len(entries))

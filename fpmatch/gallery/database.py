@@ -33,7 +33,11 @@ _CREATION_LOCK: Final = 0x66706D61746368  # "fpmatch", on a PostgreSQL server
 
 
 class DamagedRowError(ValueError):
-    """A row has impossible content; within a transaction it becomes a GalleryError."""
+    """The row of an entry has impossible content; for one entry it becomes a GalleryError."""
+
+    def __init__(self, number: object, why: str) -> None:
+        self.number, self.why = number, why
+        super().__init__(f"entry {number}: {why}")
 
 
 class Database:
@@ -148,9 +152,19 @@ def _sqlite(path: Path, *, create: bool) -> sa.Engine:
 
     def connect() -> sqlite3.Connection:
         # isolation_level None: transactions begin in `_begin` only
-        return sqlite3.connect(uri, uri=True, timeout=BUSY_S, isolation_level=None)
+        connection = sqlite3.connect(uri, uri=True, timeout=BUSY_S, isolation_level=None)
+        connection.text_factory = _text
+        return connection
 
     return sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.NullPool)
+
+
+def _text(data: bytes) -> str | bytes:
+    """Return the text of a cell; the bytes of one that is damaged."""
+    try:
+        return data.decode()
+    except UnicodeDecodeError:
+        return data
 
 
 def _postgresql(url: sa.URL) -> sa.Engine:

@@ -174,7 +174,10 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class GallerySummary:
-    """Hold counts and sizes of a gallery; `dpi` counts impressions by resolution."""
+    """Hold counts and sizes of a gallery; `dpi` counts impressions by resolution.
+
+    `damaged` is the number of entries that are no impressions: a column of them is impossible.
+    """
 
     version: int
     impressions: int
@@ -183,6 +186,7 @@ class GallerySummary:
     template_bytes: int
     dpi: dict[float, int]
     failures: int
+    damaged: int = 0
 
     def as_dict(self) -> dict[str, Any]:
         """Return the JSON values that ``fpmatch gallery info --json`` prints."""

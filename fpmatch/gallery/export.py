@@ -34,8 +34,8 @@ def export_templates(
     """Write the templates of a gallery into a folder, under their labels; return their number.
 
     They are written in the formats of some `suffixes`, as of `save_template`; `subject` selects
-    those of one. `progress` is called with stage "export" and numbers of templates, `noted` with a
-    file and each note on what its format cannot hold.
+    those of one; damaged entries are skipped. `progress` is called with stage "export" and numbers
+    of templates, `noted` with a file and each note on what its format cannot hold.
 
     Raises
     ------

@@ -11,17 +11,19 @@ import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import audit
-from fpmatch.gallery.database import Database
+from fpmatch.gallery.database import DamagedRowError, Database
 from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, GallerySummary
-from fpmatch.gallery.rows import as_entry, as_packed, pack_entry, to_row, unpack_entry
+from fpmatch.gallery.rows import as_entry, as_packed, as_template, pack_entry, to_row
 from fpmatch.gallery.tables import (
     ABOUT,
     ENTRY,
     FAILURE,
     GALLERY,
+    PACKED,
     VERSION,
     Conflicts,
     create_tables,
+    is_sound,
 )
 from fpmatch.printable import as_text, printable
 
@@ -38,7 +40,6 @@ Converted = TypeVar("Converted")
 
 ROWS_PER_READ: Final = 1000
 _COUNT: Final = sa.select(sa.func.count())
-_PACKED: Final = sa.select(ENTRY.c.id, ENTRY.c.template)
 
 
 def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gallery:
@@ -71,8 +72,13 @@ class Gallery(Database):
 
     Every method is one transaction, or one for some thousand rows where it yields: a killed
     program leaves nothing half-written, and two may enrol at the same time. Methods raise
-    GalleryError where the database cannot be read or written.
+    GalleryError where the database cannot be read or written. Those that yield skip entries that
+    are damaged; `damaged` has the reason of each, by its number.
     """
+
+    def __init__(self, where: str | os.PathLike[str], *, create: bool = False) -> None:
+        super().__init__(where, create=create)
+        self.damaged: dict[int, str] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -90,7 +96,7 @@ class Gallery(Database):
 
     def summary(self) -> GallerySummary:
         """Count what is in the gallery."""
-        by_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
+        of_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
         totals = sa.select(
             sa.func.count(),
             sa.func.count(ENTRY.c.subject.distinct()),
@@ -98,11 +104,16 @@ class Gallery(Database):
             sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
         ).select_from(ENTRY)
         with self.reading() as connection:
+            sound = is_sound(connection.dialect.name)
             version = int(connection.scalar(sa.select(GALLERY.c.version)) or 0)
-            impressions, subjects, minutiae, size = map(int, connection.execute(totals).one())
-            dpi = {float(dpi): int(count) for dpi, count in connection.execute(by_dpi)}
+            impressions, subjects, minutiae, size = map(
+                int, connection.execute(totals.where(sound)).one()
+            )
+            damaged = int(connection.scalar(_COUNT.select_from(ENTRY)) or 0) - impressions
+            by_dpi = {float(dpi): count for dpi, count in connection.execute(of_dpi.where(sound))}
             failures = int(connection.scalar(_COUNT.select_from(FAILURE)) or 0)
-        return GallerySummary(version, impressions, subjects, minutiae, size, dpi, failures)
+        sizes = impressions, subjects, minutiae, size, by_dpi
+        return GallerySummary(version, *sizes, failures, damaged)
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
@@ -147,12 +158,14 @@ class Gallery(Database):
         """
         query = sa.select(*ABOUT)
         if subject is not None:
-            query = query.where(ENTRY.c.subject.in_({as_text(subject), printable(subject)}))
+            query = query.where(_is_of(subject))
         yield from self._rows(query, as_entry)
 
     def numbers_of(self, subject: str) -> list[int]:
         """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
-        numbers = [entry.id for entry in self.entries(subject=subject)]
+        query = sa.select(ENTRY.c.id).where(_is_of(subject)).order_by(ENTRY.c.id)
+        with self.reading() as connection:
+            numbers = list(connection.scalars(query))
         if not numbers:
             raise self.error(f"no impression of subject {subject}", "unknown")
         return numbers
@@ -163,17 +176,23 @@ class Gallery(Database):
 
     def template(self, number: int) -> Template:
         """Return the template of an entry; GalleryError if there is none or it is damaged."""
-        _, data = self._one(_PACKED, number, as_packed)
-        return unpack_entry(data, number, self.name)
+        return self._one(PACKED, number, as_template)[1]
 
-    def packed_templates(self, *, after: int = 0) -> Iterator[tuple[int, bytes]]:
-        """Yield number and packed template of the entries whose number is greater than `after`."""
-        yield from self._rows(_PACKED, as_packed, after=after)
+    def find_entry(self, number: int) -> Entry | None:
+        """Return the entry of a number; None for one that is damaged, which is skipped."""
+        return self._unless_damaged(self.entry, number)
 
-    def templates(self, *, after: int = 0) -> Iterator[tuple[int, Template]]:
-        """Yield number and template of the entries whose number is greater than `after`."""
-        for number, data in self.packed_templates(after=after):
-            yield number, unpack_entry(data, number, self.name)
+    def find_template(self, number: int) -> Template | None:
+        """Return the template of an entry; None for one that is damaged, which is skipped."""
+        return self._unless_damaged(self.template, number)
+
+    def packed_templates(self, *, after: int | None = None) -> Iterator[tuple[int, bytes]]:
+        """Yield number and packed template of all entries, or of those of numbers over `after`."""
+        yield from self._rows(PACKED, as_packed, after=after)
+
+    def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
+        """Yield number and template of all entries, or of those of numbers over `after`."""
+        yield from self._rows(PACKED, as_template, after=after)
 
     def fingers(self) -> dict[int, int]:
         """Return for the number of each entry the lowest number of an entry of its finger."""
@@ -186,7 +205,7 @@ class Gallery(Database):
         """Return what could not be enrolled, by source."""
         with self.reading() as connection:
             rows = connection.execute(sa.select(FAILURE).order_by(FAILURE.c.source)).all()
-        return [Failure(row.source, row.reason) for row in rows]
+        return [Failure(str(row.source), str(row.reason)) for row in rows]
 
     def clear_failures(self) -> int:
         """Remove all failures; return how many there were."""
@@ -208,6 +227,8 @@ class Gallery(Database):
             if numbers:
                 _mark_changed(connection)
                 audit.record(connection, "remove", entries=labels)
+        for number in set(numbers) & self.damaged.keys():
+            del self.damaged[number]
         return len(set(numbers))
 
     def content_hash(self) -> str:
@@ -249,18 +270,43 @@ class Gallery(Database):
             row = connection.execute(query.where(ENTRY.c.id == number)).first()
             if row is None:
                 raise self._unknown(number)
-            return convert(row)
+            try:
+                return convert(row)
+            except DamagedRowError as error:
+                self.damaged[number] = error.why
+                raise
+
+    def _unless_damaged(self, read: Callable[[int], Converted], number: int) -> Converted | None:
+        try:
+            return read(number)
+        except GalleryError as error:
+            if error.code != "damaged" or number not in self.damaged:
+                raise
+            return None
 
     def _rows(
-        self, query: sa.Select[Any], convert: Callable[[Any], Converted], *, after: int = 0
+        self,
+        query: sa.Select[Any],
+        convert: Callable[[Any], Converted],
+        *,
+        after: int | None = None,
     ) -> Iterator[Converted]:
-        """Yield rows by number, in transactions short enough to block no one for long."""
+        """Yield rows by number, in transactions short enough to block no one for long.
+
+        Damaged ones are skipped.
+        """
         query = query.order_by(ENTRY.c.id).limit(ROWS_PER_READ)
         while True:
+            further = query if after is None else query.where(ENTRY.c.id > after)
             with self.reading() as connection:
-                rows = connection.execute(query.where(ENTRY.c.id > after)).all()
-                converted = [convert(row) for row in rows]
-            yield from converted
+                rows = connection.execute(further).all()
+            for row in rows:
+                try:
+                    converted = convert(row)
+                except DamagedRowError as error:
+                    self.damaged[row.id] = error.why
+                    continue
+                yield converted
             if len(rows) < ROWS_PER_READ:
                 return
             after = rows[-1].id
@@ -293,6 +339,10 @@ def _check_or_create(gallery: Gallery, *, create: bool) -> None:
         raise gallery.error(
             f"a gallery of version {version}; this fpmatch reads version {VERSION}", "version"
         )
+
+
+def _is_of(subject: str) -> sa.ColumnElement[bool]:
+    return ENTRY.c.subject.in_({as_text(subject), printable(subject)})
 
 
 def _mark_changed(connection: sa.Connection) -> None:

@@ -14,7 +14,7 @@ from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_f
 from fpmatch.matching.finger import fused_scores
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -96,7 +96,8 @@ def identify(
     candidate_list: CandidateListSize = "auto",
     impressions: bool = False,
     consolidated: ConsolidatedFingers | None = None,
-    subject_of: Callable[[int], str] | None = None,
+    subject_of: Callable[[int], str | None] | None = None,
+    skipped: Collection[int] = (),
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
@@ -126,7 +127,9 @@ def identify(
         the candidates again; the same fingers are candidates (default: this is not done).
     subject_of : callable, optional
         Returns the subject of the entry with a number: each subject is then a candidate once, by
-        its best finger or impression (default: as often as it has any).
+        its best finger or impression (default: as often as it has any). None: no candidate.
+    skipped : collection of int
+        Numbers of entries that are treated as if they were not enrolled.
 
     Raises
     ------
@@ -166,8 +169,14 @@ def identify(
     which = None if size is None else search.candidate_list(prepared, max(size, count))
     similarities = search.similarities(prepared, which)
     places = np.arange(len(search)) if which is None else which
-    singles = chosen.scores(similarities)
     finger, sizes = search.finger_of, search.finger_sizes
+    enrolled, fingers = len(search), len(sizes)
+    if skipped:
+        left = ~np.isin(search.numbers, list(skipped))
+        similarities, places = similarities[left[places]], places[left[places]]
+        sizes = np.bincount(finger[left], minlength=fingers)
+        enrolled, fingers = (int(np.count_nonzero(counts)) for counts in (left, sizes))
+    singles = chosen.scores(similarities)
     if impressions:
         finger, sizes = np.arange(len(search)), np.ones(len(search), np.intp)
     found_of, local = np.unique(finger[places], return_inverse=True)
@@ -188,7 +197,7 @@ def identify(
                 similarity=float(similarities[k]),
                 score=score,
                 fmr=fmr,
-                expected_false=fmr * len(sizes),
+                expected_false=fmr * (enrolled if impressions else fingers),
                 comparison=found,
                 impressions=int(sizes[finger[places[k]]]),
                 impression_score=float(singles[k]),
@@ -197,12 +206,12 @@ def identify(
     if consolidated is not None:
         candidates = consolidated.rerank(prepared, candidates)
     return Identification(
-        enrolled=len(search),
+        enrolled=enrolled,
         compared=len(similarities),
         candidates=tuple(one for one in candidates if one.score >= threshold),
         matcher=search.matcher.name,
         smallest_measured_fmr=score_to_fmr(chosen.largest_measured_score),
-        fingers=len(search.finger_sizes),
+        fingers=fingers,
     )
 
 
@@ -241,12 +250,12 @@ def _ranked(
 
 
 def _once_a_subject(
-    ranked: Iterator[int], numbers: NDArray[np.int64], subject_of: Callable[[int], str]
+    ranked: Iterator[int], numbers: NDArray[np.int64], subject_of: Callable[[int], str | None]
 ) -> Iterator[int]:
     """Yield the first impression of each subject."""
     found = set()
     for place in ranked:
         subject = subject_of(int(numbers[place]))
-        if subject not in found:
+        if subject is not None and subject not in found:
             found.add(subject)
             yield place

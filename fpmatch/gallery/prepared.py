@@ -20,7 +20,7 @@ from fpmatch._version import __version__
 from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.engine.engine import processes
 from fpmatch.errors import FpmatchError, OutputError
-from fpmatch.gallery.rows import unpack_entry
+from fpmatch.gallery.compact import unpack_template
 from fpmatch.matching import packed_templates
 from fpmatch.matching.packed_templates import PRINT, PackedTemplates
 from fpmatch.output import make_folder
@@ -90,6 +90,7 @@ def prepare_gallery(
     faults: list[str] = []
     kept = _first_whole((folder / _name(matcher, content) for folder in folders), matcher, faults)
     if kept is not None:
+        _find_damaged(gallery, kept)
         return kept
     old = _first_whole(_newest_first(folders, matcher, content), matcher, faults)
     if faults:
@@ -104,6 +105,13 @@ def prepare_gallery(
             _remove_others(path, matcher)
             break
     return prepared
+
+
+def _find_damaged(gallery: Gallery, kept: Prepared) -> None:
+    """Add to `gallery.damaged` the entries that are not among its prepared prints."""
+    if len(gallery) > len(kept.numbers):
+        for number in gallery.fingers().keys() - set(kept.numbers.tolist()):
+            gallery.find_template(number)
 
 
 def load_prepared(path: Path, matcher: Matcher) -> Prepared:
@@ -196,9 +204,13 @@ def _renew(
         digests.append(digest)
         if digest not in place:
             missing.append((number, data))
+    new, damaged = _prepare_all(matcher, missing, engine, progress)
+    if damaged:
+        gallery.damaged |= damaged
+        sound = [k for k, number in enumerate(numbers) if number not in damaged]
+        numbers, digests = [numbers[k] for k in sound], [digests[k] for k in sound]
     # an entry enrolled since `fingers` was read is a finger of its own until the next preparation
     shown = [fingers.get(number, number) for number in numbers]
-    new = _prepare_all(gallery.name, matcher, missing, engine, progress)
     if old is None:
         prints = new
     elif len(digests) == len(before) + len(new) and digests[: len(before)] == before:
@@ -214,28 +226,33 @@ def _renew(
 
 
 def _prepare_all(
-    name: str,
     matcher: Matcher,
     templates: Sequence[tuple[int, bytes]],
     engine: Engine,
     progress: Progress,
-) -> PackedTemplates:
+) -> tuple[PackedTemplates, dict[int, str]]:
+    """Return the prepared prints of those templates that are sound, and why others are not."""
     done, total = 0, len(templates)
     chunks = [templates[k : k + PRINTS_PER_CHUNK] for k in range(0, total, PRINTS_PER_CHUNK)]
     parts: list[PackedTemplates] = []
+    damaged: dict[int, str] = {}
     progress("prepare", done, total)
-    with engine, closing(engine.map(_prepare, (name, matcher), chunks)) as results:
-        for part in results:
+    with engine, closing(engine.map(_prepare, matcher, chunks)) as results:
+        for part, failed in results:
             parts.append(part)
-            done += len(part)
+            damaged |= failed
+            done += len(part) + len(failed)
             progress("prepare", done, total)
-    return PackedTemplates.concatenate(parts)
+    return PackedTemplates.concatenate(parts), damaged
 
 
 def _prepare(
-    shared: tuple[str, Matcher], templates: Sequence[tuple[int, bytes]]
-) -> PackedTemplates:
-    name, matcher = shared
-    return PackedTemplates.pack(
-        matcher.prepare(unpack_entry(data, number, name)) for number, data in templates
-    )
+    matcher: Matcher, templates: Sequence[tuple[int, bytes]]
+) -> tuple[PackedTemplates, dict[int, str]]:
+    prepared, damaged = [], {}
+    for number, data in templates:
+        try:
+            prepared.append(matcher.prepare(unpack_template(data)))
+        except FpmatchError as error:
+            damaged[number] = str(error)
+    return PackedTemplates.pack(prepared), damaged

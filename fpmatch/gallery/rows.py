@@ -5,26 +5,38 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.errors import GalleryError, TemplateError
-from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.errors import TemplateError
+from fpmatch.formats.bounds import MOST_MINUTIAE
+from fpmatch.gallery.compact import check_packed, pack_template, unpack_template
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Entry, Label
+from fpmatch.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import NewEntry
     from fpmatch.minutiae import Template
 
 _KINDS: Final = (int, str, str, str, str, bytes, float, int)  # of the columns of an `Entry`
+_DPI_ROUNDING: Final = 0.001  # of a packed template
+
+
+def check_storable(template: Template) -> bytes:
+    """Return a template as its row will hold it; it can be read from there, and prepared.
+
+    Raises TemplateError if it cannot be stored. That what is within the bounds can be prepared is
+    tested, not tried here.
+    """
+    packed = pack_template(template)
+    unpack_template(packed)
+    return packed
 
 
 def pack_entry(entry: NewEntry) -> bytes | str:
     """Return the template of a new entry as its row will hold it, or why it cannot be stored."""
     try:
-        packed = pack_template(entry.template)
-        unpack_template(packed)
+        return check_storable(entry.template)
     except TemplateError as error:
         return str(error)
-    return packed
 
 
 def to_row(entry: NewEntry, packed: bytes | str) -> dict[str, Any]:
@@ -42,23 +54,42 @@ def to_row(entry: NewEntry, packed: bytes | str) -> dict[str, Any]:
 def as_entry(row: Any) -> Entry:
     """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
     number, subject, finger, impression, *rest = row
-    for value, kind in zip(row, _KINDS, strict=True):
+    for name, value, kind in zip(row._fields, row, _KINDS, strict=True):
         if not isinstance(value, kind):
-            raise DamagedRowError(f"entry {number} has a column of another type")
+            raise DamagedRowError(number, f"its {name} is of another type")
+    _check_numbers(row)
     return Entry(number, Label(subject, finger, impression), *rest)
 
 
 def as_packed(row: Any) -> tuple[int, bytes]:
-    """Return number and packed template of a row, or raise DamagedRowError."""
-    if not (isinstance(row.id, int) and isinstance(row.template, bytes)):
-        raise DamagedRowError(f"entry {row.id} has no template")
+    """Return number and packed template of a row of `PACKED`, or raise DamagedRowError.
+
+    The checksum is right then, and the template has the minutiae and the dpi of the row.
+    """
+    if not isinstance(row.template, bytes):
+        raise DamagedRowError(row.id, "it has no template")
+    try:
+        minutiae, dpi = check_packed(row.template)
+    except TemplateError as error:
+        raise DamagedRowError(row.id, str(error)) from error
+    _check_numbers(row)
+    if minutiae != row.minutiae or abs(dpi - row.dpi) > _DPI_ROUNDING:
+        raise DamagedRowError(row.id, "its minutiae or dpi are not those of its template")
     return row.id, row.template
 
 
-def unpack_entry(data: bytes, number: int, gallery: str) -> Template:
-    """Unpack the template of an entry; a damaged one is a GalleryError that names both."""
+def as_template(row: Any) -> tuple[int, Template]:
+    """Return number and template of a row of `PACKED`, or raise DamagedRowError."""
+    number, data = as_packed(row)
     try:
-        return unpack_template(data)
+        return number, unpack_template(data)
     except TemplateError as error:
-        why = f"damaged: entry {number}: {error}"
-        raise GalleryError(why, path=gallery, code="damaged") from error
+        raise DamagedRowError(number, str(error)) from error
+
+
+def _check_numbers(row: Any) -> None:
+    """Raise DamagedRowError unless the numbers of a row are possible."""
+    if not (isinstance(row.dpi, float) and MIN_DPI <= row.dpi <= MAX_DPI):
+        raise DamagedRowError(row.id, f"its dpi is no number from {MIN_DPI:g} to {MAX_DPI:g}")
+    if not (isinstance(row.minutiae, int) and 0 <= row.minutiae <= MOST_MINUTIAE):
+        raise DamagedRowError(row.id, "its number of minutiae is impossible")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,7 +18,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -57,13 +57,15 @@ class Search:
     """Hold the prints of a gallery, prepared for a matcher.
 
     For each print, `numbers` holds the number of its entry, `fingers` the lowest number of an entry
-    of its finger, and `references` the prepared template.
+    of its finger, and `references` the prepared template. `damaged` are the entries that could not
+    be read, with reasons; they are not among the prints.
     """
 
     matcher: Matcher
     numbers: NDArray[np.int64]
     fingers: NDArray[np.int64]
     references: Sequence[Any] | PackedTemplates
+    damaged: Mapping[int, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.numbers)
@@ -128,7 +130,7 @@ def open_search(
     Raises
     ------
     GalleryError
-        If the gallery cannot be read, or a template is damaged.
+        If the gallery cannot be read.
     MatcherError
         If the matcher is unknown.
     """
@@ -139,17 +141,18 @@ def open_search(
         kept = prepare_gallery(
             gallery, chosen, engine=engine, progress=progress, note=note or _warn
         )
-        return Search(chosen, kept.numbers, kept.fingers, kept.prints)
+        return Search(chosen, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
     total = len(gallery)
     progress("prepare", 0, total)
     finger_of = gallery.fingers()
-    numbers, references = [], []
+    read, references = [], []
     for number, template in gallery.templates():
-        numbers.append(number)
+        read.append(number)
         references.append(chosen.prepare(template))
-        progress("prepare", min(len(numbers), total), total)
-    fingers = [finger_of.get(number, number) for number in numbers]
-    return Search(chosen, np.array(numbers, np.int64), np.array(fingers, np.int64), references)
+        progress("prepare", min(len(read), total), total)
+    numbers = np.array(read, np.int64)
+    fingers = np.array([finger_of.get(number, number) for number in read], np.int64)
+    return Search(chosen, numbers, fingers, references, dict(gallery.damaged))
 
 
 def _warn(text: str) -> None:
@@ -182,14 +185,21 @@ class ConsolidatedFingers:
             return candidate
         search = self._search
         of = search.finger_of[np.flatnonzero(search.numbers == candidate.number)[0]]
-        score = self._finger(int(of)).compare(probe).score
+        finger = self._finger(int(of))
+        if finger is None:
+            return candidate
+        score = finger.compare(probe).score
         fmr = score_to_fmr(score)
         expected = fmr * len(search.finger_sizes)
         return replace(candidate, score=score, fmr=fmr, expected_false=expected)
 
-    def _prepared(self, finger: int) -> Finger:
-        """Return a finger, numbered as `Search.finger_of` does, with its consolidated templates."""
+    def _prepared(self, finger: int) -> Finger | None:
+        """Return a finger, numbered as `Search.finger_of` does, with its consolidated templates.
+
+        None if all its templates have been damaged since they were prepared.
+        """
         search = self._search
         numbers = search.numbers[search.finger_of == finger].tolist()
-        templates = [self._gallery.template(number) for number in numbers]
-        return Finger.of(templates, search.matcher, self._calibration)
+        found = [self._gallery.find_template(number) for number in numbers]
+        templates = [template for template in found if template is not None]
+        return Finger.of(templates, search.matcher, self._calibration) if templates else None

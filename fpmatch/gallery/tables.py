@@ -6,12 +6,16 @@ from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
 
+from fpmatch.formats.bounds import MOST_MINUTIAE
+from fpmatch.gallery.database import DamagedRowError
+from fpmatch.gallery.entry import Label
 from fpmatch.gallery.rows import as_entry
+from fpmatch.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.gallery.entry import EnrolmentRequest, Entry, Label
+    from fpmatch.gallery.entry import EnrolmentRequest, Entry
 
 VERSION: Final = 1
 """Version of these tables and of their content; it grows with every change of either."""
@@ -44,6 +48,8 @@ ENTRY: Final = sa.Table(
 
 ABOUT: Final = [column for column in ENTRY.columns if column is not ENTRY.c.template]
 """The columns of an `Entry`, in the order of its fields."""
+PACKED: Final = sa.select(ENTRY.c.id, ENTRY.c.dpi, ENTRY.c.minutiae, ENTRY.c.template)
+"""Rows of `fpmatch.gallery.rows.as_packed` and `as_template`."""
 
 FAILURE: Final = sa.Table(
     "fpmatch_failure",
@@ -59,6 +65,26 @@ PRINTS_PER_QUERY: Final = 500
 _LABEL: Final = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
 
 
+_SQLITE_TYPES: Final = {
+    sa.Integer: "integer",
+    sa.Text: "text",
+    sa.Float: "real",
+    sa.LargeBinary: "blob",
+}
+
+
+def is_sound(dialect: str) -> sa.ColumnElement[bool]:
+    """Return the condition that the columns of an entry are of their types, and numbers possible.
+
+    Templates are not read: their damage shows when `fpmatch.gallery.rows` reads them.
+    """
+    numbers = [ENTRY.c.dpi.between(MIN_DPI, MAX_DPI), ENTRY.c.minutiae.between(0, MOST_MINUTIAE)]
+    if dialect != "sqlite":  # which alone keeps values of another type
+        return sa.and_(*numbers)
+    kinds = [(column, _SQLITE_TYPES[type(column.type)]) for column in ENTRY.columns]
+    return sa.and_(*numbers, *(sa.func.typeof(column) == kind for column, kind in kinds))
+
+
 def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
     _metadata.create_all(connection, checkfirst=False)
@@ -71,6 +97,7 @@ class Conflicts:
     def __init__(self, connection: sa.Connection, requests: Sequence[EnrolmentRequest]) -> None:
         self._by_content: dict[bytes, Entry] = {}
         self._by_label: dict[Label, Entry] = {}
+        self._damaged: dict[bytes | Label, int] = {}
         for k in range(0, len(requests), PRINTS_PER_QUERY):
             part = requests[k : k + PRINTS_PER_QUERY]
             labels = [(r.label.subject, r.label.finger, r.label.impression) for r in part]
@@ -79,7 +106,11 @@ class Conflicts:
                 sa.tuple_(*_LABEL).in_(labels),
             ):
                 for row in connection.execute(sa.select(*ABOUT).where(condition)):
-                    self.add(as_entry(row))
+                    try:
+                        self.add(as_entry(row))
+                    except DamagedRowError:
+                        label = Label(row.subject, row.finger, row.impression)
+                        self._damaged |= {row.content: row.id, label: row.id}
 
     def add(self, entry: Entry) -> None:
         """Take another entry into account."""
@@ -95,6 +126,9 @@ class Conflicts:
             if request.dpi is not None and abs(request.dpi - known.dpi) > DPI_TOLERANCE:
                 return f"enrolled already, at {known.dpi:g} dpi, not {request.dpi:g}"
             return ENROLLED
+        for key in (request.content, request.label):
+            if key in self._damaged:
+                return f"entry {self._damaged[key]}, which is damaged, has its picture or label"
         other = self._by_label.get(request.label)
         if other is not None:
             return f"another picture is enrolled as {request.label} already ({other.source})"

@@ -29,5 +29,7 @@ def status_of(error: FpmatchError) -> int:
     """Return the HTTP status of an error."""
     if isinstance(error, RequestError):
         return error.status
+    if error.code == "bounds":
+        return 400
     is_our_fault = isinstance(error, GalleryError) and error.code != "label"
     return 500 if is_our_fault else 422

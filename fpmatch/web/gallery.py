@@ -11,11 +11,12 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.engine import serial
-from fpmatch.errors import GalleryError
+from fpmatch.errors import GalleryError, TemplateError
+from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
+from fpmatch.gallery.rows import check_storable
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
@@ -150,17 +151,19 @@ def identify_print(
     with open_served_gallery(where) as gallery:
         search = _search(gallery, matcher)
         start = time.perf_counter()
-        found = identify(search, given.template, count=count, threshold=threshold, transforms=True)
+        found, entries = identify_entries(
+            gallery, search, given.template, count=count, threshold=threshold, transforms=True
+        )
         seconds = time.perf_counter() - start
         numbers = [candidate.number for candidate in found.candidates]
         gallery.record("identify", probe=upload.data, candidates=numbers)
-        entries = [gallery.entry(candidate.number) for candidate in found.candidates]
-        name = short_name(gallery.name)
+        name, damaged = short_name(gallery.name), len(gallery.damaged)
     candidates = found.candidate_dicts(entries)
     return {
         "gallery": name,
         "matcher": matcher,
         "enrolled": found.enrolled,
+        "damaged": damaged,
         "compared": found.compared,
         "probe": given.name,
         "notes": list(given.notes),
@@ -185,6 +188,10 @@ def enrol_print(
         )
     used.check()
     given = open_upload_with_minutiae(upload, reading)
+    try:
+        check_storable(given.template)
+    except TemplateError as error:
+        raise RequestError(error.detail, path=upload.name, status=400) from error
     content = hashlib.sha256(upload.data).digest()
     with open_served_gallery(where) as gallery:
         request = EnrolmentRequest(used, content, given.template.dpi)

@@ -228,6 +228,7 @@ class GalleryInfo(BaseModel):
     template_bytes: int
     dpi: list[Resolution]
     failures: int
+    damaged: int = Field(description="entries that cannot be read and are skipped")
 
 
 class FoundCandidate(BaseModel):
@@ -254,6 +255,7 @@ class Identified(BaseModel):
     gallery: str
     matcher: str
     enrolled: int = Field(description="prints that were searched")
+    damaged: int = Field(description="entries that cannot be read and were skipped")
     compared: int = Field(description="prints compared: fewer with a candidate list")
     probe: str
     notes: list[str]
@@ -320,5 +322,6 @@ class CheckedClaim(BaseModel):
     subject: str
     impressions: int = Field(description="Impressions enrolled")
     compared: int = Field(description="Impressions compared: the 64 most similar at most")
+    damaged: int = Field(description="Impressions that cannot be read and were skipped")
     best: BestImpression
     notes: list[str]

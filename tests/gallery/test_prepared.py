@@ -16,7 +16,7 @@ from made_prints import entry_of, scattered
 
 from fpmatch.array_file import decode_arrays, encode_arrays, read_content, write_content
 from fpmatch.engine.engine import processes, serial
-from fpmatch.errors import FpmatchError, GalleryError, OutputError
+from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery import prepared as prepared_module
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
@@ -397,10 +397,3 @@ def test_any_number_of_workers_prepares_the_same(gallery, monkeypatch):
 def test_an_empty_gallery_is_prepared_too(gallery):
     assert [len(prepare(gallery)[0].prints) for _ in range(2)] == [0, 0]
     assert open_search(gallery).similarities(MATCHER.prepare(new_entry(1).template)).size == 0
-
-
-def test_a_damaged_template_is_named(gallery, monkeypatch):
-    monkeypatch.setattr(gallery, "packed_templates", lambda **_: [(7, b"fm" + bytes(60))])
-    with pytest.raises(GalleryError, match=r"gallery\.db: damaged: entry 7: ") as caught:
-        prepare(gallery)
-    assert caught.value.code == "damaged"

@@ -335,3 +335,24 @@ def test_the_page_and_its_parts_are_served(client):
     assert page.headers["content-type"].startswith("text/html")
     for name in re.findall(r'(?:src|href)="([\w.-]+\.(?:js|css|svg|html))"', page.text):
         assert client.get(f"/{name}").status_code == 200, name
+
+
+def test_a_template_that_would_be_damage_is_refused_and_not_stored(gallery):
+    template = (
+        '{"format": "fpmatch-template", "version": 2, "width": 300, "height": 400, "dpi": 500.0, '
+        '"minutiae": {"x": [1], "y": [2], "angle": [1], "kind": [1], "quality": [9]}, '
+        '"ridge_field": {"step": STEP, "rows": 1, "columns": 2, "orientation": "AAAAAAAAAAA=", '
+        '"mask": "wA=="}}'
+    )
+    with open_gallery(gallery, create=True):
+        pass
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
+        for step in ("1e-50", "5e-324", "1e30"):
+            data = template.replace("STEP", step).encode()
+            answer = client.post("/enrol", files={"image": ("7_1.json", data)})
+            assert answer.status_code == 400, answer.text
+            assert "step" in answer.json()["error"]
+        assert client.get("/gallery").json()["impressions"] == 0
+        good = template.replace("STEP", "16.0").encode()
+        assert client.post("/enrol", files={"image": ("7_1.json", good)}).status_code == 201
+        assert client.get("/gallery").json()["damaged"] == 0

@@ -26,6 +26,8 @@ from fpmatch.output import check_writable
 from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.batch.plan import Plan
     from fpmatch.evaluation.batch.sources import PrintSource
@@ -218,17 +220,21 @@ def score(
         rows=end.rows,
         resumed=start.pairs,
         failed_pairs=end.failed,
-        failures=tuple(
-            ImageFailure(side, sides[side].names[number], reason)
-            for side in needed
-            for number, reason in failed[side].items()
-        ),
+        failures=tuple(failure for k in needed for failure in _failures(k, sides[k], failed[k])),
         dpi_assumed=tuple(sorted(assumed)),
         seconds=time.perf_counter() - begun,
         noted=noted,
         fingers=None if fingers is None else Path(fingers),
         finger_rows=finger_rows,
     )
+
+
+def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[ImageFailure]:
+    """Yield the prints of a side without a template, and damaged entries without a name."""
+    for number, reason in failed.items():
+        yield ImageFailure(name, side.names[number], reason)
+    for number, why in getattr(side, "damaged", {}).items():
+        yield ImageFailure(name, f"entry {number}", f"damaged: {why}")
 
 
 def _full_name(side: PrintSource, number: int) -> str:

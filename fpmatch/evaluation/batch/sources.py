@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from fpmatch.engine.workers import attempt_each
-from fpmatch.errors import FpmatchError, ScoringError, without_path
+from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.entry import entry_names
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 _ZIP: Final = b"PK"  # how what `pack` returns begins
 _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+_END: Final = (2**63, b"")  # after all entries of a gallery
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,14 +171,17 @@ class FolderSource:
 
 
 class GallerySource:
-    """The entries of a gallery by their numbers, with the templates that it holds."""
+    """The entries of a gallery by their numbers, with the templates that it holds.
+
+    `damaged` are entries without a name, which are left out, with reasons.
+    """
 
     def __init__(self, place: str | os.PathLike[str]) -> None:
         self._open = partial(open_gallery, place)
         with self._open() as gallery:
             self.place, self.title = gallery.name, csv_cell(gallery.name)
             self.content_hash = gallery.content_hash()
-            entries = list(gallery.entries())
+            entries, self.damaged = list(gallery.entries()), dict(gallery.damaged)
         if not entries:
             raise ScoringError(f"{self.place}: the gallery is empty")
         self._numbers = [entry.id for entry in entries]
@@ -192,11 +196,25 @@ class GallerySource:
         after = wanted[0] - 1 if wanted else 0
         with self._open() as gallery:
             packed = gallery.packed_templates(after=after)
+            at, data = next(packed, _END)
             for number in wanted:
-                at, data = next((p for p in packed if p[0] >= number), (None, b""))
-                if at != number:
+                while at < number:
+                    at, data = next(packed, _END)
+                if at == number:
+                    yield _checked(data)
+                elif number in gallery.damaged:
+                    yield StoredTemplate(None, f"damaged: {gallery.damaged[number]}")
+                else:
                     raise ScoringError(f"{self.place}: changed while it was read; start again")
-                yield StoredTemplate(data)
+
+
+def _checked(data: bytes) -> StoredTemplate:
+    """Return a packed template, or why it cannot be unpacked."""
+    try:
+        unpack_template(data)
+    except TemplateError as error:
+        return StoredTemplate(None, f"damaged: {error}")
+    return StoredTemplate(data)
 
 
 def pack(template: Template) -> bytes:

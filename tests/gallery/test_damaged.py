@@ -1,0 +1,262 @@
+"""One damaged entry is named, skipped and counted; the rest of the gallery works as before."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import struct
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from click.testing import CliRunner, Result
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_prints import FAKE, entry_of, scattered
+
+from fpmatch.cli.group import fpmatch
+from fpmatch.engine.engine import serial
+from fpmatch.errors import GalleryError
+from fpmatch.evaluation.batch.sources import open_source
+from fpmatch.formats.files import save_template
+from fpmatch.gallery.candidates import identify_entries
+from fpmatch.gallery.claim import check_claim
+from fpmatch.gallery.compact import pack_template
+from fpmatch.gallery.consistency import check_fingers, find_damaged
+from fpmatch.gallery.entry import Label
+from fpmatch.gallery.export import export_templates
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.search import ConsolidatedFingers, open_search
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+PRINTS = 6  # two of each of three subjects
+DAMAGED = 3
+
+
+def without_step(packed: bytes) -> bytes:
+    """Return a packed template whose ridge field has a step of 0, with a right checksum."""
+    field = struct.Struct("<fHHHHHH").pack(0.0, 1, 1, 0, 0, 0, 0)
+    body = bytearray(packed[:-4] + field)
+    body[3] = 1
+    return bytes(body) + struct.pack("<I", zlib.crc32(body))
+
+
+GOOD = pack_template(scattered(DAMAGED, 30))
+TEMPLATES: dict[str, Any] = {
+    "bit": bytes([*GOOD[:40], GOOD[40] ^ 1, *GOOD[41:]]),
+    "cut": GOOD[:50],
+    "empty": b"",
+    "null": "",
+    "number": 10**12,
+    "zeros": bytes(5000),
+    "step": without_step(GOOD),
+    "other minutiae": pack_template(scattered(1, 20)),
+}
+NUMBERS: dict[str, tuple[str, Any]] = {
+    "dpi text": ("dpi", "fine"),
+    "dpi infinite": ("dpi", 9e999),
+    "dpi other": ("dpi", 600.0),
+    "minutiae text": ("minutiae", "many"),
+    "minutiae negative": ("minutiae", -1),
+    "minutiae huge": ("minutiae", 2**63 - 1),
+}
+LABELS: dict[str, tuple[str, Any]] = {
+    "subject blob": ("subject", b"\xff\xfe"),
+    "finger number": ("finger", b"7"),
+    "source": ("source", b"/prints"),
+    "content": ("content", "text"),
+}
+DAMAGE: dict[str, tuple[str, Any]] = {
+    **{name: ("template", value) for name, value in TEMPLATES.items()},
+    **NUMBERS,
+    **LABELS,
+}
+NOT_UTF_8 = "UPDATE fpmatch_entry SET subject = CAST(x'31ff' AS TEXT) WHERE id = ?"
+
+
+def fill(path: Path) -> None:
+    with open_gallery(path, create=True) as gallery:
+        gallery.add(
+            [
+                entry_of(k, scattered(k, 30), Label(str((k + 1) // 2), "", str(k)))
+                for k in range(1, PRINTS + 1)
+            ]
+        )
+
+
+def mutate(path: Path, column: str, value: Any, number: int = DAMAGED) -> None:
+    """Change one cell of a gallery behind its back."""
+    with sqlite3.connect(path) as connection:
+        connection.execute(f"UPDATE fpmatch_entry SET {column} = ? WHERE id = ?", (value, number))
+    connection.close()
+
+
+@pytest.fixture(params=DAMAGE)
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """Return a gallery one of whose entries is damaged."""
+    fill(tmp_path / "g.db")
+    mutate(tmp_path / "g.db", *DAMAGE[request.param])
+    return tmp_path / "g.db"
+
+
+few = pytest.mark.parametrize("place", ["bit", "step", "dpi text"], indirect=True)
+SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")
+
+
+def check_identification(place: Path) -> None:
+    """Check that a gallery is searched as if there were no damaged entry."""
+    with open_gallery(place) as gallery:
+        search = open_search(gallery, engine=serial())
+        _, own = identify_entries(gallery, search, scattered(DAMAGED, 30), impressions=True)
+        assert sorted(entry.id for entry in own) == SOUND
+        assert list(gallery.damaged) == [DAMAGED]
+        assert gallery.damaged[DAMAGED]
+        for by_subject in (False, True):
+            found, entries = identify_entries(
+                gallery, search, scattered(1, 30), by_subject=by_subject
+            )
+            assert (len(entries), entries[0].id, found.enrolled) == (3, 1, len(SOUND))
+            assert [one.rank for one in found.candidates] == [1, 2, 3]
+
+
+def test_identification_goes_on_without_it(place: Path) -> None:
+    for _ in range(2):  # with new prepared prints, and with those in the files
+        check_identification(place)
+
+
+def test_identification_goes_on_without_what_is_damaged_later(tmp_path: Path) -> None:
+    fill(tmp_path / "g.db")
+    with open_gallery(tmp_path / "g.db") as gallery:
+        open_search(gallery, engine=serial())
+    mutate(tmp_path / "g.db", "subject", b"\xff")
+    check_identification(tmp_path / "g.db")
+
+
+@few
+def test_scores_are_those_of_a_gallery_without_it(place: Path, tmp_path: Path) -> None:
+    fill(tmp_path / "less.db")
+    with open_gallery(tmp_path / "less.db") as less:
+        less.remove([DAMAGED])
+        expected = identify_entries(less, open_search(less, engine=serial()), scattered(4, 30))
+    with open_gallery(place) as gallery:
+        search = open_search(gallery, engine=serial())
+        found = identify_entries(gallery, search, scattered(4, 30))
+        assert found == expected
+        fingers = ConsolidatedFingers(gallery, search)
+        assert identify_entries(gallery, search, scattered(4, 30), consolidated=fingers)[1]
+        assert open_search(gallery, FAKE).numbers.tolist() == SOUND
+
+
+def test_claims_exports_checks_and_sources_skip_it(place: Path, tmp_path: Path) -> None:
+    with open_gallery(place) as gallery:
+        checked = check_claim(gallery, scattered(4, 30), "2")
+        assert [entry.id for entry in checked.entries] == [4]
+        assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was
+        assert [check.name for check in check_fingers(gallery)] == ["1", "3"]
+        assert export_templates(gallery, tmp_path / "out") == len(SOUND)
+        assert list(find_damaged(gallery)) == [DAMAGED]
+        assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
+        assert gallery.summary().impressions + gallery.summary().damaged == PRINTS
+    source = open_source(place)
+    items = list(source.templates(serial(), range(len(source.names))))
+    assert sum(item.data is not None for item in items) == len(SOUND)
+    assert sum(item.data is None for item in items) + len(source.damaged) == 1
+    assert len(list((tmp_path / "out").iterdir())) == len(SOUND)
+
+
+@few
+def test_it_is_removed_like_any_other(place: Path) -> None:
+    with open_gallery(place) as gallery:
+        again = entry_of(DAMAGED, scattered(DAMAGED, 30), Label("2", "", str(DAMAGED)))
+        (conflict,) = gallery.add([again])
+        assert conflict is not None
+        gallery.remove([DAMAGED])
+        assert find_damaged(gallery) == {}
+        assert gallery.add([again]) == [None]
+        assert find_damaged(gallery) == {}
+
+
+@few
+def test_commands_name_it_once_and_count_it(place: Path, tmp_path: Path) -> None:
+    probe = tmp_path / "probe.json"
+    save_template(probe, scattered(1, 30))
+
+    def named(result: Result) -> int:
+        assert "Traceback" not in result.output
+        return result.stderr.count(f"entry {DAMAGED} is skipped")
+
+    for words in (["identify"], ["identify", "--all", "--consolidate"]):
+        result = run(words[0], place, probe, "--json", "--workers", "1", *words[1:])
+        document = json.loads(result.stdout)
+        assert (result.exit_code, named(result), document["damaged"]) == (0, 1, 1)
+        assert document["probes"][0]["candidates"][0]["id"] == 1
+    result = run("gallery", "check", place)
+    assert result.exit_code == 1
+    assert f"entry {DAMAGED} is damaged: " in result.stdout
+    checks = json.loads(run("gallery", "check", place, "--json").stdout)
+    assert [one["groups"] for one in checks if "damaged" in one] == [[[DAMAGED]]]
+    result = run("gallery", "export", place, "-o", tmp_path / "out")
+    assert (result.exit_code, named(result)) == (1, 1)
+    result = run("gallery", "list", place, "--json")
+    assert len(json.loads(result.stdout)) + named(result) == PRINTS
+    assert json.loads(run("gallery", "info", place, "--json").stdout)["damaged"] in {0, 1}
+    result = run("verify", probe, "--gallery", place, "--subject", "1", "--json")
+    assert (result.exit_code, json.loads(result.stdout)["impressions"]) == (0, 2)
+    sides = ("--references", place, "--probes", place)
+    result = run("score", *sides, "-o", tmp_path / "scores.csv", "--json", "--workers", "1")
+    assert result.exit_code == 1
+    assert len(json.loads(result.stdout)["failures"]) == 1
+    assert len((tmp_path / "scores.csv").read_text().splitlines()) > len(SOUND) ** 2
+
+
+def test_text_that_is_not_utf_8_is_damage_of_one_entry(tmp_path: Path) -> None:
+    fill(tmp_path / "g.db")
+    with sqlite3.connect(tmp_path / "g.db") as connection:
+        connection.execute(NOT_UTF_8, [DAMAGED])
+    connection.close()
+    with open_gallery(tmp_path / "g.db") as gallery:
+        assert [entry.id for entry in gallery.entries()] == SOUND
+        assert list(gallery.damaged) == [DAMAGED]
+
+
+def test_a_claim_all_of_which_is_damaged_says_so(tmp_path: Path) -> None:
+    fill(tmp_path / "g.db")
+    for number in (3, 4):
+        mutate(tmp_path / "g.db", "template", GOOD[:50], number)
+    with open_gallery(tmp_path / "g.db") as gallery:
+        with pytest.raises(GalleryError, match="all impressions of subject 2") as caught:
+            check_claim(gallery, scattered(4, 30), "2")
+        assert caught.value.code == "damaged"
+        with pytest.raises(GalleryError) as caught:
+            gallery.template(3)
+        assert caught.value.code == "damaged"
+
+
+def test_numbers_below_1_are_entries_like_others(tmp_path: Path) -> None:
+    fill(tmp_path / "g.db")
+    mutate(tmp_path / "g.db", "id", -7)
+    with open_gallery(tmp_path / "g.db") as gallery:
+        assert [entry.id for entry in gallery.entries()] == [-7, *SOUND]
+        assert [number for number, _ in gallery.templates()] == [-7, *SOUND]
+
+
+@given(st.data())
+@settings(max_examples=25)
+def test_no_change_of_a_stored_template_stops_a_search(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    place = tmp_path_factory.mktemp("g") / "g.db"
+    fill(place)
+    at, bit = data.draw(st.integers(0, len(GOOD) - 1)), data.draw(st.integers(0, 7))
+    changed = bytearray(GOOD)
+    changed[at] ^= 1 << bit
+    mutate(place, "template", bytes(changed))
+    with open_gallery(place) as gallery:
+        assert open_search(gallery, FAKE).numbers.tolist() == SOUND
+        assert list(gallery.damaged) == [DAMAGED]

@@ -41,7 +41,7 @@ END: Final = 2**64 - 1  # stands for the number of a block in the last checksum
 _ALIGNMENT: Final = 64
 _SUM: Final = 4  # bytes of a checksum
 _HEAD: Final = struct.Struct("<16sQ")
-_DAMAGED: Final = (ValueError, TypeError, KeyError, RecursionError, MemoryError)
+_DAMAGED: Final = (ValueError, TypeError, AttributeError, RecursionError, MemoryError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +125,8 @@ def decode_arrays(
     It raises one of the errors that `read_arrays` takes for damage, or `_OtherFileError`.
     """
     document = json.loads(header)
+    if document.keys() != {"about", "arrays"}:
+        raise ValueError("more than is known")
     if document["about"] != dict(about):
         raise _OtherFileError("of another version or content")
     arrays: dict[str, NDArray[Any]] = {}

@@ -141,6 +141,7 @@ HEADERS: list[tuple[str, object]] = [
     ("arrays", {}),
     ("arrays", [1, 2, 3]),
     ("about", None),
+    ("new", 7),
     ("name", "begin"),
     ("name", ["start"]),
     ("name", None),
@@ -175,7 +176,7 @@ def test_a_header_that_states_something_else_is_refused(small, part, value):
     """The checksums are those of the changed header: it is its statements that are checked."""
     header, content = array_file.read_content(small)
     document = json.loads(header)
-    if part in {"arrays", "about"}:
+    if part in {"arrays", "about", "new"}:
         document[part] = value
     else:
         document["arrays"][0][("name", "dtype", "shape").index(part)] = value

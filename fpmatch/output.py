@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import secrets
+import time
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -75,10 +76,16 @@ def make_folder(path: str | os.PathLike[str]) -> None:
         raise OutputError(f"cannot be made a folder: {reason(error)}", path=path) from error
 
 
-def remove_unfinished(folder: str | os.PathLike[str]) -> None:
-    """Remove what a killed process left unfinished in a folder that no other process writes to."""
+def remove_unfinished(folder: str | os.PathLike[str], *, older_than_s: float = 0.0) -> None:
+    """Remove what killed processes left unfinished in a folder.
+
+    `older_than_s` leaves the files of processes that may still write to it.
+    """
+    latest = time.time() - older_than_s
     for path in Path(folder).iterdir():
-        if _UNFINISHED.fullmatch(path.name):
+        if _UNFINISHED.fullmatch(path.name) and not (
+            older_than_s and path.stat().st_mtime > latest
+        ):
             path.unlink()
 
 

@@ -23,7 +23,7 @@ from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.matching import packed_templates
 from fpmatch.matching.packed_templates import PRINT, PackedTemplates
-from fpmatch.output import make_folder
+from fpmatch.output import make_folder, remove_unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 64
+STALE_S: Final = 3600.0  # age of an unfinished file that no process writes any more
 SUFFIX: Final = ".arrays"
 COLUMNS: Final = {
     "number": Column("<i8", (PRINT,)),
@@ -187,6 +188,8 @@ def _remove_others(kept: Path, matcher: Matcher) -> None:
         if path.name != kept.name:
             with suppress(OSError):
                 path.unlink()
+    with suppress(OSError):
+        remove_unfinished(kept.parent, older_than_s=STALE_S)
 
 
 def _renew(

@@ -18,11 +18,11 @@ from fpmatch.matching._template_view_kernel import PackedView, TemplateView
 from fpmatch.matching.bit_descriptors import (
     NEIGHBOUR_WORDS,
     ORIENTATION_WORDS,
-    UNKNOWN_BIN,
     BitDescriptorParameters,
     BitDescriptors,
 )
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.packed_checks import MAX_MINUTIAE, is_sound
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, content_key
 from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS, root_weight_codes
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-MAX_MINUTIAE: Final = 256  # that a byte can number
-MAX_CELLS: Final = 1 << 24  # of a print, and rows and columns
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
 _SIZE: Final = NeighbourhoodParameters().size
 
@@ -195,45 +193,13 @@ class PackedTemplates:
         Raises MatcherError if a number would lead out of an array, or of what `pack` packs.
         """
         found = cls(**{name: arrays[name] for name in COLUMNS})
-        if not found._is_sound():
+        if not is_sound(found):
             raise MatcherError("damaged", code="damaged")
         return found
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name."""
         return {name: getattr(self, name) for name in COLUMNS}
-
-    def _is_sound(self) -> bool:
-        """Return whether every index and every size lies within the arrays."""
-        minutiae, cells = self.minutiae_start, self.cell_start
-        n, of_print, size = np.diff(minutiae), np.diff(cells), self.neighbour.shape[1]
-        for starts, length, most, array in (
-            (minutiae, n, MAX_MINUTIAE, self.xy),
-            (cells, of_print, MAX_CELLS, self.cell),
-        ):
-            if len(starts) != len(self) + 1 or starts[0] or starts[-1] != len(array):
-                return False
-            if (length < 0).any() or (length > most).any():
-                return False
-        shape = self.shape.astype(np.int64)
-        rising = np.diff(self.index, prepend=-1) > 0
-        rising[minutiae[:-1][n > 0]] = True  # the first minutia of a print
-        scales = np.array([self.step, self.to_500dpi])
-        checks = (
-            (shape >= 0) & (shape <= MAX_CELLS),
-            shape[:, 0] * shape[:, 1] == of_print,
-            (self.inside >= 0) & (self.inside <= of_print),
-            np.isfinite(self.xy),
-            np.isfinite(self.direction),
-            np.isfinite(scales) & (scales > 0),
-            (self.index >= 0) & rising,
-            self.count <= size,
-            _most_of_each(self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
-            self.orientation_bins <= UNKNOWN_BIN,
-            self.has_flow <= 1,
-            self.has_ridges <= 1,
-        )
-        return all(bool(check.all()) for check in checks)
 
 
 COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(PackedTemplates)}
@@ -280,12 +246,3 @@ def _packed(print_: PreparedTemplate) -> PackedTemplates:
     }
     arrays = {k: np.ascontiguousarray(columns[k], c.dtype) for k, c in COLUMNS.items()}
     return PackedTemplates(**arrays)
-
-
-def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
-    """Return the greatest of the values of each print; 0 for one that has none."""
-    found = np.zeros(len(starts) - 1, values.dtype)
-    some = np.flatnonzero(np.diff(starts))
-    if len(some):
-        found[some] = np.maximum.reduceat(values, starts[some])
-    return found

@@ -232,6 +232,20 @@ def test_files_of_the_versions_before_are_removed_without_a_word(gallery):
     assert file_of(gallery) == path
 
 
+def test_what_a_killed_process_left_is_removed(gallery):
+    gallery.add([new_entry(number) for number in range(3)])
+    prepare(gallery)
+    path = file_of(gallery)
+    left, recent = (path.with_name(f".{digit * 16}.part") for digit in "01")
+    for unfinished in (left, recent):
+        unfinished.write_bytes(path.read_bytes()[:99])
+    os.utime(left, (0, 0))
+    gallery.add([new_entry(9)])
+    prepare(gallery)
+    assert not left.exists()
+    assert recent.exists()
+
+
 @pytest.mark.parametrize("in_the_way", ["folder", "pipe", "link to nothing", "link to itself"])
 def test_what_is_no_file_is_left_and_the_search_goes_on(gallery, cache, in_the_way):
     gallery.add([new_entry(number) for number in range(3)])

@@ -142,6 +142,8 @@ def test_a_file_gives_back_what_was_written(tmp_path, sizes):
         *(("index", 0, -1), ("index", 3, 2), ("index", 24, -(2**31)), ("index", 13, 0)),
         *(("step", 1, np.nan), ("step", 1, 0.0), ("step", 2, -16.0), ("step", 0, np.inf)),
         *(("to_500dpi", 0, np.nan), ("to_500dpi", 1, 0.0), ("to_500dpi", 2, -1.0)),
+        *(("xy", 0, 1e30), ("direction", 1, 0.5), ("step", 0, 1e-300), ("to_500dpi", 0, 1e300)),
+        *(("index", 24, 2**16), ("step", 0, 1e300), ("direction", 2, 1e30)),
         *(("has_flow", 0, 2), ("has_ridges", 2, 255), ("inside", 0, -1), ("inside", 1, 10**9)),
     ],
 )

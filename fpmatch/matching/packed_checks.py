@@ -1,0 +1,75 @@
+"""Checks of packed prints that come from a file: no number of them leads out of an array."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.matching.bit_descriptors import UNKNOWN_BIN
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.packed_templates import PackedTemplates
+
+MAX_MINUTIAE: Final = 256  # that a byte can number
+# Beyond what is ever packed, and far from where a kernel's numbers would overflow:
+MAX_CELLS: Final = 1 << 24  # of a print, and rows and columns
+MAX_INDEX: Final = 1 << 16  # of a minutia in its template
+MAX_PX: Final = float(1 << 16)  # of a minutia from the origin, at 500 dpi
+STEPS_PX: Final = (1e-2, 1e6)
+SCALES: Final = (1e-2, 1e2)  # 500 / dpi
+UNIT_TOLERANCE: Final = 1e-3  # of the square of a unit vector's length
+
+
+def is_sound(prints: PackedTemplates) -> bool:
+    """Return whether every index and every size lies within the arrays."""
+    minutiae, cells = prints.minutiae_start, prints.cell_start
+    n, of_print, size = np.diff(minutiae), np.diff(cells), prints.neighbour.shape[1]
+    for starts, length, most, array in (
+        (minutiae, n, MAX_MINUTIAE, prints.xy),
+        (cells, of_print, MAX_CELLS, prints.cell),
+    ):
+        if len(starts) != len(prints) + 1 or starts[0] or starts[-1] != len(array):
+            return False
+        if (length < 0).any() or (length > most).any():
+            return False
+    shape = prints.shape.astype(np.int64)
+    rising = np.diff(prints.index, prepend=-1) > 0
+    rising[minutiae[:-1][n > 0]] = True  # the first minutia of a print
+    checks = (
+        (shape >= 0) & (shape <= MAX_CELLS),
+        shape[:, 0] * shape[:, 1] == of_print,
+        (prints.inside >= 0) & (prints.inside <= of_print),
+        np.abs(prints.xy) <= MAX_PX,
+        _is_unit(prints.direction),
+        _is_within(prints.step, STEPS_PX),
+        _is_within(prints.to_500dpi, SCALES),
+        (prints.index >= 0) & (prints.index < MAX_INDEX) & rising,
+        prints.count <= size,
+        _most_of_each(prints.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
+        prints.orientation_bins <= UNKNOWN_BIN,
+        prints.has_flow <= 1,
+        prints.has_ridges <= 1,
+    )
+    return all(bool(check.all()) for check in checks)
+
+
+def _is_unit(vectors: NDArray[np.float32]) -> NDArray[np.bool_]:
+    with np.errstate(over="ignore"):
+        found: NDArray[np.bool_] = np.abs((vectors**2).sum(axis=1) - 1.0) < UNIT_TOLERANCE
+    return found
+
+
+def _is_within(values: NDArray[np.float64], bounds: tuple[float, float]) -> NDArray[np.bool_]:
+    return (values >= bounds[0]) & (values <= bounds[1])
+
+
+def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
+    """Return the greatest of the values of each print; 0 for one that has none."""
+    found = np.zeros(len(starts) - 1, values.dtype)
+    some = np.flatnonzero(np.diff(starts))
+    if len(some):
+        found[some] = np.maximum.reduceat(values, starts[some])
+    return found

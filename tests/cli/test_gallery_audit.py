@@ -1,0 +1,174 @@
+"""`fpmatch gallery audit`, `enrol --audit`: what is asked of commands, in a gallery or a log."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fpmatch.audit.client import OPERATOR, acting_as
+from fpmatch.gallery.audit import check_audit
+from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.minutiae import Minutiae, Template
+
+
+@pytest.fixture
+def gallery(tmp_path: Path, run: Any) -> str:
+    """Return a gallery of two prints that keeps an audit."""
+    where = str(tmp_path / "prints.db")
+    minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
+    with open_gallery(where, create=True):
+        pass
+    assert run("gallery", "audit", where, "--on").exit_code == 0
+    with open_gallery(where) as opened, acting_as("ada"):
+        for subject in ("101", "102"):
+            label = Label(subject, "", "1")
+            template = Template(minutiae, 300, 400)
+            content = subject.encode().ljust(32)
+            opened.add([NewEntry(label, f"/prints/{subject}.png", content, template)])
+    return where
+
+
+def actions(result: Any) -> list[str]:
+    return [event["action"] for event in json.loads(result.stdout)]
+
+
+def test_commands_are_events(gallery: str, run: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.setenv(OPERATOR, "grace")
+    out = str(tmp_path / "out")
+    for words in (
+        ("list", gallery, "--subject", "101"),
+        ("export", gallery, "-o", out),
+        ("check", gallery),
+        ("remove", gallery, "1"),
+    ):
+        assert run("gallery", *words).exit_code == 0
+    found = run("gallery", "audit", gallery, "--client", "grace", "--json")
+    assert actions(found) == ["list", "export", "check", "remove"]
+    assert json.loads(found.stdout)[0]["client"].startswith("grace (")
+    text = run("gallery", "audit", gallery).stdout
+    assert len(text.splitlines()) == 7
+    assert "previous" not in text
+
+
+def test_events_are_chosen(gallery: str, run: Any) -> None:
+    def chosen(*options: str) -> list[str]:
+        return actions(run("gallery", "audit", gallery, "--json", *options))
+
+    assert chosen() == ["audit on", "enrol", "enrol"]
+    assert chosen("--subject", "101") == ["enrol"]
+    assert chosen("--action", "audit on") == ["audit on"]
+    assert chosen("--client", "ada") == ["enrol", "enrol"]
+    assert chosen("--since", "2020-01-01", "--until", "2020-01-02") == []
+    assert len(chosen("--since", "2020-01-01T12:30", "--until", "2999-01-01")) == 3
+
+
+def test_an_audit_is_verified_with_its_gallery_and_as_a_file(
+    gallery: str, run: Any, tmp_path: Path
+) -> None:
+    with open_gallery(gallery) as opened:
+        state = check_audit(opened)
+    told = f"3 events, last hash {state.last}\n"
+    assert run("gallery", "audit", gallery, "--verify").stdout == told
+    expected = ("--expect", f"{state.events}:{state.last}")
+    assert run("gallery", "audit", gallery, *expected).stdout == told
+    document = json.loads(run("gallery", "audit", gallery, "--verify", "--json").stdout)
+    assert document == {"events": 3, "last": state.last, "incomplete": []}
+    copy = tmp_path / "copy.jsonl"
+    copy.write_text(run("gallery", "audit", gallery, "--lines").stdout)
+    assert run("gallery", "audit", str(copy), "--verify").stdout == told
+    assert run("gallery", "audit", str(copy), *expected).stdout == told
+
+    run("gallery", "remove", gallery, "1")
+    assert run("gallery", "audit", gallery, *expected).exit_code == 0
+    copy.write_text("".join(copy.read_text().splitlines(keepends=True)[:2]))
+    result = run("gallery", "audit", str(copy), *expected)
+    assert result.exit_code == 2
+    assert result.stderr == (
+        f"fpmatch: error: {copy}: has 2 lines, not the 3 expected: the last ones were removed\n"
+    )
+
+
+def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:
+    pytest.importorskip("filelock", reason="the extra `web` is not installed")
+    from fpmatch.audit.log import AuditLog
+
+    log = AuditLog(tmp_path / "audit.jsonl")
+    log.append("ada", "POST /verify", {})
+    with log.path.open("ab") as stream:
+        stream.write(b'{"time": "2026')
+    result = run("gallery", "audit", str(log.path), "--verify")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "line 2 is damaged" in result.stderr
+    log.append("ada", "POST /verify", {})
+    result = run("gallery", "audit", str(log.path), "--verify")
+    assert result.exit_code == 0
+    assert "4 events" in result.stdout
+    assert result.stderr == (
+        "fpmatch: note: line 2 is incomplete: the program that wrote it was stopped\n"
+    )
+
+
+def test_it_ends_with_a_confirmation_only(gallery: str, run: Any) -> None:
+    result = run("gallery", "audit", gallery, "--off")
+    assert result.exit_code == 2
+    assert "add --yes" in result.stderr
+    assert run("gallery", "audit", gallery, "--off", "--yes").exit_code == 0
+    assert "as it was before" in run("gallery", "audit", gallery, "--off", "--yes").stdout
+    run("gallery", "remove", gallery, "1")
+    assert actions(run("gallery", "audit", gallery, "--json"))[-1] == "audit off"
+    assert run("gallery", "audit", gallery, "--verify").exit_code == 0
+
+
+def test_enrol_turns_it_on_and_searches_are_events(run: Any, tmp_path: Path, prints: Path) -> None:
+    where = str(tmp_path / "own.db")
+    result = run("enrol", where, prints / "1_1.png", "--audit", "--workers", "1")
+    assert result.exit_code == 0, result.stderr
+    assert actions(run("gallery", "audit", where, "--json")) == ["audit on", "enrol"]
+    probe = prints / "1_2.png"
+    assert run("identify", where, probe, "--workers", "1").exit_code == 0
+    assert run("verify", "--gallery", where, "--subject", "1", probe).exit_code == 0
+    found = json.loads(run("gallery", "audit", where, "--json").stdout)[2:]
+    assert [event["action"] for event in found] == ["identify", "verify"]
+    assert found[0]["probe"] == hashlib.sha256(probe.read_bytes()).hexdigest()
+    assert found[0]["candidates"] == [1]
+    assert (found[1]["subject"], found[1]["best"], found[1]["match"]) == ("1", 1, True)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--expect", "3"), "is not of the form NUMBER:HASH"),
+        (("--expect", f"٣:{'0' * 64}"), "is not of the form NUMBER:HASH"),
+        (("--expect", f"{'9' * 5000}:{'0' * 64}"), "has 3 lines"),
+        (("--yes",), "--yes confirms --off"),
+        (("--since", "yesterday"), "does not match the formats"),
+    ],
+)
+def test_bad_options_are_one_error(
+    gallery: str, run: Any, options: tuple[str, ...], words: str
+) -> None:
+    result = run("gallery", "audit", gallery, *options)
+    assert result.exit_code == 2
+    assert words in " ".join(result.stderr.split())
+
+
+def test_a_gallery_without_and_a_file_that_is_none(run: Any, tmp_path: Path) -> None:
+    with open_gallery(tmp_path / "plain.db", create=True):
+        pass
+    result = run("gallery", "audit", str(tmp_path / "plain.db"))
+    assert result.exit_code == 2
+    assert "keeps no audit" in result.stderr
+    for name in ("missing.jsonl", "."):
+        result = run("gallery", "audit", str(tmp_path / name), "--verify")
+        assert result.exit_code == 2
+        assert result.stderr.count("\n") == 1
+    (tmp_path / "text.jsonl").write_bytes(b"\x1b[2Jhello\n" * 3)
+    for option in ((), ("--verify",), ("--lines",)):
+        result = run("gallery", "audit", str(tmp_path / "text.jsonl"), *option)
+        assert "\x1b" not in result.stdout + result.stderr
+    assert run("gallery", "audit", str(tmp_path / "text.jsonl"), "--on").exit_code == 2

@@ -8,11 +8,12 @@ from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
+from zlib import crc32
 
 import numpy as np
 
 from fpmatch.evaluation.batch.sources import unpack
-from fpmatch.evaluation.batch.store import Position, flush
+from fpmatch.evaluation.batch.store import Position, are_rows_of, flush
 from fpmatch.evaluation.comparison import Comparer
 from fpmatch.evaluation.score_file import (
     COLUMNS,
@@ -204,36 +205,30 @@ class Comparing:
     def _is_in_place(self, position: Position) -> bool:
         """Return whether an earlier run put its file in place without clearing up."""
         output = self.store.output
-        return (
-            position.chunks == self.plan.number_of_chunks
-            and not self.store.rows_file.exists()
-            and output.is_file()
-            and output.stat().st_size == position.size
-        )
+        if position.chunks != self.plan.number_of_chunks or self.store.rows_file.exists():
+            return False
+        if not output.is_file():
+            return False
+        with self.store.writing(), output.open("rb") as stream:
+            return are_rows_of(position, stream)
 
     def _write(self, start: Position, engine: Engine) -> Generator[Position, None, None]:
         position, saved_at = start, time.monotonic()
         pending: deque[PairChunk] = deque()
         tasks = self._tasks(start.chunks, pending)
         with (
-            self.store.rows(start.size) as stream,
+            self.store.rows(start) as stream,
             closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results,
         ):
             if start == Position():
                 stream.write(HEADER)
-                position = Position(size=len(HEADER))
+                position = Position(size=len(HEADER), checksum=crc32(HEADER))
             try:
                 for similarity in results:
                     chunk = pending.popleft()
                     lines, rows, failed = self.writer.lines(chunk, similarity)
                     stream.write(lines)
-                    position = Position(
-                        chunks=position.chunks + 1,
-                        pairs=position.pairs + len(chunk),
-                        rows=position.rows + rows,
-                        size=position.size + len(lines),
-                        failed=position.failed + failed,
-                    )
+                    position = position.after(lines, pairs=len(chunk), rows=rows, failed=failed)
                     if time.monotonic() - saved_at >= self.save_every_s:
                         flush(stream)
                         self.store.advance(position)

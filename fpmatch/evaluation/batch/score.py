@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "4"  # of the state of an unfinished run
+_FORMAT: Final = "5"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)

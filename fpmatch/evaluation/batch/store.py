@@ -2,7 +2,8 @@
 
 The folder ``OUTPUT.unfinished`` holds the rows so far, ``rows.csv``, and ``state.db``: which run it
 is, the templates of both sides, and the position that the rows have reached. Rows beyond that
-position, written when the run was killed, are cut off and made again.
+position, written when the run was killed, are cut off and made again. All is resumed only where
+its checksums are right: a damaged run must be started again.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import sqlite3
 import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from zlib import crc32
 
 from fpmatch.errors import OutputError, ScoringError
 from fpmatch.output import reason
@@ -29,13 +31,18 @@ SUFFIX: Final = ".unfinished"
 ROWS_FILE: Final = "rows.csv"
 _COMMIT_EVERY_S: Final = 0.5
 _NUMBERS_PER_QUERY: Final = 500
+_BLOCK: Final = 1 << 20  # bytes that are read at once
 _START_AGAIN: Final = "delete the folder and start again"
+# The tables are of one form, and a number of a print is stored once: all else is damage.
+_DAMAGED: Final = ("SQLITE_NOTADB", "SQLITE_CORRUPT", "SQLITE_ERROR", "SQLITE_CONSTRAINT")
 _TABLES: Final = """
 CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT);
+CREATE TABLE IF NOT EXISTS position (
+    chunks INT, pairs INT, rows INT, bytes INT, failed INT, rows_checksum INT, checksum INT
+);
 CREATE TABLE IF NOT EXISTS item (
     side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
-    notes TEXT NOT NULL, quality INT, PRIMARY KEY (side, number)
+    notes TEXT NOT NULL, quality INT, checksum INT NOT NULL, PRIMARY KEY (side, number)
 ) WITHOUT ROWID;
 """
 
@@ -48,6 +55,18 @@ class Position(NamedTuple):
     rows: int = 0  # that were written
     size: int = 0  # of the rows, in bytes
     failed: int = 0  # rows without a score
+    checksum: int = 0  # of the rows, CRC-32
+
+    def after(self, lines: bytes, *, pairs: int, rows: int, failed: int) -> Position:
+        """Return the position after the rows of one more chunk."""
+        return Position(
+            chunks=self.chunks + 1,
+            pairs=self.pairs + pairs,
+            rows=self.rows + rows,
+            size=self.size + len(lines),
+            failed=self.failed + failed,
+            checksum=crc32(lines, self.checksum),
+        )
 
 
 class Store:
@@ -89,36 +108,55 @@ class Store:
         if kept is None:
             with self._database:
                 self._database.execute("INSERT INTO run VALUES (?)", [json.dumps(dict(run))])
-                self._database.execute("INSERT INTO position VALUES (0, 0, 0, 0, 0)")
+                self._insert_position(Position())
             return
-        other = json.loads(kept[0])
+        try:
+            other = dict(json.loads(kept[0]))
+        except (ValueError, TypeError, RecursionError) as error:
+            raise self._damaged() from error
         differing = [key for key in {**run, **other} if run.get(key) != other.get(key)]
         if differing:
             raise ScoringError(
                 f"{self.folder}: an unfinished run, but with another {differing[0]}; finish it as "
                 "it was started, or delete the folder"
             )
+        for row in self._database.execute("SELECT * FROM item"):
+            if row[-1] != _checksum(row[:-1]):
+                raise self._damaged()
+
+    def _damaged(self) -> ScoringError:
+        return ScoringError(f"{self.folder}: damaged; {_START_AGAIN}")
 
     @property
     def position(self) -> Position:
         """The position that the run has reached."""
         with self.writing():
-            return Position(*self._database.execute("SELECT * FROM position").fetchone())
+            rows = self._database.execute("SELECT * FROM position").fetchall()
+            if len(rows) != 1 or rows[0][-1] != _checksum(rows[0][:-1]):
+                raise self._damaged()
+            return Position(*rows[0][:-1])
 
     def advance(self, position: Position) -> None:
         """Save the position that the run has reached; its rows must be on disk."""
         with self.writing(), self._database:
-            columns = "(chunks, pairs, rows, bytes, failed)"
-            self._database.execute(f"UPDATE position SET {columns} = (?, ?, ?, ?, ?)", position)
+            self._database.execute("DELETE FROM position")
+            self._insert_position(position)
+
+    def _insert_position(self, position: Position) -> None:
+        row = (*position, _checksum(position))
+        self._database.execute("INSERT INTO position VALUES (?, ?, ?, ?, ?, ?, ?)", row)
 
     @contextmanager
-    def rows(self, size: int) -> Iterator[BinaryIO]:
-        """Open the file of rows, cut off after `size` bytes, to write more."""
+    def rows(self, position: Position) -> Iterator[BinaryIO]:
+        """Open the file of rows, cut off after those of a position, to write more."""
+        size = position.size
         with self.writing(), self.rows_file.open("r+b" if size else "w+b") as stream:
             if stream.seek(0, os.SEEK_END) < size:
                 raise ScoringError(f"{self.rows_file}: cut short; {_START_AGAIN}")
             stream.truncate(size)
-            stream.seek(size)
+            stream.seek(0)
+            if not are_rows_of(position, stream):
+                raise ScoringError(f"{self.rows_file}: damaged; {_START_AGAIN}")
             yield stream
 
     def count_items(self, side: str) -> int:
@@ -131,14 +169,15 @@ class Store:
         self, side: str, items: Iterable[tuple[int, StoredTemplate]]
     ) -> Generator[int, None, None]:
         """Store prints of a side with their numbers; yield the number of each."""
-        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?)"
+        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
         committed = time.monotonic()
         try:
             for number, item in items:
                 with self.writing():
                     notes = json.dumps(item.notes) if item.notes else ""
-                    row = (item.data, item.reason, item.dpi_assumed, notes, item.quality)
-                    self._database.execute(query, (side, number, *row))
+                    beside = item.reason, int(item.dpi_assumed), notes, item.quality
+                    row = side, number, item.data, *beside
+                    self._database.execute(query, (*row, _checksum(row)))
                     if time.monotonic() - committed >= _COMMIT_EVERY_S:
                         self._database.commit()
                         committed = time.monotonic()
@@ -195,9 +234,24 @@ class Store:
             code = getattr(error, "sqlite_errorname", "")
             if code == "SQLITE_BUSY":
                 raise ScoringError(f"{self.folder}: another run is writing this output") from error
-            if code in {"SQLITE_NOTADB", "SQLITE_CORRUPT", ""}:
-                raise ScoringError(f"{self.folder}: damaged; {_START_AGAIN}") from error
+            if code == "" or code.startswith(_DAMAGED):
+                raise self._damaged() from error
             raise OutputError(f"{self.output}: cannot be written: {error}") from error
+
+
+def are_rows_of(position: Position, stream: BinaryIO) -> bool:
+    """Return whether the rest of a file is the rows of a position."""
+    checksum = size = 0
+    while block := stream.read(_BLOCK):
+        checksum, size = crc32(block, checksum), size + len(block)
+    return (size, checksum) == (position.size, position.checksum)
+
+
+def _checksum(values: Sequence[object]) -> int:
+    """Return the CRC-32 of values of a row, of which one may be the bytes of a template."""
+    data = b"".join(value for value in values if isinstance(value, bytes))
+    others = [None if isinstance(value, bytes) else value for value in values]
+    return crc32(data, crc32(ascii((len(data), others)).encode()))
 
 
 def flush(stream: BinaryIO) -> None:

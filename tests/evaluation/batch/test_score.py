@@ -6,11 +6,12 @@ import os
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from fpmatch.errors import EngineError, MatcherError, OutputError, ScoringError
+from fpmatch.errors import EngineError, FpmatchError, MatcherError, OutputError, ScoringError
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.store import Store
@@ -189,6 +190,63 @@ def test_a_damaged_rest_is_one_line(output, unfinished, name):
     (unfinished / name).write_bytes(b"?" * 5)
     with pytest.raises(ScoringError, match="delete the folder and start again"):
         go_on(output)
+
+
+def made_or_refused(output, expected):
+    """Return why a run is not resumed; "" if it was, and has made the expected rows."""
+    try:
+        go_on(output)
+    except FpmatchError as error:
+        return str(error)
+    assert output.read_bytes() == expected
+    return ""
+
+
+@pytest.mark.parametrize("name", ["state.db", "rows.csv"])
+def test_a_changed_bit_never_changes_the_rows(output, unfinished, tmp_path, name):
+    """A run is resumed and makes the same rows, or it is damaged, in one line."""
+    go_on(tmp_path / "whole.csv")
+    expected = (tmp_path / "whole.csv").read_bytes()
+    kept = {path.name: path.read_bytes() for path in unfinished.iterdir()}
+    size, refused = len(kept[name]), 0
+    for place in range(0, size, max(1, size // 100)):
+        unfinished.mkdir(exist_ok=True)
+        for file, content in kept.items():
+            (unfinished / file).write_bytes(content)
+        changed = bytearray(kept[name])
+        changed[place] ^= 1 << place % 8
+        (unfinished / name).write_bytes(changed)
+        refused += made_or_refused(output, expected) != ""
+    assert refused > 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE run SET what = '{'",
+        "UPDATE run SET what = '[]'",
+        "UPDATE run SET what = x'ff'",
+        "UPDATE run SET what = 5",
+        "DELETE FROM position",
+        "INSERT INTO position SELECT * FROM position",
+        "UPDATE position SET pairs = 3",
+        "UPDATE position SET chunks = 'many'",
+        "UPDATE item SET data = x'00' WHERE data IS NOT NULL",
+        "UPDATE item SET data = 'text'",
+        "UPDATE item SET notes = '{'",
+        "UPDATE item SET quality = 7",
+        "DELETE FROM item WHERE number = 0",
+        "DROP TABLE item",
+        "ALTER TABLE position RENAME COLUMN rows TO lines",
+        "ALTER TABLE item DROP COLUMN notes",
+    ],
+)
+def test_a_changed_state_is_refused_or_makes_the_same_rows(output, unfinished, tmp_path, change):
+    with closing(sqlite3.connect(unfinished / "state.db")) as database, database:
+        database.execute(change)
+    go_on(tmp_path / "whole.csv")
+    refused = made_or_refused(output, (tmp_path / "whole.csv").read_bytes())
+    assert refused == "" or "delete the folder" in refused
 
 
 def test_rows_that_are_gone_are_made_again(output, unfinished):

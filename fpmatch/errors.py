@@ -37,8 +37,22 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """
     from difflib import get_close_matches  # noqa: PLC0415  (only after an error)
 
-    found = get_close_matches(name, list(known), n=1)
+    found = get_close_matches(str(name), list(known), n=1)
     return f" Did you mean {found[0]!r}?" if found else ""
+
+
+def number_text(value: float) -> str:
+    """Return a number for a message, short whatever its size.
+
+    Examples
+    --------
+    >>> number_text(0.25), number_text(10**5000)
+    ('0.25', 'a number beyond 1e308')
+    """
+    try:
+        return f"{value:g}"
+    except OverflowError:
+        return "a number beyond 1e308"
 
 
 def without_path(text: str, path: object) -> str:

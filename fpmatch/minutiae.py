@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 STANDARD_DPI: Final = 500.0
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
+LARGEST: Final = float(np.finfo(np.float32).max)
+"""Largest position or angle, which are kept as float32."""
 CELL_BITS: Final = 8
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
 MOST_DRAWN: Final = 300
@@ -71,10 +73,13 @@ _FILLS: Final = {
 
 def check_dpi(dpi: float) -> float:
     """Return a resolution as a float; raise ResolutionError unless it is from 100 to 4000 dpi."""
-    value = float(dpi)
+    try:
+        value = float(dpi)
+    except OverflowError:
+        value = math.inf
     if not MIN_DPI <= value <= MAX_DPI:
         raise ResolutionError(
-            f"resolution of {dpi:g} dpi is outside the usable range "
+            f"resolution of {value:g} dpi is outside the usable range "
             f"of {MIN_DPI:g} to {MAX_DPI:g} dpi"
         )
     return value
@@ -242,8 +247,13 @@ class RidgeField:
     ridges: NDArray[np.uint64] | None = None
 
     def __post_init__(self) -> None:
-        orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
-        mask = np.ascontiguousarray(self.mask, dtype=bool)
+        try:
+            with np.errstate(over="ignore"):
+                orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
+            mask = np.ascontiguousarray(self.mask, dtype=bool)
+            ridges = None if self.ridges is None else np.asarray(self.ridges, np.uint64)
+        except (OverflowError, ValueError) as error:
+            raise MinutiaeError("ridge field: a number is beyond its range") from error
         if orientation.ndim != 2 or orientation.shape != mask.shape:
             raise MinutiaeError("ridge field: orientation and mask must be 2-D and of one shape")
         if not (np.isfinite(self.step) and self.step > 0):
@@ -252,8 +262,7 @@ class RidgeField:
             raise MinutiaeError("ridge field: orientation must be finite inside the mask")
         _set_read_only(self, orientation=orientation, mask=mask)
         object.__setattr__(self, "step", float(self.step))
-        if self.ridges is not None:
-            ridges = np.asarray(self.ridges, np.uint64)
+        if ridges is not None:
             if ridges.shape != mask.shape:
                 raise MinutiaeError("ridge field: ridges and mask must be of one shape")
             _set_read_only(self, ridges=np.ascontiguousarray(ridges * mask))
@@ -306,7 +315,7 @@ class Template:
     Raises
     ------
     MinutiaeError
-        If width or height is not positive.
+        If width or height is not positive, or positions at 500 dpi overflow float32.
     ResolutionError
         If `dpi` is outside 100 to 4000.
     """
@@ -321,6 +330,10 @@ class Template:
         if self.width < 1 or self.height < 1:
             raise MinutiaeError(f"template size must be positive, not {self.width} x {self.height}")
         object.__setattr__(self, "dpi", check_dpi(self.dpi))
+        if self.dpi < STANDARD_DPI:  # else no position grows
+            most = LARGEST * self.dpi / STANDARD_DPI
+            if not (np.abs(self.minutiae.xy) <= most).all():
+                raise MinutiaeError(f"a minutia is too far from the origin at {self.dpi:g} dpi")
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -365,12 +378,12 @@ def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDA
     """Return `values` as a new float64 vector, finite and of the given length, or refuse it."""
     try:
         column = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (OverflowError, TypeError, ValueError) as error:
         raise MinutiaeError(f"minutiae: {name} must be numbers") from error
     if column.ndim != 1:
         raise MinutiaeError(f"minutiae: {name} must be one-dimensional, not {column.ndim}-D")
     if length is not None and column.size != length:
         raise MinutiaeError(f"minutiae: {name} has {column.size} values where x has {length}")
-    if not (np.abs(column) <= np.finfo(np.float32).max).all():
+    if not (np.abs(column) <= LARGEST).all():
         raise MinutiaeError(f"minutiae: {name} has values that are not finite in float32")
     return column

@@ -34,6 +34,7 @@ MAY_IMPORT = {
     "output": set(),
     "text_table": set(),
     "printable": set(),
+    "parsing": set(),
     "npy": set(),
     "array_file": {"output"},
     "plugins": set(),
@@ -134,7 +135,7 @@ def test_worker_processes_import_no_commands():
 
 def allowed(room):
     """Return every room that `room` may import, directly or by way of another."""
-    rooms = {room, "_version", "errors", "printable", "text_table"}
+    rooms = {room, "_version", "errors", "parsing", "printable", "text_table"}
     if room not in NO_MINUTIAE:
         rooms.add("minutiae")
     if room in WRITES_FILES:

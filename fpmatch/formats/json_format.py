@@ -22,7 +22,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from fpmatch.formats.bounds import check_cells
 from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.parsing import ParseError, parse_json
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,13 +84,9 @@ def _recognises(data: bytes) -> bool:
 
 def _parse(data: bytes) -> dict[str, Any]:
     """Return the JSON object in `data`."""
-
-    def refuse(constant: str) -> NoReturn:
-        raise TemplateError(f"not JSON: {constant} is not a number")
-
     try:
-        document = json.loads(data.decode("utf-8-sig"), parse_constant=refuse)
-    except (ValueError, RecursionError) as error:
+        document = parse_json(data)
+    except ParseError as error:
         raise TemplateError(f"not JSON: {error}") from error
     if not isinstance(document, dict):
         raise TemplateError("not a template: expected one JSON object")

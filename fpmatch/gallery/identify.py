@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.search import Candidate
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
@@ -160,7 +160,9 @@ def identify(
     if count < 1:
         raise MatcherError(f"the number of candidates must be at least 1, not {count}")
     if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"a threshold is between 0 and {MAX_SCORE:g}, not {threshold:g}")
+        raise MatcherError(
+            f"a threshold is between 0 and {MAX_SCORE:g}, not {number_text(threshold)}"
+        )
     if impressions and consolidated is not None:
         raise MatcherError("single impressions are not compared with consolidated templates")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration

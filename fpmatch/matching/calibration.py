@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, number_text
+from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     import os
@@ -140,7 +141,7 @@ class Calibration:
             If the text is not JSON, an entry is missing, or a value is out of range.
         """
         try:
-            entries = json.loads(text)
+            entries = parse_json(text)
             origin = entries["provenance"]
             return cls(
                 knots=tuple((float(x), float(score)) for x, score in entries["knots"]),
@@ -157,7 +158,7 @@ class Calibration:
             )
         except MatcherError as error:
             raise MatcherError(f"{source}: {error}") from error
-        except (*MALFORMED, RecursionError) as error:
+        except MALFORMED as error:
             raise MatcherError(f"{source}: not a calibration file") from error
 
 
@@ -229,7 +230,7 @@ def score_to_fmr(score: float) -> float:
     0.0001
     """
     if not 0.0 <= score <= MAX_SCORE:
-        raise MatcherError(f"a score lies from 0 to {MAX_SCORE:g}, not {score:g}")
+        raise MatcherError(f"a score lies from 0 to {MAX_SCORE:g}, not {number_text(score)}")
     return float(10.0 ** (-score / 10.0))
 
 
@@ -248,5 +249,5 @@ def fmr_to_score(fmr: float) -> float:
     """
     lowest = 10.0 ** (-MAX_SCORE / 10.0)
     if not lowest <= fmr <= 1.0:
-        raise MatcherError(f"a false match rate lies from {lowest:g} to 1, not {fmr:g}")
+        raise MatcherError(f"a false match rate lies from {lowest:g} to 1, not {number_text(fmr)}")
     return float(-10.0 * math.log10(fmr)) + 0.0  # + 0.0 turns -0.0 into 0.0

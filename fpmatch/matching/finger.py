@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.consolidate import consolidate, link_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
@@ -183,7 +183,7 @@ def verify_finger(
     (False, [0.0, 0.0])
     """
     if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
+        raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     curve = load_calibration(chosen.name) if calibration is None else calibration
     finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)

@@ -13,6 +13,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching._amount_kernel import describe_amount
+from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -199,7 +200,7 @@ class ScoreWeights:
     def from_json(cls, text: str) -> ScoreWeights:
         """Read what `as_json` wrote; of another text or other features, raise MatcherError."""
         try:
-            document = json.loads(text)
+            document = parse_json(text)
             models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
             return cls(tuple(models), document["provenance"], float(document["small_area"]))
         except (LookupError, TypeError, ValueError) as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import (
     MAX_SCORE,
     calibrated_matchers,
@@ -71,7 +71,7 @@ def verify(
     (False, 0.0)
     """
     if threshold is not None and not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
+        raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
     if calibration is None and (rho is None or chosen.name in calibrated_matchers()):

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.frames import IDENTITY, frame_if_needed
 from fpmatch.pointset.grid import sort_into_cells
-from fpmatch.pointset.points import pairs_of_coincident, points_in_box, unique_points
+from fpmatch.pointset.points import is_finite, pairs_of_coincident, points_in_box, unique_points
 from fpmatch.pointset.triangles.descriptors import density_of
 
 if TYPE_CHECKING:
@@ -86,8 +86,8 @@ class Target:
 
 def check_tolerance(tolerance: float | None) -> None:
     """Refuse a tolerance that is not positive and finite with a `PointSetError`."""
-    if tolerance is not None and not 0 < tolerance < math.inf:
-        raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    if tolerance is not None and not (is_finite(tolerance) and tolerance > 0):
+        raise PointSetError(f"tolerance must be positive, not {number_text(tolerance)}")
 
 
 def match_given(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset import _assignment_kernel as kernel
 from fpmatch.pointset.points import as_points
 
@@ -39,7 +39,7 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
     """
     a, b = as_points(p, "p"), as_points(q, "q")
     if not tolerance >= 0:
-        raise PointSetError(f"tolerance must be 0 or more, not {tolerance:g}")
+        raise PointSetError(f"tolerance must be 0 or more, not {number_text(tolerance)}")
     with np.errstate(over="ignore"):  # points too far apart for float64 are no pair
         i, j = _within(a, b, tolerance)
     distance, middle = np.hypot(*(a[i] - b[j]).T), a[i] / 2 + b[j] / 2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, number_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,7 +80,7 @@ def rms_distance(p: NDArray[np.float64], q: NDArray[np.float64]) -> float:
 def check_rho(rho: float) -> None:
     """Refuse a matching factor ρ outside 0..1 with a `PointSetError`."""
     if not 0 <= rho <= 1:
-        raise PointSetError(f"rho must lie in 0..1, not {rho:g}")
+        raise PointSetError(f"rho must lie in 0..1, not {number_text(rho)}")
 
 
 def fewest_above(rho: float, count: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,7 +30,7 @@ def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.f
     """Return what `as_points` does, and the bounding box; zeros for no points."""
     try:
         array = np.array(points, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except (OverflowError, TypeError, ValueError) as error:
         raise PointSetError(f"{name}: expected an array of numbers of shape (N, 2)") from error
     if array.size == 0:
         return array.reshape(0, 2), [0.0] * 4
@@ -39,6 +40,14 @@ def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.f
     if not bounding_box(array, box):
         raise PointSetError(f"{name}: coordinates must be finite")
     return array, box.tolist()
+
+
+def is_finite(value: float) -> bool:
+    """Return whether a number is one that float64 can hold."""
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an int
+        return False
 
 
 def unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

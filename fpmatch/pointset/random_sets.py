@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.point_match import share_of
 from fpmatch.pointset.similarity import Similarity
 
@@ -80,11 +80,13 @@ def random_pair(
     (45, True)
     """
     if not 0 <= rho <= 1:
-        raise PointSetError(f"rho must be in [0, 1], not {rho:g}")
+        raise PointSetError(f"rho must be in [0, 1], not {number_text(rho)}")
     if not 1 <= m <= n:
         raise PointSetError(f"P needs 1 to n points, Q at least as many: {m} and {n}")
     if not (0 <= eta < math.inf and 0 <= lambda_ < math.inf):
-        raise PointSetError(f"eta and lambda must be 0 or more, not {eta:g} and {lambda_:g}")
+        raise PointSetError(
+            f"eta and lambda must be 0 or more, not {number_text(eta)} and {number_text(lambda_)}"
+        )
     if model not in POINT_MODELS:
         raise PointSetError(f"unknown model {model!r}: expected {' or '.join(POINT_MODELS)}")
     rng = np.random.default_rng(rng)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.points import as_points, is_finite
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -52,7 +52,7 @@ class Similarity:
 
     def __post_init__(self) -> None:
         values = (self.scale, self.rotation, self.tx, self.ty)
-        if not all(map(math.isfinite, values)) or self.scale <= 0:
+        if not all(map(is_finite, values)) or self.scale <= 0:
             raise PointSetError("a similarity transform needs finite values and a positive scale")
 
     @classmethod
@@ -150,7 +150,8 @@ class Similarity:
     def inverse(self) -> Similarity:
         """Return the transform that undoes this one."""
         scale = 1.0 / self.scale
-        t = -scale * (_rotation_matrix(-self.rotation) @ (self.tx, self.ty))
+        with np.errstate(over="ignore", invalid="ignore"):
+            t = -scale * (_rotation_matrix(-self.rotation) @ (self.tx, self.ty))
         return Similarity(scale, -self.rotation, float(t[0]), float(t[1]))
 
     @overload

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import DatasetError
 from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.parsing import ParseError, parse_toml
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.presets import preset_named
 from fpmatch.synthesis.sensor import SENSORS, Sensor
@@ -98,12 +98,11 @@ def sensors_named(sensors: Sequence[str | Sensor]) -> tuple[Sensor, ...]:
 def check_same_plan(path: Path, plan: Plan) -> None:
     """Raise DatasetError if the ``dataset.toml`` at `path` describes another plan."""
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8")).get("synthesis")
+        found = parse_toml(path.read_bytes()).get("synthesis")
     except OSError as error:
         raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: not a readable TOML file: {reason}") from error
+    except ParseError as error:
+        raise DatasetError(f"{path}: not a readable TOML file: {error}") from error
     if not isinstance(found, dict):
         raise DatasetError(f"{path}: describes prints that were not made by fpmatch synth")
     for key, value in plan.table().items():

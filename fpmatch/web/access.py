@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import FpmatchError
 from fpmatch.output import reason
+from fpmatch.parsing import ParseError, parse_toml
 
 if TYPE_CHECKING:
     import os
@@ -82,10 +82,10 @@ def load_clients(path: str | os.PathLike[str]) -> dict[bytes, Client]:
         If the file cannot be read or used; the message names the client.
     """
     try:
-        document = tomllib.loads(Path(path).read_text("utf-8"))
+        document = parse_toml(Path(path).read_bytes())
     except OSError as error:
         raise TokenError(f"cannot be read: {reason(error)}", path=path) from error
-    except (ValueError, RecursionError) as error:
+    except ParseError as error:
         raise TokenError(f"is not TOML: {error}", path=path) from error
     clients: dict[bytes, Client] = {}
     for name, table in document.items():

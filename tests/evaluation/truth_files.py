@@ -27,7 +27,7 @@ def write_truth(folder, document, finger=101):
     """Write the truth about a finger."""
     path = folder / "truth" / f"{finger}.json"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(document))
+    path.write_text(json.dumps(document).replace("Infinity", "1e999"))
     return path
 
 

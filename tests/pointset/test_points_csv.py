@@ -18,6 +18,7 @@ from pointset_strategies import any_finite_points
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import points_csv
 from fpmatch.pointset.points_csv import DELIMITERS, decode_points, load_points
+from fpmatch.printable import printable
 
 TWO = [[1.5, 2.0], [-3.0, 400.0]]
 
@@ -196,7 +197,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     }.items():
         with pytest.raises(PointSetError) as caught:
             load_points(tmp_path / name)
-        assert str(caught.value) == f"{tmp_path / name}{reason}"
+        assert str(caught.value) == printable(f"{tmp_path / name}{reason}")
 
 
 def test_absurdly_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

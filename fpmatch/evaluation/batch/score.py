@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch._version import __version__
 from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import MatcherError, OutputError
+from fpmatch.errors import MatcherError, OutputError, number_text
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
 from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
 from fpmatch.evaluation.batch.run import Comparing, RowWriter, SideRows, collect
@@ -261,7 +261,7 @@ def _check_threshold(
     if threshold is None:
         return
     if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {threshold:g}")
+        raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {number_text(threshold)}")
     if calibration is None:
         raise MatcherError(
             f"matcher {matcher!r} has no calibration, so its scores cannot be compared with a "

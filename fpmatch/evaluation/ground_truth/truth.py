@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,6 +10,7 @@ import numpy as np
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.minutiae import Minutiae
 from fpmatch.output import reason
+from fpmatch.parsing import ParseError, parse_json
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.displacement import DisplacementField
 
@@ -85,13 +85,13 @@ def _finger_of(stem: str) -> str:
 
 def _read_object(path: Path) -> dict[str, Any]:
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = parse_json(path.read_bytes())
     except (FileNotFoundError, NotADirectoryError) as error:
         raise DatasetError(f"{path}: no such file; true minutiae are read from it") from error
     except OSError as error:
         raise DatasetError(f"{path}: cannot be read: {reason(error)}") from error
-    except (ValueError, RecursionError) as error:
-        raise DatasetError(f"{path}: not a readable JSON file: {_first_line(error)}") from error
+    except ParseError as error:
+        raise DatasetError(f"{path}: not a readable JSON file: {error}") from error
     for key in ("minutiae", "impressions"):
         if not (isinstance(document, dict) and isinstance(document.get(key), dict)):
             raise DatasetError(f"{path}: not the truth about a finger: it has no object {key!r}")

@@ -12,11 +12,12 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.conditions import Condition, conditions
 from fpmatch.output import atomic_write_bytes, reason
+from fpmatch.parsing import ParseError, parse_json
 
 if TYPE_CHECKING:
     import os
@@ -117,6 +118,9 @@ class BenchResults:
         return {"settings": self.settings, "cells": cells, "skipped": skipped}
 
 
+MOST_TRIALS: Final = 10_000_000  # of a cell
+
+
 def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
     """Write results as a JSON file, atomically; raise `OutputError` if that fails."""
     text = json.dumps(results.as_json(), indent=1, allow_nan=False)
@@ -126,10 +130,10 @@ def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
 def read_results(path: str | os.PathLike[str]) -> BenchResults:
     """Read a file of results; raise `FpmatchError` if it cannot be read or is not such a file."""
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
+        document = parse_json(Path(path).read_bytes())
     except OSError as error:
         raise FpmatchError(f"{path}: cannot be read: {reason(error)}") from error
-    except ValueError as error:
+    except ParseError as error:
         raise FpmatchError(f"{path}: not a file of results: {error}") from error
     try:
         return BenchResults(
@@ -140,7 +144,7 @@ def read_results(path: str | os.PathLike[str]) -> BenchResults:
                 for entry in document.get("skipped", [])
             ],
         )
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
         what = f"lacks {error}" if isinstance(error, KeyError) else str(error)
         raise FpmatchError(f"{path}: not a file of results: {what}") from error
 
@@ -176,6 +180,8 @@ def _condition_of(entry: dict[str, Any]) -> Condition:
 def _cell_of(entry: dict[str, Any]) -> PointCell:
     """Return a cell of the file; optional members follow from the others."""
     condition, trials = _condition_of(entry), int(entry["trials"])
+    if trials > MOST_TRIALS:
+        raise ValueError(f"more than {MOST_TRIALS} trials")
     recognised = round(_share(entry["recognised"]) * trials)
     outcomes = str(entry.get("outcomes", "1" * recognised + "0" * (trials - recognised)))
     independent = int(entry.get("independent_trials", trials))

@@ -11,13 +11,13 @@ An example of that file::
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageError, ResolutionError
 from fpmatch.minutiae import check_dpi
+from fpmatch.parsing import ParseError, parse_toml
 
 if TYPE_CHECKING:
     import os
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.polarity import Polarity
 
 DESCRIPTION_FILE: Final = "dataset.toml"
+MOST_BYTES: Final = 2**20  # of it
 IMAGE_EXTENSIONS: Final = frozenset(
     (
         *(".an2", ".bmp", ".eft", ".gif", ".j2k", ".jp2", ".jpeg", ".jpg", ".pbm", ".pgm", ".png"),
@@ -69,14 +70,18 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     if not path.is_file():
         return DatasetInfo()
     try:
-        entries = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: not a readable TOML file: {reason}") from error
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise ParseError(f"more than {MOST_BYTES} bytes")
+        entries = parse_toml(content)
+    except (OSError, ParseError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise DatasetError(f"{path}: not a readable TOML file: {why}") from error
     for key in ("name", "sensor"):
         if key in entries and not (isinstance(entries[key], str) and entries[key].isprintable()):
             raise DatasetError(f"{path}: {key} must be text of one line")
-    if entries.get("name") == "":
+    if not entries.get("name", "a name").strip():
         raise DatasetError(f"{path}: name is empty")
     try:
         if (dpi := entries.get("dpi")) is not None:
@@ -88,12 +93,12 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
             from fpmatch.image.quality.polarity import check_polarity  # noqa: PLC0415
 
             polarity = check_polarity(entries["polarity"])
-    except (ImageError, ResolutionError, OverflowError) as error:
+    except (ImageError, ResolutionError) as error:
         raise DatasetError(f"{path}: {error}") from error
     return DatasetInfo(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
 
 
-def natural_key(text: str) -> tuple[list[str | int], str]:
+def natural_key(text: str) -> tuple[list[str | tuple[int, str]], str]:
     """Return a sort key that compares the numbers in a text as numbers.
 
     Examples
@@ -101,6 +106,7 @@ def natural_key(text: str) -> tuple[list[str | int], str]:
     >>> sorted(["10_1", "9_2", "a"], key=natural_key)
     ['9_2', '10_1', 'a']
     """
-    parts: list[str | int] = list(_DIGITS.split(text))
-    parts[1::2] = [int(part) for part in parts[1::2]]
+    parts: list[str | tuple[int, str]] = list(_DIGITS.split(text))
+    digits = [part.lstrip("0") for part in _DIGITS.findall(text)]  # of any number
+    parts[1::2] = [(len(part), part) for part in digits]
     return parts, text

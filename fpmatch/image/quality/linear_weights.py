@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.errors import FpmatchError
+from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,7 +49,7 @@ class LinearWeights:
     def load(cls, path: Path, names: tuple[str, ...]) -> LinearWeights:
         """Read a file; raise FpmatchError unless it has weights of `names`."""
         try:
-            document = json.loads(path.read_text(encoding="utf-8"))
+            document = parse_json(path.read_bytes())
             rows = document["features"]
             if tuple(row["name"] for row in rows) != names:
                 raise FpmatchError(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.points import as_points, is_finite
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -63,7 +63,8 @@ class AffineTransform:
 
     def __post_init__(self) -> None:
         values = (self.xx, self.xy, self.tx, self.yx, self.yy, self.ty)
-        if not all(map(math.isfinite, values)) or abs(self._tamed[1]) < _SINGULAR:
+        finite = all(map(is_finite, values))
+        if not finite or abs(self._tamed[1]) < _SINGULAR:
             raise PointSetError("an affine transform needs finite values and an inverse")
 
     @classmethod

@@ -41,7 +41,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.frames import between_sets
 from fpmatch.pointset.pairing import greedy_pairs, index_pairs
 from fpmatch.pointset.point_match import PointMatch, check_rho, fewest_above, rms_distance
@@ -82,11 +82,13 @@ class UnitCircleParameters:
 
     def __post_init__(self) -> None:
         if not self.area_tolerance > 0:
-            raise PointSetError(f"area tolerance must be positive, not {self.area_tolerance:g}")
+            raise PointSetError(
+                f"area tolerance must be positive, not {number_text(self.area_tolerance)}"
+            )
         if not self.precision >= 0 or not self.max_scale >= 1:
             raise PointSetError("precision must be 0 or more, max scale 1")
         if self.tolerance is not None and not 0 <= self.tolerance < math.inf:
-            raise PointSetError(f"tolerance must be 0 or more, not {self.tolerance:g}")
+            raise PointSetError(f"tolerance must be 0 or more, not {number_text(self.tolerance)}")
         check_rho(self.matching_factor)
 
 

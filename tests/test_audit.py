@@ -232,3 +232,11 @@ def test_who_requests_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(OPERATOR, "ada")
     assert current_client() == f"ada ({user})"
     assert act_as("bob", current_client) == "bob"
+
+
+def test_any_text_is_stored_and_read(log: AuditLog) -> None:
+    log.append("ada\udcff", "enrol", {"subject": "Zoë \ud800 \x1b[2J\u2028"})
+    *_, event = read_audit_log(log.path)
+    assert event["client"] == r"ada\xff"
+    assert event["subject"].startswith("Zoë \\ud800 \x1b")
+    assert log.path.read_bytes().isascii()

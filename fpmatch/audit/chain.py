@@ -9,12 +9,13 @@ number and the last hash elsewhere. Files (`fpmatch.audit.log`) and galleries
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import FpmatchError
+from fpmatch.parsing import ParseError, parse_json
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -48,7 +49,7 @@ def event_line(previous: str, client: str, action: str, details: Mapping[str, An
     """
     now = datetime.now(UTC).isoformat(timespec="milliseconds")
     event = {"time": now, "client": client, "action": action, **details, "previous": previous}
-    return json.dumps(event, allow_nan=False).encode() + b"\n"
+    return json_text(event, indent=None).encode() + b"\n"
 
 
 def follow_chain(
@@ -116,7 +117,7 @@ def check_chain(
 def parse_line(line: bytes) -> dict[str, Any] | None:
     """Return the event of a line, or None where it is none."""
     try:
-        event = json.loads(line) if line.endswith(b"\n") else None
-    except (ValueError, RecursionError):
+        event = parse_json(line) if line.endswith(b"\n") else None
+    except ParseError:
         return None
     return event if isinstance(event, dict) else None

@@ -69,6 +69,7 @@ Examples:
   fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
   fpmatch enrol prints.db prints --min-quality 40
   fpmatch enrol prints.db manifest.csv
+  fpmatch enrol prints.db prints --encrypt --key file:keys.txt
   fpmatch enrol prints.db people --by-folder
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 
@@ -103,6 +104,12 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     is_flag=True,
     help="Let GALLERY keep an audit of who does what with it (see fpmatch gallery audit).",
 )
+@click.option(
+    "--encrypt",
+    is_flag=True,
+    help="Encrypt the gallery that is made with the current key of --key; refuse one that is not "
+    "encrypted.",
+)
 @raw_option
 @workers_option
 @json_option
@@ -116,6 +123,7 @@ def enrol(
     polarity: Polarity,
     min_quality: int,
     strict: bool,
+    encrypt: bool,
     audit: bool,
     raw: tuple[RawSize, ...],
     workers: int | None,
@@ -136,6 +144,7 @@ def enrol(
 
     start_fork_server(workers, *_WORKERS_NEED)
     with fast_imports():
+        from fpmatch.encryption.keys import load_keys
         from fpmatch.engine.engine import processes
         from fpmatch.gallery import enrol as work
         from fpmatch.gallery.audit import turn_on
@@ -144,6 +153,8 @@ def enrol(
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
         from fpmatch.reading import PrintReader
 
+    if encrypt:
+        load_keys()  # before any work
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(
         places, dpi, pattern=None if pattern is None else names, by_folder=by_folder
@@ -155,7 +166,7 @@ def enrol(
     with processes(workers) as engine:
         reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
         bars = ProgressBars({"enrol": "enrolling"})
-        with open_gallery(gallery, create=True) as opened, bars:
+        with open_gallery(gallery, create=True, encrypt=encrypt) as opened, bars:
             if audit:
                 turn_on(opened)
             done = work.enrol(

@@ -69,10 +69,17 @@ def _summary_text(name: str, s: GallerySummary) -> str:
         ("Minutiae", f"{s.minutiae}, {s.minutiae / n:.0f} an impression"),
         ("Templates", f"{s.template_bytes} bytes, {s.template_bytes / n:.0f} an impression"),
         ("Failures", failures),
+        *([("Encryption", _encryption_text(s.keys))] if s.keys else []),
         ("Format", f"version {s.version}"),
         *(damaged if s.damaged else []),
     ]
     return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
+
+
+def _encryption_text(keys: tuple[str, ...]) -> str:
+    if len(keys) < 2:
+        return f"key {keys[0]}"
+    return f"keys {', '.join(keys)}; `fpmatch gallery rotate` leaves the first only"
 
 
 @gallery.command(

@@ -165,5 +165,6 @@ def _prepare(gallery: str, workers: int | None) -> None:
 
     bars = ProgressBars({"prepare": "preparing prints"})
     with open_gallery(gallery, create=True) as opened, bars:
+        opened.check_keys()
         open_search(opened, engine=processes(workers), progress=bars.show, note=say_note)
         say_damaged(opened.name, opened.damaged)

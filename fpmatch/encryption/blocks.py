@@ -40,13 +40,14 @@ class _Blocks:
     def __init__(self, key: Key, head: bytes, purpose: bytes, bound: Iterable[bytes]) -> None:
         from cryptography.hazmat.primitives.ciphers import Cipher, algorithms, modes  # noqa: PLC0415
 
-        algorithm = algorithms.AES(key.derive(purpose, head[-SALT_BYTES:]))
-        self._cipher = lambda nonce, tag=None: Cipher(algorithm, modes.GCM(nonce, tag))
+        self._cipher, self._mode = Cipher, modes.GCM
+        self._algorithm = algorithms.AES(key.derive(purpose, head[-SALT_BYTES:]))
         self._about = associated(head, purpose, *bound)
 
-    def seal(self, number: int, block: Buffer, *, last: bool) -> bytes:
+    def seal(self, number: int, block: bytes | bytearray, *, last: bool) -> bytes:
         """Return a block as it is stored, with its tag."""
-        encryptor = self._cipher(_nonce(number, last=last)).encryptor()
+        mode = self._mode(_nonce(number, last=last))
+        encryptor = self._cipher(self._algorithm, mode).encryptor()
         encryptor.authenticate_additional_data(self._about)
         stored: bytes = encryptor.update(block)
         encryptor.finalize()
@@ -57,8 +58,8 @@ class _Blocks:
         """Write the content of a stored block to memory; raise EncryptionError if it differs."""
         from cryptography.exceptions import InvalidTag  # noqa: PLC0415
 
-        tag = bytes(sealed[-TAG_BYTES:])
-        decryptor = self._cipher(_nonce(number, last=last), tag).decryptor()
+        mode = self._mode(_nonce(number, last=last), bytes(sealed[-TAG_BYTES:]))
+        decryptor = self._cipher(self._algorithm, mode).decryptor()
         decryptor.authenticate_additional_data(self._about)
         decryptor.update_into(sealed[:-TAG_BYTES], into)
         try:

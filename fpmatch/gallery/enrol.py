@@ -91,6 +91,7 @@ def enrol(
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
     notes = resolution_notes([file.dpi for file in prints])
     run.on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
+    gallery.check_keys()
     progress("enrol", 0, len(prints))
     with engine or processes() as place:
         make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))

@@ -177,6 +177,7 @@ class GallerySummary:
     """Hold counts and sizes of a gallery; `dpi` counts impressions by resolution.
 
     `damaged` is the number of entries that are no impressions: a column of them is impossible.
+    `keys` are the ids of the keys in use, that of new entries first; none if it is not encrypted.
     """
 
     version: int
@@ -187,6 +188,7 @@ class GallerySummary:
     dpi: dict[float, int]
     failures: int
     damaged: int = 0
+    keys: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return the JSON values that ``fpmatch gallery info --json`` prints."""

@@ -11,18 +11,18 @@ import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import audit
-from fpmatch.gallery.database import DamagedRowError, Database
+from fpmatch.gallery.creation import check_or_create
+from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, GallerySummary
 from fpmatch.gallery.rows import as_entry, as_packed, as_template, pack_entry, to_row
+from fpmatch.gallery.sealed_database import SealedDatabase, as_keys
 from fpmatch.gallery.tables import (
     ABOUT,
     ENTRY,
     FAILURE,
     GALLERY,
     PACKED,
-    VERSION,
     Conflicts,
-    create_tables,
     is_sound,
 )
 from fpmatch.printable import as_text, printable
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Self
 
+    from fpmatch.encryption.keys import KeyRing
     from fpmatch.gallery.entry import NewEntry
     from fpmatch.minutiae import Template
 
@@ -42,7 +43,13 @@ ROWS_PER_READ: Final = 1000
 _COUNT: Final = sa.select(sa.func.count())
 
 
-def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gallery:
+def open_gallery(
+    where: str | os.PathLike[str],
+    *,
+    create: bool = False,
+    key: KeyRing | str | None = None,
+    encrypt: bool = False,
+) -> Gallery:
     """Open a gallery; as a context manager it is closed at the end.
 
     Parameters
@@ -52,22 +59,32 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
         ``postgresql://user:password@host:port/database`` (extra ``fpmatch[postgres]``).
     create : bool
         Whether to make it where it is missing.
+    key : KeyRing or str, optional
+        Keys of an encrypted gallery, or their source, as for `fpmatch.encryption.keys.load_keys`
+        (default: that in the environment). They are read when they are needed first.
+    encrypt : bool
+        Whether one that is made is encrypted with the current key, and another must be encrypted.
 
     Raises
     ------
     GalleryError
         If it is missing, no gallery, damaged, of another version, or cannot be reached.
+    EncryptionError
+        If there is no key for a gallery to be made.
     """
-    gallery = Gallery(where, create=create)
+    if encrypt:
+        as_keys(key)  # before a file is made
+    gallery = Gallery(where, create=create, key=key)
     try:
-        _check_or_create(gallery, create=create)
+        check_or_create(gallery, create=create, encrypt=encrypt)
+        gallery.sealing()
     except BaseException:
         gallery.close()
         raise
     return gallery
 
 
-class Gallery(Database):
+class Gallery(SealedDatabase):
     """A database of enrolled impressions; `open_gallery` opens one.
 
     Every method is one transaction, or one for some thousand rows where it yields: a killed
@@ -76,8 +93,14 @@ class Gallery(Database):
     are damaged; `damaged` has the reason of each, by its number.
     """
 
-    def __init__(self, where: str | os.PathLike[str], *, create: bool = False) -> None:
-        super().__init__(where, create=create)
+    def __init__(
+        self,
+        where: str | os.PathLike[str],
+        *,
+        create: bool = False,
+        key: KeyRing | str | None = None,
+    ) -> None:
+        super().__init__(where, create=create, key=key)
         self.damaged: dict[int, str] = {}
 
     def __enter__(self) -> Self:
@@ -104,6 +127,7 @@ class Gallery(Database):
             sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
         ).select_from(ENTRY)
         with self.reading() as connection:
+            sealing = self.sealing(connection)
             sound = is_sound(connection.dialect.name)
             version = int(connection.scalar(sa.select(GALLERY.c.version)) or 0)
             impressions, subjects, minutiae, size = map(
@@ -113,7 +137,8 @@ class Gallery(Database):
             by_dpi = {float(dpi): count for dpi, count in connection.execute(of_dpi.where(sound))}
             failures = int(connection.scalar(_COUNT.select_from(FAILURE)) or 0)
         sizes = impressions, subjects, minutiae, size, by_dpi
-        return GallerySummary(version, *sizes, failures, damaged)
+        keys = () if sealing is None else sealing.keys
+        return GallerySummary(version, *sizes, failures, damaged, keys)
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
@@ -129,10 +154,11 @@ class Gallery(Database):
         failure no longer. A new failure replaces those of the same source.
         """
         packed = [pack_entry(entry) for entry in new]
-        with self._changing() as connection:
+        with self.changing() as connection:
             conflicts = _conflicts_in_order(connection, new, packed)
             judged = list(zip(new, packed, conflicts, strict=True))
-            rows = [to_row(entry, template) for entry, template, no in judged if no is None]
+            enrolled = [to_row(entry, template) for entry, template, no in judged if no is None]
+            rows = self.sealed(connection, enrolled)
             sources = [*(e.source for e in new), *(f.source for f in failures)]
             for k in range(0, len(sources), ROWS_PER_READ):
                 part = sources[k : k + ROWS_PER_READ]
@@ -172,11 +198,13 @@ class Gallery(Database):
 
     def entry(self, number: int) -> Entry:
         """Return the entry of a number; GalleryError (code "unknown") if there is none."""
+        if self.encrypted:  # what is shown is what was enrolled
+            return self._one(PACKED, number, lambda row: as_entry(self.opened(row)))
         return self._one(sa.select(*ABOUT), number, as_entry)
 
     def template(self, number: int) -> Template:
         """Return the template of an entry; GalleryError if there is none or it is damaged."""
-        return self._one(PACKED, number, as_template)[1]
+        return self._one(PACKED, number, lambda row: as_template(self.opened(row)))[1]
 
     def find_entry(self, number: int) -> Entry | None:
         """Return the entry of a number; None for one that is damaged, which is skipped."""
@@ -188,11 +216,11 @@ class Gallery(Database):
 
     def packed_templates(self, *, after: int | None = None) -> Iterator[tuple[int, bytes]]:
         """Yield number and packed template of all entries, or of those of numbers over `after`."""
-        yield from self._rows(PACKED, as_packed, after=after)
+        yield from self._rows(PACKED, lambda row: as_packed(self.opened(row)), after=after)
 
     def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of all entries, or of those of numbers over `after`."""
-        yield from self._rows(PACKED, as_template, after=after)
+        yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
 
     def fingers(self) -> dict[int, int]:
         """Return for the number of each entry the lowest number of an entry of its finger."""
@@ -209,7 +237,7 @@ class Gallery(Database):
 
     def clear_failures(self) -> int:
         """Remove all failures; return how many there were."""
-        with self._changing() as connection:
+        with self.changing() as connection:
             cleared = connection.execute(FAILURE.delete()).rowcount
             audit.record(connection, "clear failures", count=cleared)
         return cleared
@@ -219,7 +247,7 @@ class Gallery(Database):
 
         If one of the numbers is unknown, none is removed: GalleryError (code "unknown").
         """
-        with self._changing() as connection:
+        with self.changing() as connection:
             labels = audit.labels_of(connection, numbers=numbers)
             for number in dict.fromkeys(numbers):
                 if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
@@ -253,7 +281,7 @@ class Gallery(Database):
             content = probe if isinstance(probe, bytes) else probe.read_bytes()
             details = {"probe": hashlib.sha256(content).hexdigest(), **details}
         try:
-            with self._changing() as connection:
+            with self.changing() as connection:
                 audit.record(connection, action, **details)
         except GalleryError as error:
             why = f"its audit cannot store the event: {error.detail}"
@@ -312,33 +340,11 @@ class Gallery(Database):
             after = rows[-1].id
 
     @contextmanager
-    def _changing(self) -> Iterator[sa.Connection]:
+    def changing(self) -> Iterator[sa.Connection]:
         """Open a transaction during which no other one writes."""
         with self.writing() as connection:
             audit.lock(connection)
             yield connection
-
-
-def _check_or_create(gallery: Gallery, *, create: bool) -> None:
-    """Check that there is a gallery of this version, or make an empty one."""
-    with gallery.reading() as connection:
-        tables = set(sa.inspect(connection).get_table_names())
-    if GALLERY.name not in tables:
-        if tables and gallery.file is not None:
-            raise gallery.error("not a gallery but a database of something else", "no gallery")
-        if not create:
-            raise gallery.error("holds no gallery; `fpmatch enrol` makes one", "missing")
-        with gallery.creating() as connection:
-            if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
-                create_tables(connection, secrets.token_hex(16))
-    with gallery.reading() as connection:
-        version = connection.scalar(sa.select(GALLERY.c.version))
-    if version is None:
-        raise gallery.error("damaged: its version is missing", "damaged")
-    if version != VERSION:
-        raise gallery.error(
-            f"a gallery of version {version}; this fpmatch reads version {VERSION}", "version"
-        )
 
 
 def _is_of(subject: str) -> sa.ColumnElement[bool]:

@@ -10,30 +10,36 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-from contextlib import closing, suppress
+from contextlib import closing, nullcontext, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.encryption.blocks import MAGIC
 from fpmatch.engine.engine import processes
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.compact import unpack_template
+from fpmatch.gallery.sealing import PLAIN
 from fpmatch.matching import packed_templates
 from fpmatch.matching.packed_templates import PRINT, PackedTemplates
-from fpmatch.output import make_folder, remove_unfinished
+from fpmatch.output import atomic_write, make_folder, remove_unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
+    from contextlib import AbstractContextManager
     from pathlib import Path
+    from typing import BinaryIO
 
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.sealing import Sealing
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 64
@@ -89,11 +95,13 @@ def prepare_gallery(
     content = gallery.content_hash()
     folders = _folders(gallery)
     faults: list[str] = []
-    kept = _first_whole((folder / _name(matcher, content) for folder in folders), matcher, faults)
+    sealing = gallery.sealing()
+    read = partial(load_prepared, matcher=matcher, sealing=sealing)
+    kept = _first_whole((folder / _name(matcher, content) for folder in folders), read, faults)
     if kept is not None:
         _find_damaged(gallery, kept)
         return kept
-    old = _first_whole(_newest_first(folders, matcher, content), matcher, faults)
+    old = _first_whole(_newest_first(folders, matcher, content), read, faults)
     if faults:
         note(f"prepared prints of {gallery.name} {_STATES[faults[0]]}: prepared again")
     prepared = _renew(gallery, matcher, old, engine or processes(), progress)
@@ -102,7 +110,7 @@ def prepare_gallery(
     for folder in folders:
         with suppress(OutputError):
             path = folder / _name(matcher, name)
-            save_prepared(path, prepared, matcher)
+            save_prepared(path, prepared, matcher, sealing)
             _remove_others(path, matcher)
             break
     return prepared
@@ -115,15 +123,18 @@ def _find_damaged(gallery: Gallery, kept: Prepared) -> None:
             gallery.find_template(number)
 
 
-def load_prepared(path: Path, matcher: Matcher) -> Prepared:
+def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) -> Prepared:
     """Return the content of a file, whose name states which gallery it is of.
+
+    That of a gallery with `sealing` is decrypted into memory.
 
     Raises
     ------
     FpmatchError
         With the codes of `fpmatch.array_file.read_arrays`.
     """
-    arrays = read_arrays(path, COLUMNS, _about(path, matcher))
+    unseal = sealing.unsealed_file if sealing is not None and sealing.encrypts else None
+    arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal)
     prints = PackedTemplates.of_arrays(arrays)
     numbers, fingers = arrays["number"], arrays["finger"]
     if not ((np.diff(numbers) > 0).all() and (fingers <= numbers).all()):
@@ -131,12 +142,45 @@ def load_prepared(path: Path, matcher: Matcher) -> Prepared:
     return Prepared(numbers, fingers, arrays["digest"], prints)
 
 
-def save_prepared(path: Path, prepared: Prepared, matcher: Matcher) -> None:
+def save_prepared(
+    path: Path, prepared: Prepared, matcher: Matcher, sealing: Sealing | None = None
+) -> None:
     """Write a file that `load_prepared` reads, in a folder that is made where it is missing."""
     make_folder(path.parent)
     arrays = prepared.prints.arrays()
     arrays |= {"number": prepared.numbers, "finger": prepared.fingers, "digest": prepared.digests}
-    write_arrays(path, arrays, COLUMNS, _about(path, matcher))
+    write_arrays(path, arrays, COLUMNS, _about(path, matcher), seal=_seal(sealing))
+
+
+def seal_files(gallery: Gallery) -> None:
+    """Encrypt all files of a gallery as it is encrypted now; those that cannot be are removed."""
+    sealing = gallery.sealing()
+    seal = _seal(sealing)
+    for path in (path for folder in _folders(gallery) for path in folder.glob("*")):
+        try:
+            content = _content(path, sealing) if path.suffix == SUFFIX else None
+            if content is not None:
+                with atomic_write(path) as stream, seal(stream) as sealed:
+                    sealed.write(content)
+        except (FpmatchError, OSError):
+            content = None
+        if content is None:
+            with suppress(OSError):
+                path.unlink()
+
+
+def _seal(sealing: Sealing | None) -> Callable[[BinaryIO], AbstractContextManager[Any]]:
+    """Return what yields the stream to write the content of a file to."""
+    return nullcontext if sealing is None or not sealing.encrypts else sealing.sealed_file
+
+
+def _content(path: Path, sealing: Sealing | None) -> bytes | memoryview | None:
+    """Return the content of a file, None for one that is not encrypted but should be."""
+    with path.open("rb") as stream:
+        if sealing is not None and stream.read(len(MAGIC)) == MAGIC:
+            return sealing.unsealed_file(stream)
+        stream.seek(0)
+        return stream.read() if sealing is None or PLAIN in sealing.keys else None
 
 
 def _folders(gallery: Gallery) -> list[Path]:
@@ -160,11 +204,13 @@ def _about(path: Path, matcher: Matcher) -> dict[str, str]:
     return {"name": path.name, "prepared": how, "matcher": matcher.name, "version": __version__}
 
 
-def _first_whole(paths: Iterable[Path], matcher: Matcher, faults: list[str]) -> Prepared | None:
+def _first_whole(
+    paths: Iterable[Path], read: Callable[[Path], Prepared], faults: list[str]
+) -> Prepared | None:
     """Return the first file that can be used; what is wrong with those before joins `faults`."""
     for path in paths:
         try:
-            return load_prepared(path, matcher)
+            return read(path)
         except FpmatchError as error:
             if error.code != "missing":
                 faults.append(error.code)

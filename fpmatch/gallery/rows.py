@@ -16,7 +16,11 @@ if TYPE_CHECKING:
     from fpmatch.gallery.entry import NewEntry
     from fpmatch.minutiae import Template
 
-_KINDS: Final = (int, str, str, str, str, bytes, float, int)  # of the columns of an `Entry`
+_KINDS: Final = {
+    **dict.fromkeys(("id", "minutiae"), int),
+    **dict.fromkeys(("subject", "finger", "impression", "source"), str),
+    **{"content": bytes, "dpi": float},
+}
 _DPI_ROUNDING: Final = 0.001  # of a packed template
 
 
@@ -53,12 +57,12 @@ def to_row(entry: NewEntry, packed: bytes | str) -> dict[str, Any]:
 
 def as_entry(row: Any) -> Entry:
     """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
-    number, subject, finger, impression, *rest = row
-    for name, value, kind in zip(row._fields, row, _KINDS, strict=True):
-        if not isinstance(value, kind):
-            raise DamagedRowError(number, f"its {name} is of another type")
+    for name, kind in _KINDS.items():
+        if not isinstance(getattr(row, name), kind):
+            raise DamagedRowError(row.id, f"its {name} is of another type")
     _check_numbers(row)
-    return Entry(number, Label(subject, finger, impression), *rest)
+    label = Label(row.subject, row.finger, row.impression)
+    return Entry(row.id, label, row.source, row.content, row.dpi, row.minutiae)
 
 
 def as_packed(row: Any) -> tuple[int, bytes]:

@@ -48,7 +48,7 @@ ENTRY: Final = sa.Table(
 
 ABOUT: Final = [column for column in ENTRY.columns if column is not ENTRY.c.template]
 """The columns of an `Entry`, in the order of its fields."""
-PACKED: Final = sa.select(ENTRY.c.id, ENTRY.c.dpi, ENTRY.c.minutiae, ENTRY.c.template)
+PACKED: Final = sa.select(ENTRY)
 """Rows of `fpmatch.gallery.rows.as_packed` and `as_template`."""
 
 FAILURE: Final = sa.Table(

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.engine import serial
-from fpmatch.errors import GalleryError, TemplateError
+from fpmatch.errors import EncryptionError, GalleryError, TemplateError
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 
+_NO_KEY: Final = "it is encrypted, and the server has not its key"
 _DECISION: Final = ("match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
 # The latest search of this worker process, by gallery, matcher and content of the gallery.
@@ -43,9 +44,11 @@ def open_served_gallery(where: str) -> Iterator[Gallery]:
     try:
         with open_gallery(where) as gallery:
             yield gallery
+    except EncryptionError as error:  # which names the source of the keys
+        raise GalleryError(_NO_KEY, path=short_name(where), code="missing key") from error
     except GalleryError as error:
-        name = short_name(error.path)
-        raise GalleryError(error.detail, path=name, code=error.code) from error
+        why = _NO_KEY if error.code == "missing key" else error.detail
+        raise GalleryError(why, path=short_name(error.path), code=error.code) from error
 
 
 @contextmanager

@@ -229,6 +229,7 @@ class GalleryInfo(BaseModel):
     dpi: list[Resolution]
     failures: int
     damaged: int = Field(description="entries that cannot be read and are skipped")
+    keys: list[str] = Field(description="ids of the keys it is encrypted with; none if it is not")
 
 
 class FoundCandidate(BaseModel):

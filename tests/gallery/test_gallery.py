@@ -11,8 +11,8 @@ import pytest
 from made_prints import entry_of, template_at
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery import creation, tables
 from fpmatch.gallery import gallery as gallery_module
-from fpmatch.gallery import tables
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.gallery import open_gallery
@@ -186,7 +186,7 @@ def test_nothing_is_made_unless_asked_and_no_other_version_is_opened(where, monk
     refused(open_gallery, where, code="missing")
     open_gallery(where, create=True).close()
     open_gallery(where).close()
-    monkeypatch.setattr(gallery_module, "VERSION", 2)
+    monkeypatch.setattr(creation, "VERSION", 3)
     for create in (False, True):
         refused(open_gallery, where, create=create, code="version")
 

@@ -139,6 +139,18 @@ def test_enrol_turns_it_on_and_searches_are_events(run: Any, tmp_path: Path, pri
     assert (found[1]["subject"], found[1]["best"], found[1]["match"]) == ("1", 1, True)
 
 
+def test_a_batch_and_an_evaluation_are_events(gallery: str, run: Any, tmp_path: Path) -> None:
+    out = tmp_path / "scores.csv"
+    words = ("score", "--references", gallery, "--probes", gallery, "-o", out, "--workers", "1")
+    assert run(*words).exit_code == 0
+    found = json.loads(run("gallery", "audit", gallery, "--json").stdout)[3:]
+    assert {(event["action"], event["entries"]) for event in found} == {("read templates", "1-2")}
+    before = len(found)
+    run("evaluate", gallery, "--workers", "1")
+    found = json.loads(run("gallery", "audit", gallery, "--json").stdout)[3:]
+    assert len(found) > before
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -15,6 +15,7 @@ import numpy as np
 from fpmatch.engine.workers import attempt_each
 from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
+from fpmatch.gallery.audit import ranges
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.entry import entry_names
 from fpmatch.gallery.gallery import open_gallery
@@ -195,6 +196,7 @@ class GallerySource:
         wanted = [self._numbers[n] for n in numbers]
         after = wanted[0] - 1 if wanted else 0
         with self._open() as gallery:
+            gallery.record("read templates", entries=ranges(wanted))
             packed = gallery.packed_templates(after=after)
             at, data = next(packed, _END)
             for number in wanted:

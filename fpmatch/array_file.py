@@ -24,6 +24,7 @@ import numpy as np
 
 from fpmatch.errors import FpmatchError
 from fpmatch.output import atomic_write, reason
+from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     import os
@@ -41,7 +42,7 @@ END: Final = 2**64 - 1  # stands for the number of a block in the last checksum
 _ALIGNMENT: Final = 64
 _SUM: Final = 4  # bytes of a checksum
 _HEAD: Final = struct.Struct("<16sQ")
-_DAMAGED: Final = (ValueError, TypeError, AttributeError, RecursionError, MemoryError)
+_DAMAGED: Final = (ValueError, TypeError, AttributeError, MemoryError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +125,7 @@ def decode_arrays(
 
     It raises one of the errors that `read_arrays` takes for damage, or `_OtherFileError`.
     """
-    document = json.loads(header)
+    document = parse_json(header)
     if document.keys() != {"about", "arrays"}:
         raise ValueError("more than is known")
     if document["about"] != dict(about):

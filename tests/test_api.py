@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "printable": set(),
     "parsing": set(),
     "npy": set(),
-    "array_file": {"output"},
+    "array_file": {"output", "parsing"},
     "plugins": set(),
     "kernels": set(),
     "installation": {"engine", "formats", "kernels", "matching", "plugins"},

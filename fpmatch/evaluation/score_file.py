@@ -140,7 +140,7 @@ def convert_to_parquet(source: Path, target: Path) -> None:
             read_options=arrow_csv.ReadOptions(use_threads=False, block_size=_BLOCK_BYTES),
             convert_options=arrow_csv.ConvertOptions(column_types=types, null_values=[""]),
         ) as blocks,
-        parquet.ParquetWriter(target, blocks.schema) as writer,
+        parquet.ParquetWriter(target, blocks.schema, write_page_checksum=True) as writer,
     ):
         for block in blocks:
             writer.write_batch(block)

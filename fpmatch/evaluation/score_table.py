@@ -235,22 +235,26 @@ def _rows_of(path: Path) -> Lines:
 
 def _parquet_rows(path: Path) -> Lines:
     try:
-        from pyarrow import ArrowInvalid, parquet  # noqa: PLC0415
+        from pyarrow import ArrowException, parquet  # noqa: PLC0415
     except ImportError as error:
         raise DatasetError(
             "Parquet needs pyarrow: pip install 'fpmatch[parquet]'", path=path
         ) from error
     line = 1
     try:
-        with parquet.ParquetFile(path) as file:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
             names = file.schema_arrow.names
             yield line, names
             for block in file.iter_batches():
                 for row in block.to_pylist():
                     line += 1
                     yield line, ["" if row[name] is None else row[name] for name in names]
-    except ArrowInvalid as error:
-        raise DatasetError("not a Parquet file of scores", path=path) from error
+            if line - 1 != file.metadata.num_rows:
+                raise ValueError("rows are missing")
+    except (ArrowException, ValueError, OSError) as error:
+        if getattr(error, "errno", None) is not None:  # of the system, not of Arrow
+            raise
+        raise DatasetError("not a Parquet file of scores, or damaged", path=path) from error
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from zlib import crc32
 
 from fpmatch.errors import OutputError, ScoringError
 from fpmatch.output import reason
+from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
@@ -111,8 +112,8 @@ class Store:
                 self._insert_position(Position())
             return
         try:
-            other = dict(json.loads(kept[0]))
-        except (ValueError, TypeError, RecursionError) as error:
+            other = dict(parse_json(kept[0]))
+        except (ValueError, TypeError, AttributeError) as error:
             raise self._damaged() from error
         differing = [key for key in {**run, **other} if run.get(key) != other.get(key)]
         if differing:
@@ -205,7 +206,7 @@ class Store:
     def notes(self, side: str) -> dict[int, list[str]]:
         """Return the notes on reading prints of a side, by number."""
         found = self._items(side, "notes", "notes != ''")
-        return {number: json.loads(notes) for number, notes in found.items()}
+        return {number: parse_json(notes) for number, notes in found.items()}
 
     def qualities(self, side: str) -> dict[int, int]:
         """Return the quality of the images of a side, by number."""

@@ -11,7 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.errors import EngineError, FpmatchError, MatcherError, OutputError, ScoringError
+from fpmatch.errors import (
+    DatasetError,
+    EngineError,
+    FpmatchError,
+    MatcherError,
+    OutputError,
+    ScoringError,
+)
+from fpmatch.evaluation import score_table
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.store import Store
@@ -121,6 +129,28 @@ def test_parquet_holds_the_same(output, monkeypatch):
     ]
     assert found[7]["score"] is None
     assert found[7]["reason"] == "probe: no image, but text"
+
+
+@needs_pyarrow
+def test_a_changed_page_of_parquet_is_found(output):
+    from pyarrow import parquet
+
+    table = output.with_suffix(".parquet")
+    run(table)
+    content = table.read_bytes()
+    columns = parquet.ParquetFile(table).metadata.row_group(0)
+    end = sum(columns.column(k).total_compressed_size for k in range(columns.num_columns))
+    expected = list(score_table._rows_of(table))
+    refused = 0
+    for place in range(4, end, 7):
+        changed = bytearray(content)
+        changed[place] ^= 1 << place % 8
+        table.write_bytes(changed)
+        try:
+            assert list(score_table._rows_of(table)) == expected
+        except DatasetError as error:
+            refused += "\n" not in str(error)
+    assert refused > end // 14
 
 
 @pytest.mark.parametrize("suffix", [".csv", pytest.param(".parquet", marks=needs_pyarrow)])

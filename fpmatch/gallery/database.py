@@ -93,6 +93,13 @@ class Database:
             yield connection
 
     @contextmanager
+    def outside_transactions(self) -> Iterator[sa.Connection]:
+        """Open a connection whose statements are no transaction, such as VACUUM."""
+        plain = self._engine.execution_options(isolation_level="AUTOCOMMIT", autocommit=True)
+        with self._translating_errors(), plain.connect() as connection:
+            yield connection
+
+    @contextmanager
     def _translating_errors(self) -> Iterator[None]:
         try:
             yield
@@ -180,6 +187,8 @@ def _postgresql(url: sa.URL) -> sa.Engine:
 
 def _begin(connection: sa.Connection) -> None:
     if connection.dialect.name == "sqlite":
+        if connection.get_execution_options().get("autocommit", False):
+            return
         writes = connection.get_execution_options().get("writes", False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 

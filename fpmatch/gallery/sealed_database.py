@@ -10,6 +10,7 @@ from fpmatch.encryption.records import is_sealed
 from fpmatch.errors import EncryptionError
 from fpmatch.gallery.database import DamagedRowError, Database
 from fpmatch.gallery.sealing import read_sealing
+from fpmatch.gallery.tables import ENTRY, PACKED
 
 if TYPE_CHECKING:
     import os
@@ -39,7 +40,7 @@ class SealedDatabase(Database):
         if connection is None:
             with self.reading() as own:
                 return self.sealing(own)
-        with self._naming_keys():
+        with self.naming_keys():
             self._sealing = read_sealing(connection, self._given)
         return self._sealing
 
@@ -54,7 +55,7 @@ class SealedDatabase(Database):
         """Raise GalleryError (code "missing key") unless all keys in use were given."""
         sealing = self.sealing()
         if sealing is not None:
-            with self._naming_keys():
+            with self.naming_keys():
                 sealing.check_keys()
 
     @property
@@ -69,7 +70,7 @@ class SealedDatabase(Database):
         sealing = self.sealing(connection)
         if sealing is None:
             return list(rows)
-        with self._naming_keys():
+        with self.naming_keys():
             return [sealing.seal_row(row) for row in rows]
 
     def opened(self, row: Any) -> Any:
@@ -83,19 +84,22 @@ class SealedDatabase(Database):
         try:
             return self._unsealed(known, row)
         except DamagedRowError:
-            if self.sealing() == known:
+            with self.reading() as connection:  # its keys may have been changed meanwhile
+                changed = self.sealing(connection) != known
+                again = connection.execute(PACKED.where(ENTRY.c.id == row.id)).first()
+            if again is None or not changed:
                 raise
-        return self._unsealed(self._sealing, row)  # its keys were changed meanwhile
+        return self.opened(again)
 
     def _unsealed(self, sealing: Sealing | None, row: Any) -> Any:
         if sealing is None:
             raise DamagedRowError(row.id, "it is encrypted, in a gallery that is not")
-        with self._naming_keys():
+        with self.naming_keys():
             return sealing.unseal_row(row)
 
     @contextmanager
-    def _naming_keys(self) -> Iterator[None]:
-        """Turn the error about a missing key into one that names this gallery."""
+    def naming_keys(self) -> Iterator[None]:
+        """Turn an error about a missing key into one that names this gallery."""
         try:
             yield
         except EncryptionError as error:

@@ -25,7 +25,7 @@ SUMMARIES: Final = {
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
     "identify": "Rank the subjects of a gallery by how well they match a probe.",
-    "gallery": "Show and change a gallery: info, list, check, remove, export, rotate.",
+    "gallery": "Show and change a gallery: info, list, check, remove, export.",
     "key": "Make and list the keys of encrypted galleries and templates.",
     "score": "Compare all probes with all references, scores into a file.",
     "serve": "Serve a web interface to compare prints, and an HTTP API.",

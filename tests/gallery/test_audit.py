@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -271,3 +272,14 @@ def test_a_damaged_entry_is_removed_with_its_event(gallery: Gallery, damage: str
     assert event["action"] == "remove"
     assert event["entries"][0]["number"] == 1  # type: ignore[index]
     assert check_audit(gallery).events == 4
+
+
+def test_the_guide_names_every_action() -> None:
+    root = Path(__file__).resolve().parents[2]
+    code = "\n".join(path.read_text("utf-8") for path in sorted((root / "fpmatch").rglob("*.py")))
+    used = set(re.findall(r"\brecord\(\s*(?:connection,\s*)?\"([a-z ]+)\"", code))
+    (row,) = re.findall(
+        r"^\| `--action NAME` \| (.+) \|$", (root / "docs/how-to/audit.md").read_text("utf-8"), re.M
+    )
+    named = set(re.findall(r"`([a-z ]+)`", row)) - {"score", "evaluate"}
+    assert named == used | {audit.ON, audit.OFF}

@@ -10,6 +10,7 @@ cpdef int find_candidates(
 @cython.locals(
     size=cython.Py_ssize_t, s=cython.Py_ssize_t, e=cython.Py_ssize_t, head=cython.Py_ssize_t,
     waiting=cython.Py_ssize_t, tail=cython.Py_ssize_t, i=cython.int, j=cython.int, k=cython.int,
+    visits=cython.longlong, most=cython.longlong, last=cython.longlong,
     end=cython.int, end_edge=cython.int, assigned=cython.int, came_from=cython.int[::1],
     came_by=cython.int[::1], stamp=cython.int[::1], queue=cython.int[::1], waits=cython.int[::1],
 )

@@ -2,12 +2,18 @@
 
 Of all pairings within a distance t, the one with the least Σ(d² - t²) over its pairs: many pairs,
 and near ones; leaving a pair out costs t². Points are assigned one after the other along shortest
-augmenting paths.
+augmenting paths. After a number of visits that only crowded points and wide tolerances need, each
+path is sought among few points; the pairing is then nearly the best.
 """
 
 import cython
 
 COMPILED = cython.compiled
+
+# Points visited until paths are kept short: these, and so many for each point.
+_MAX_VISITS = cython.declare(cython.longlong, 2_000_000)
+_MAX_VISITS_PER_POINT = cython.declare(cython.longlong, 200)
+_SHORT = cython.declare(cython.longlong, 500)  # points visited for one path then
 
 
 def find_candidates(p, grid, move, t2, most, start, near, cost):
@@ -37,6 +43,7 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
     queue, waits = work[3], work[4]  # a ring buffer, and whether a point is in it
     size = edge.shape[0]
     assigned = 0
+    visits, most = 0, _MAX_VISITS + _MAX_VISITS_PER_POINT * size
     for s in range(size):
         edge[s] = stamp[s] = -1
         waits[s] = 0
@@ -48,7 +55,9 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
         end, end_edge, best = i, -1, 0.0
         path[i], stamp[i], came_from[i] = 0.0, i, -1
         queue[0], head, waiting = i, 0, 1
-        while waiting > 0:
+        last = max(most, visits + _SHORT)
+        while waiting > 0 and visits < last:
+            visits += 1
             i = queue[head]
             waits[i] = 0
             head = head + 1 if head + 1 < size else 0

@@ -13,6 +13,8 @@ else:
 
 COMPILED = cython.compiled
 
+_CROWD = cython.declare(cython.int, 16)  # points of a cell that are searched one after the other
+
 
 def bounding_box(points, box):
     """Write least and largest x, least and largest y of points (N, 2), N > 0.
@@ -51,6 +53,9 @@ class CellGrid:
 
     The first `count` of `points` (2, N) are sorted; `x0`, `y0` is the corner of the first cell and
     `side` the side of each.
+
+    Where points crowd in few cells, `split_crowds` makes each of these a k-d tree, so that a search
+    does not visit all their points.
     """
 
     @cython.locals(
@@ -69,6 +74,7 @@ class CellGrid:
         self.per_unit = 1.0 / side
         self.columns = columns
         self.rows = rows
+        self.axis = np.empty(0, np.uint8)
         for i in range(count):
             start[self._cell(points[0, i], points[1, i]) + 1] += 1
         for k in range(cells):
@@ -101,15 +107,45 @@ class CellGrid:
         left, top, right, bottom = self.around(x, y, sqrt(reach2))
         best = -1
         for row in range(top, bottom):
-            for k in range(
-                self.start[row * self.columns + left], self.start[row * self.columns + right]
-            ):
+            begin = self.start[row * self.columns + left]
+            end = self.start[row * self.columns + right]
+            if self.axis.shape[0] > 0 and end - begin > _CROWD:
+                for cell in range(row * self.columns + left, row * self.columns + right):
+                    best, reach2 = self._nearest_in_tree(
+                        self.start[cell], self.start[cell + 1], x, y, best, reach2
+                    )
+                continue
+            for k in range(begin, end):
                 dx, dy = self.x[k] - x, self.y[k] - y
                 distance2 = dx * dx + dy * dy
                 if distance2 < reach2:
                     reach2 = distance2
                     best = k
         return best
+
+    def _nearest_in_tree(self, low, high, x, y, best, reach2):
+        """Return the nearest of `best` and the points low..high of a cell, and its distance²."""
+        while high - low > _CROWD:
+            middle = (low + high) // 2
+            dx, dy = self.x[middle] - x, self.y[middle] - y
+            distance2 = dx * dx + dy * dy
+            if distance2 < reach2:
+                best, reach2 = middle, distance2
+            away = dy if self.axis[middle] else dx
+            if away > 0.0:
+                best, reach2 = self._nearest_in_tree(low, middle, x, y, best, reach2)
+                low = middle + 1
+            else:
+                best, reach2 = self._nearest_in_tree(middle + 1, high, x, y, best, reach2)
+                high = middle
+            if away * away >= reach2:
+                return best, reach2
+        for k in range(low, high):
+            dx, dy = self.x[k] - x, self.y[k] - y
+            distance2 = dx * dx + dy * dy
+            if distance2 < reach2:
+                best, reach2 = k, distance2
+        return best, reach2
 
     def within(self, x, y, reach2, most, near, distance2, at):
         """Write the points within √reach2, nearest first, from entry `at` on; return how many.
@@ -119,20 +155,105 @@ class CellGrid:
         left, top, right, bottom = self.around(x, y, sqrt(reach2))
         found = 0
         for row in range(top, bottom):
-            for k in range(
-                self.start[row * self.columns + left], self.start[row * self.columns + right]
-            ):
-                dx, dy = self.x[k] - x, self.y[k] - y
-                d2 = dx * dx + dy * dy
-                if d2 > reach2 or (found == most and d2 >= distance2[at + found - 1]):
-                    continue
-                if found < most:
-                    found += 1
-                e = at + found - 1
-                while e > at and distance2[e - 1] > d2:
-                    distance2[e] = distance2[e - 1]
-                    near[e] = near[e - 1]
-                    e -= 1
-                distance2[e] = d2
-                near[e] = k
+            begin = self.start[row * self.columns + left]
+            end = self.start[row * self.columns + right]
+            if self.axis.shape[0] > 0 and end - begin > _CROWD:
+                for cell in range(row * self.columns + left, row * self.columns + right):
+                    found = self._within_tree(
+                        self.start[cell], self.start[cell + 1], x, y, reach2, most, near,
+                        distance2, at, found,
+                    )  # fmt: skip
+                continue
+            for k in range(begin, end):
+                found = self._insert(k, x, y, reach2, most, near, distance2, at, found)
         return found
+
+    def _within_tree(self, low, high, x, y, reach2, most, near, distance2, at, found):
+        """Insert the points low..high of a cell as `_insert` does; return the new number."""
+        while high - low > _CROWD:
+            middle = (low + high) // 2
+            found = self._insert(middle, x, y, reach2, most, near, distance2, at, found)
+            away = self.y[middle] - y if self.axis[middle] else self.x[middle] - x
+            if away > 0.0:
+                found = self._within_tree(
+                    low, middle, x, y, reach2, most, near, distance2, at, found
+                )
+                low = middle + 1
+            else:
+                found = self._within_tree(
+                    middle + 1, high, x, y, reach2, most, near, distance2, at, found
+                )
+                high = middle
+            if away * away > reach2 or (found == most and away * away >= distance2[at + found - 1]):
+                return found
+        for k in range(low, high):
+            found = self._insert(k, x, y, reach2, most, near, distance2, at, found)
+        return found
+
+    def _insert(self, k, x, y, reach2, most, near, distance2, at, found):
+        """Insert point k, if it is within √reach2 and of the `most` nearest; return the number."""
+        dx, dy = self.x[k] - x, self.y[k] - y
+        d2 = dx * dx + dy * dy
+        if d2 > reach2 or (found == most and d2 >= distance2[at + found - 1]):
+            return found
+        if found < most:
+            found += 1
+        e = at + found - 1
+        while e > at and distance2[e - 1] > d2:
+            distance2[e] = distance2[e - 1]
+            near[e] = near[e - 1]
+            e -= 1
+        distance2[e] = d2
+        near[e] = k
+        return found
+
+    def split_crowds(self):
+        """Sort the points of each cell with more than `_CROWD` into a k-d tree.
+
+        The point in the middle of a range splits it: along x where ``axis`` is 0 there, else y.
+        """
+        for cell in range(self.columns * self.rows):
+            if self.start[cell + 1] - self.start[cell] > _CROWD:
+                if self.axis.shape[0] == 0:
+                    self.axis = np.zeros(self.x.shape[0], np.uint8)
+                self._split(self.start[cell], self.start[cell + 1])
+
+    def _split(self, low, high):
+        """Sort the points low..high into a k-d tree, each range by its wider side."""
+        while high - low > _CROWD:
+            left = right = self.x[low]
+            top = bottom = self.y[low]
+            for k in range(low + 1, high):
+                left, right = min(left, self.x[k]), max(right, self.x[k])
+                top, bottom = min(top, self.y[k]), max(bottom, self.y[k])
+            middle = (low + high) // 2
+            self.axis[middle] = bottom - top > right - left
+            self._select(low, high - 1, middle, self.y if self.axis[middle] else self.x)
+            self._split(low, middle)
+            low = middle + 1
+
+    def _select(self, low, high, middle, value):
+        """Exchange points low..high until none before the middle has a larger value, none a less.
+
+        This is Hoare's selection; equal values are exchanged too, which keeps it fast.
+        """
+        while low < high:
+            pivot = value[(low + high) // 2]
+            i, j = low, high
+            while i <= j:
+                while value[i] < pivot:
+                    i += 1
+                while value[j] > pivot:
+                    j -= 1
+                if i <= j:
+                    self.x[i], self.x[j] = self.x[j], self.x[i]
+                    self.y[i], self.y[j] = self.y[j], self.y[i]
+                    self.order[i], self.order[j] = self.order[j], self.order[i]
+                    i += 1
+                    j -= 1
+            if middle <= j:
+                high = j
+            elif middle >= i:
+                low = i
+            else:
+                break

@@ -81,6 +81,7 @@ class Target:
         left, right, top, bottom = given.box
         low, high = (left - t, top - t), (right + t, bottom + t)
         grid = sort_into_cells(points, max(0.7 * spacing, t), low=low, high=high)
+        grid.split_crowds()
         return cls(points, density, spacing, pairing, t, grid)
 
 

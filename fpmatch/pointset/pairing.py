@@ -8,6 +8,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset import _assignment_kernel as kernel
+from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 MAX_CANDIDATES: Final = 12
 """Nearest points within the tolerance that `optimal_pairs` considers for a point, at most."""
 
+_MAX_NEAR: Final = 5_000_000  # pairs near in x that are listed at once
+_MAX_GREEDY: Final = 64  # nearest points that are considered for one, where there are more pairs
+_STAY: Final = np.array([1.0, 0.0, 0.0, 0.0])
 _ROUNDING: Final = 1e-12
 
 
@@ -29,7 +33,8 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
 
     The pairs (K, 2) are sorted by their index into `p`. Equal distances are taken in the order of
     the pairs' midpoints (x, then y), then of their indices, so that exchanging the sets only
-    exchanges the columns. A malformed set or a negative tolerance is refused with a
+    exchanges the columns. Where points crowd by the thousand, the nearest of each are considered. A
+    malformed set or a negative tolerance is refused with a
     `PointSetError`.
 
     Examples
@@ -54,17 +59,41 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
 
 
 def _within(a: Floats, b: Floats, tolerance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return all index pairs within the tolerance, found among neighbours in x."""
+    """Return all index pairs within the tolerance, found among neighbours in x.
+
+    Where these are too many, the nearest pairs of each point are returned.
+    """
     by_x = b[:, 0].argsort(kind="stable")
     x = b[by_x, 0]
     # a little wider than the test below, so that rounding of the bounds excludes no pair
     reach = tolerance * (1 + 1e-9)
     first = x.searchsorted(np.nextafter(a[:, 0] - reach, -np.inf), "left")
     end = x.searchsorted(np.nextafter(a[:, 0] + reach, np.inf), "right")
+    if (end - first).sum() > _MAX_NEAR:
+        i, j = _nearest_within(a, b, tolerance)
+        k, m = _nearest_within(b, a, tolerance)
+        of_a, of_b = np.unique(np.stack([np.r_[i, m], np.r_[j, k]]), axis=1)
+        return of_a, of_b
     i, k = index_pairs(first, end)
     j = by_x[k]
     near = np.hypot(*(a[i] - b[j]).T) <= tolerance
     return i[near], j[near]
+
+
+def _nearest_within(
+    a: Floats, b: Floats, tolerance: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the index pairs of each point of `a` and the nearest of `b` within the tolerance."""
+    low, high = b.min(axis=0).tolist(), b.max(axis=0).tolist()
+    points = np.array(b.T, order="C")
+    grid = sort_into_cells(points, tolerance, low=tuple(low), high=tuple(high))
+    grid.split_crowds()
+    start = np.empty(len(a) + 1, np.int32)
+    near, cost = (np.empty(len(a) * _MAX_GREEDY, kind) for kind in (np.int32, np.float64))
+    moved = np.array(a.T, order="C")
+    kernel.find_candidates(moved, grid, _STAY, tolerance**2, _MAX_GREEDY, start, near, cost)
+    i = np.repeat(np.arange(len(a)), np.diff(start))
+    return i, np.asarray(grid.order)[near[: start[-1]]].astype(np.int64)
 
 
 def index_pairs(

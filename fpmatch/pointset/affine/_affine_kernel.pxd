@@ -9,7 +9,7 @@ from fpmatch.pointset.triangles._sequential_test_kernel cimport SequentialTest
 cpdef bint propose(
     SequentialTest test, double[:, ::1] p, Py_ssize_t[::1] order, int[:, ::1] corner_p,
     int[:, ::1] corner_q, double[:, ::1] wide_q, double max_anisotropy, double least_area,
-    double most_area, long max_proposals, long[::1] state,
+    double most_area, long max_proposals, long long max_visits, long[::1] state,
 )
 
 cdef class AffineTest(SequentialTest):

@@ -22,19 +22,23 @@ COMPILED = cython.compiled
 
 def propose(
     test, p, order, corner_p, corner_q, wide_q, max_anisotropy, least_area, most_area,
-    max_proposals, state,
+    max_proposals, max_visits, state,
 ):  # fmt: skip
     """Continue the search until a proposal passes its test; return whether one did.
 
     ``p`` is equally wide in all directions, as is ``wide_q``, the points of Q in another frame than
     that of the test; between these two a map stretches no direction more than `max_anisotropy`
     times another, and areas by `least_area` to `most_area`. ``state`` holds the position in
-    ``order``, the number of triangles of Q compared there, and that of those tested in all.
+    ``order``, the number of triangles of Q compared there, and that of those tested in all, of
+    which there are `max_proposals` at most; the search ends with `max_visits` of the test, too.
     """
     limit = max_anisotropy + 1.0 / max_anisotropy
     many = 3 * corner_q.shape[0]
     for o in range(state[0], order.shape[0]):
         k = order[o]
+        if test.visits[0] >= max_visits:
+            return False
+        test.visits[0] += many // 16  # most are rejected at a glance
         a, b, c = corner_p[k, 0], corner_p[k, 1], corner_p[k, 2]
         ux, uy = p[0, b] - p[0, a], p[1, b] - p[1, a]
         vx, vy = p[0, c] - p[0, a], p[1, c] - p[1, a]
@@ -53,7 +57,7 @@ def propose(
             yx, yy = fy * vy - gy * uy, gy * ux - fy * vx
             if xx * xx + xy * xy + yx * yx + yy * yy > limit * area * area_q:
                 continue
-            if state[2] >= max_proposals:
+            if state[2] >= max_proposals or test.visits[0] >= max_visits:
                 return False
             state[2] += 1
             if test.passes(a, b, c):

@@ -37,7 +37,7 @@ from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch, rms_distance
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles.descriptors import density_of, ring_triangles
-from fpmatch.pointset.triangles.search import MAX_ROUNDS, SearchParameters
+from fpmatch.pointset.triangles.search import MAX_ROUNDS, Screening, SearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -61,6 +61,8 @@ class AffineParameters(SearchParameters):
 
     extra_proposals: int = 200_000
     """Pairs of triangles that are tested after a match of fewer points."""
+    max_visits: int = 60_000_000
+    """Points tested and overlaid, and triangles compared, at most."""
     max_anisotropy: float = 6.0
     """Most by which a transform between the widened sets stretches one direction more than
     another."""
@@ -177,8 +179,11 @@ class _Search:
         self.log_chance = math.inf
         self.passed = 0
         m, n = len(p.mesh), len(q.mesh)
-        self._partner, self._distance2 = np.empty(m, np.int32), np.empty(m)
-        self._owner = np.empty(n, np.int32)
+        self.visits = np.zeros(1, np.int64)
+        self.max_visits = parameters.most_visits(m)
+        self.screening = Screening(p.points, target, self.visits)
+        self._partner, self._owner = np.full(m, -1, np.int32), np.full(n, -1, np.int32)
+        self._distance2 = np.empty(m)
 
     def run(self) -> bool:
         """Search until a proposal is accepted; return whether one was."""
@@ -191,11 +196,11 @@ class _Search:
         sufficient = given.sufficient_share * min(m, len(self.q.mesh))
         move, state = np.empty(6), np.zeros(3, np.int_)
         max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while kernel.propose(*(*arguments, max_proposals, state)):
+        while kernel.propose(*(*arguments, max_proposals, self.max_visits, state)):
             self.passed += 1
-            if self.passed * m > given.max_overlaid:
-                break
             kernel.move_of(fit, move)
+            if self.screening.rejects(move, log_max - log_tests):
+                continue
             if not self._improve(move, t2, log_tests) or self.log_chance >= log_max:
                 continue
             self._refine(move, _POLISH * t2)
@@ -237,7 +242,7 @@ class _Search:
         return int(
             overlay.refine(
                 self.p.points, self.target.grid, t2, MAX_ROUNDS, self._owner, self._partner,
-                self._distance2, move,
+                self._distance2, self.visits, move,
             )
         )  # fmt: skip
 
@@ -254,7 +259,7 @@ class _Search:
         thin = p.density / q.density
         test = kernel.AffineTest(
             *(p.points, of_p, p.mesh.ring_start, p.mesh.ring, target.points, target.grid),
-            *(*given.of_test(target, len(p.mesh)), fit),
+            *(*given.of_test(target, len(p.mesh)), fit, self.visits),
         )
         return (
             *(test, p.points, p.most_informative_first(of_p, given.share), of_p, of_q, q.points),

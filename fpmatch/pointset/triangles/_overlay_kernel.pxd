@@ -7,7 +7,7 @@ from fpmatch.pointset._grid_kernel cimport CellGrid
 )
 cpdef int refine(
     double[:, ::1] p, CellGrid grid, double t2, int max_rounds, int[::1] owner, int[::1] partner,
-    double[::1] distance2, double[::1] move,
+    double[::1] distance2, long long[::1] visits, double[::1] move,
 )
 cdef (double, double) _moved(double[::1] move, double x, double y) noexcept
 @cython.locals(at=cython.int, held=cython.int)

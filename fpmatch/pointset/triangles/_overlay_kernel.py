@@ -20,23 +20,26 @@ COMPILED = cython.compiled
 REACHES = cython.declare(cython.int, 8)  # at which pairs are counted, each half the one before
 
 
-def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
+def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
     """Pair nearest points and refit, in turn, until the number of pairs is stable.
 
     The first round has twice the tolerance, in area. ``move`` is refitted in place; ``partner``
     receives the point of Q of each of P or -1, ``distance2`` its squared distance, and
-    ``owner`` the inverse of ``partner``. Return the number of points of P inside the grid, or -1
-    where so few have partners that any would fit, or these do not determine a transform.
+    ``owner`` the inverse of ``partner``; both are all -1 before the first call, and stay together.
+    ``visits`` (1,) counts the points overlaid. Return the number of points of P inside the grid, or
+    -1 where so few have partners that any would fit, or these do not determine a transform.
     """
     before = -1
     inside = 0
     for round_ in range(max_rounds):
         reach2 = 2.0 * t2 if round_ == 0 else t2
         inside = pairs = 0
-        for i in range(owner.shape[0]):
-            owner[i] = -1
+        visits[0] += p.shape[1]
         for i in range(p.shape[1]):
-            partner[i] = -1
+            if partner[i] >= 0:
+                owner[partner[i]] = -1
+                partner[i] = -1
+        for i in range(p.shape[1]):
             x, y = _moved(move, p[0, i], p[1, i])
             if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
                 continue

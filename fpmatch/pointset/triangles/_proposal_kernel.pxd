@@ -5,13 +5,13 @@ from fpmatch.pointset.triangles._sequential_test_kernel cimport SequentialTest
 
 @cython.locals(
     o=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t, j=cython.Py_ssize_t,
-    row=cython.Py_ssize_t, met=cython.long, left=cython.int, top=cython.int, right=cython.int,
+    row=cython.Py_ssize_t, begin=cython.int, end=cython.int, met=cython.long, left=cython.int, top=cython.int, right=cython.int,
     bottom=cython.int,
 )
 cpdef bint propose(
     SequentialTest test, Py_ssize_t[::1] order, double[:, ::1] shape_p, int[:, ::1] corner_q,
     double[::1] side_q, CellGrid shapes, double shape_tolerance, double widest, long max_proposals,
-    long[::1] state,
+    long long max_visits, long[::1] state,
 )
 
 cdef class SimilarityTest(SequentialTest):

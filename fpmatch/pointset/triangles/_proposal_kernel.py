@@ -17,24 +17,28 @@ COMPILED = cython.compiled
 
 
 def propose(
-    test, order, shape_p, corner_q, side_q, shapes, shape_tolerance, widest, max_proposals, state
-):
+    test, order, shape_p, corner_q, side_q, shapes, shape_tolerance, widest, max_proposals,
+    max_visits, state,
+):  # fmt: skip
     """Continue the search until a proposal passes its test; return whether one did.
 
     ``shapes`` holds the shapes of Q's triangles. ``state`` holds the position in ``order``, the
-    number of triangles of Q compared there, and that of pairs of triangles tested.
+    number of triangles of Q compared there, and that of pairs of triangles tested, of which there
+    are `max_proposals` at most; the search ends with `max_visits` of the test, too.
     """
     for o in range(state[0], order.shape[0]):
         k = order[o]
+        if test.visits[0] >= max_visits:
+            return False
         zx, zy = shape_p[0, k], shape_p[1, k]
         test.begin(k)
         met = 0
         left, top, right, bottom = shapes.around(zx, zy, widest)
         for row in range(top, bottom):
-            for e in range(
-                shapes.start[row * shapes.columns + left],
-                shapes.start[row * shapes.columns + right],
-            ):
+            begin = shapes.start[row * shapes.columns + left]
+            end = shapes.start[row * shapes.columns + right]
+            test.visits[0] += (end - begin) // 8  # most are not similar
+            for e in range(begin, end):
                 met += 1
                 if o == state[0] and met <= state[1]:
                     continue
@@ -43,7 +47,7 @@ def propose(
                 limit = shape_tolerance / side_q[j]
                 if dx * dx + dy * dy > limit * limit:
                     continue
-                if state[2] >= max_proposals:
+                if state[2] >= max_proposals or test.visits[0] >= max_visits:
                     return False
                 state[2] += 1
                 if test.passes(corner_q[j, 0], corner_q[j, 1], corner_q[j, 2]):

@@ -10,6 +10,7 @@ cdef class SequentialTest:
     cdef double reach2, miss, reject, accept, accept_small, steps, ratio
     cdef double[::1] gain, fit
     cdef int[::1] seen, neighbours
+    cdef long long[::1] visits
     cdef Py_ssize_t test_length, k, count
     cdef int stamp
 

@@ -24,12 +24,13 @@ class SequentialTest:
     A test ends where its log-likelihood ratio is under `reject` or over `accept`; where P has fewer
     neighbours than `test_length`, `accept_small` suffices. ``gain`` and `miss` come from
     `hit_log_likelihoods`. ``fit`` receives the fit of a proposal that passes, to as many points as
-    ``neighbours`` holds. ``grid`` holds the points `q`; ``seen`` starts with zeros.
+    ``neighbours`` holds. ``grid`` holds the points `q`; ``seen`` starts with zeros. `visits` (1,)
+    counts the neighbours tested, and what else the search visits: the measure of work done.
     """
 
     def __init__(
         self, p, corner, ring_start, ring, q, grid, reach2, gain, miss, reject, accept,
-        accept_small, test_length, seen, neighbours, fit,
+        accept_small, test_length, seen, neighbours, fit, visits,
     ):  # fmt: skip
         self.p, self.corner, self.ring_start, self.ring = p, corner, ring_start, ring
         self.q, self.grid = q, grid
@@ -37,6 +38,7 @@ class SequentialTest:
         self.reject, self.accept, self.accept_small = reject, accept, accept_small
         self.test_length = min(test_length, neighbours.shape[0])
         self.seen, self.neighbours, self.fit = seen, neighbours, fit
+        self.visits = visits
         self.steps = (gain.shape[0] - 1) / (WIDEST - 1.0)
         self.k = self.stamp = 0
         self.count = -1
@@ -72,8 +74,10 @@ class SequentialTest:
             i = self.corner[self.k, at + 3] if at < 0 else self.neighbours[at]
             at += 1
             for e in range(self.ring_start[i], self.ring_start[i + 1]):
+                if n == limit:
+                    break
                 j = self.ring[e]
-                if self.seen[j] != self.stamp and n < limit:
+                if self.seen[j] != self.stamp:
                     self.seen[j] = self.stamp
                     self.neighbours[n] = j
                     n += 1
@@ -86,6 +90,7 @@ class SequentialTest:
         log-likelihood ratio of a true transform to a false one is the sum of ``gain``, by the area
         of that reach, for each neighbour with a partner, and of `miss` for the others in the grid.
         """
+        self.visits[0] += 1
         if x < self.grid.x0 or y < self.grid.y0 or x > self.grid.x1 or y > self.grid.y1:
             return -1
         wider = min(variance, WIDEST - 1.0)

@@ -34,7 +34,7 @@ from fpmatch.pointset.triangles.descriptors import (
     ring_triangles,
     sort_by_shape,
 )
-from fpmatch.pointset.triangles.search import MAX_ROUNDS, SearchParameters
+from fpmatch.pointset.triangles.search import MAX_ROUNDS, Screening, SearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -116,6 +116,9 @@ class _Search:
         self.move = np.empty(4)
         self.log_chance = math.inf
         self.tried = 0
+        self.visits = np.zeros(1, np.int64)
+        self.max_visits = parameters.most_visits(len(p.mesh))
+        self.screening = Screening(self.p, target, self.visits)
         self.passed = 0
 
     def run(self) -> bool:
@@ -134,7 +137,7 @@ class _Search:
     def _search(self, of_p: Ints, of_q: Ints) -> bool:
         """Search one kind of triangle, (T, 3) each, until a proposal is accepted."""
         given, m = self.given, len(self.mesh_p)
-        if self.tried >= given.max_proposals:
+        if self.tried >= given.max_proposals or self.visits[0] >= self.max_visits:
             return False
         outliers = (1.0 - given.share) * self.density_p
         in_p = describe_all(self.p, of_p, outliers)
@@ -144,17 +147,18 @@ class _Search:
         arguments = self._arguments(in_p, in_q, shortest, fit)
         log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.mesh_q))
-        owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
-        partner, move = np.empty(m, np.int32), np.empty(4)
+        owner, partner = np.full(len(self.mesh_q), -1, np.int32), np.full(m, -1, np.int32)
+        distance2, move = np.empty(m), np.empty(4)
         state = np.array([0, 0, self.tried], np.int_)
         max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while propose(*(*arguments, max_proposals, state)):
+        while propose(*(*arguments, max_proposals, self.max_visits, state)):
             self.passed += 1
-            if self.passed * m > given.max_overlaid:
-                break
             move[:] = _move(fit)
+            if self.screening.rejects(move, log_max - log_tests):
+                continue
             inside = overlay.refine(
-                self.p, self.target.grid, t2, MAX_ROUNDS, owner, partner, distance2, move
+                *(self.p, self.target.grid, t2, MAX_ROUNDS),
+                *(owner, partner, distance2, self.visits, move),
             )
             if inside < 0:
                 continue
@@ -180,7 +184,7 @@ class _Search:
         widest = shape_tolerance / shortest
         test = SimilarityTest(
             *(self.p, in_p.corner, mesh.ring_start, mesh.ring, target.points, target.grid),
-            *(*given.of_test(target, len(mesh)), fit),
+            *(*given.of_test(target, len(mesh)), fit, self.visits),
         )
         return (
             *(test, in_p.negative_information[: in_p.number].argsort(kind="stable"), in_p.shape),

@@ -37,6 +37,7 @@ cdef Py_ssize_t _best_shift(
 @cython.locals(
     k=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t, row=cython.Py_ssize_t,
     n=cython.int, met_p=cython.int, met_q=cython.int, near=cython.int, left=cython.int,
+    crowded=cython.bint,
     top=cython.int, right=cython.int, bottom=cython.int,
 )
 cpdef best_overlay(

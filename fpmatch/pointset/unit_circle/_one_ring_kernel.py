@@ -132,15 +132,17 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     A move's count is the smaller of: points of P with a point of Q within `tolerance`; points of
     Q met so. The search ends at the first move that reaches `enough`. `grid` holds the points of
     Q, within [0, 1]². `last_met` (N of Q,) starts at -1; ``found`` receives the index of the move
-    (-1 where none matches a point) and its count.
+    (-1 where none matches a point) and its count. In a grid whose crowds are split, a point
+    meets the nearest point of Q only.
     """
     n = p_point.shape[1]
+    crowded = grid.axis.shape[0] > 0
     squared = tolerance * tolerance
     found[0], found[1] = -1, 0
     for k in range(move.shape[0]):
         met_p = met_q = 0
         for i in range(n):
-            if met_p + n - i <= found[1]:
+            if (met_q if crowded else met_p) + n - i <= found[1]:
                 break
             x = move[k, 0] * p_point[0, i] - move[k, 1] * p_point[1, i] + move[k, 2]
             y = move[k, 1] * p_point[0, i] + move[k, 0] * p_point[1, i] + move[k, 3]
@@ -150,6 +152,14 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
                 and x - tolerance < 1.0
                 and y - tolerance < 1.0
             ):
+                continue
+            if crowded:
+                near = grid.nearest(x, y, squared)
+                if near >= 0:
+                    met_p += 1
+                    if last_met[near] != k:
+                        last_met[near] = k
+                        met_q += 1
                 continue
             left, top, right, bottom = grid.around(x, y, tolerance)
             near = 0

@@ -49,6 +49,8 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
     frame = frame_of(given)
     mesh = triangulate(frame.apply(given))
     unit = np.array(mesh.points.T, order="C")
+    grid = sort_into_cells(unit, 1.0 / max(1, math.isqrt(n)), low=(0.0, 0.0), high=(1.0, 1.0))
+    grid.split_crowds()
     x, y = unit[:, mesh.hull]
     hull_area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
     return PreparedPoints(
@@ -57,5 +59,5 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
         unit=unit,
         rings=map_to_unit_circle(mesh),
         spacing=0.5 * math.sqrt(hull_area / max(n, 1)),
-        grid=sort_into_cells(unit, 1.0 / max(1, math.isqrt(n)), low=(0.0, 0.0), high=(1.0, 1.0)),
+        grid=grid,
     )

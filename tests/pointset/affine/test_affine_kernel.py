@@ -53,8 +53,9 @@ def test_refinement_reaches_the_map_from_near_it(seed: int, move: AffineTransfor
     reach = 0.2 * move.scale / np.sqrt(30)
     grid = grid_of(q, reach, 2 * reach)
     near = as_move(move) + np.tile([0.0, 0.0, 0.3 * reach], 2)
-    owner, partner = np.empty(30, np.int32), np.empty(30, np.int32)
-    inside = refine(in_columns(p), grid, reach**2, 12, owner, partner, np.empty(30), near)
+    owner, partner = np.full(30, -1, np.int32), np.full(30, -1, np.int32)
+    arrays = owner, partner, np.empty(30), np.zeros(1, np.int64), near
+    inside = refine(in_columns(p), grid, reach**2, 12, *arrays)
     assert inside == 30
     found = partner >= 0
     assert (owner[partner[found]] == np.flatnonzero(found)).all()

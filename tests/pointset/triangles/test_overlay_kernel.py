@@ -36,12 +36,13 @@ class Overlay:
 
     def __init__(self, p: np.ndarray, q: np.ndarray, start: Similarity, margin: float = 1.0):
         self.p, self.grid, self.move = p, grid_of(q, 0.5, margin), as_move(start)
-        self.owner = np.empty(q.shape[1], np.int32)
-        self.partner = np.empty(p.shape[1], np.int32)
+        self.owner = np.full(q.shape[1], -1, np.int32)
+        self.partner = np.full(p.shape[1], -1, np.int32)
+        self.visits = np.zeros(1, np.int64)
         self.distance2 = np.full(p.shape[1], np.nan)
 
     def refine(self, t: float, rounds: int = 12) -> int:
-        arrays = (self.owner, self.partner, self.distance2, self.move)
+        arrays = (self.owner, self.partner, self.distance2, self.visits, self.move)
         return int(kernel.refine(self.p, self.grid, t * t, rounds, *arrays))
 
 

@@ -21,7 +21,7 @@ ANYTHING_PASSES = {"reject": -1e300, "accept": -1e300, "accept_small": -1e300}
 WIDEST = 6.0  # of the kernel, times reach²
 GIVEN = {
     **{"reach": 0.05, "shape_tolerance": 0.05, "reject": -1.5, "accept": 6.0, "accept_small": 2.0},
-    **{"test_length": 60, "max_proposals": 10**9},
+    **{"test_length": 60, "max_proposals": 10**9, "max_visits": 10**12},
 }
 
 Pairs = list[tuple[int, int]]
@@ -43,10 +43,11 @@ class Search:
         self.neighbours = np.empty(self.grown, np.int32)
         self.seen = np.full(len(p), -1, np.int32)
         self.fit, self.state = np.zeros(8), np.zeros(3, np.int_)
+        self.visits = np.zeros(1, np.int64)
         self.test = kernel.SimilarityTest(
             *(self.p, self.in_p.corner, self.mesh.ring_start, self.mesh.ring, self.q, self.grid),
             *(self.reach**2, self.gain, self.miss, self.reject, self.accept, self.accept_small),
-            *(self.test_length, self.seen, self.neighbours, self.fit),
+            *(self.test_length, self.seen, self.neighbours, self.fit, self.visits),
         )
 
     def proceed(self) -> bool:
@@ -54,7 +55,8 @@ class Search:
         return bool(
             kernel.propose(
                 *(self.test, self.order, self.in_p.shape, self.in_q.corner, self.in_q.side),
-                *(self.shapes, self.shape_tolerance, self.widest, self.max_proposals, self.state),
+                *(self.shapes, self.shape_tolerance, self.widest, self.max_proposals),
+                *(self.max_visits, self.state),
             )
         )
 

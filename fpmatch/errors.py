@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fpmatch.printable import printable
+from fpmatch.printable import message_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -66,8 +66,8 @@ class FpmatchError(Exception):
     Parameters
     ----------
     message : str
-        What is wrong, on one line: control characters in it are escaped as by
-        `fpmatch.printable.printable`.
+        What is wrong, on one line: control characters in it are escaped, and a very long
+        one is shortened, as by `fpmatch.printable.message_text`.
     path : str or path-like, optional
         File or database at fault; it is put before the message.
     code : str, optional
@@ -81,8 +81,8 @@ class FpmatchError(Exception):
     """
 
     def __init__(self, message: str = "", *, path: object = "", code: str = "") -> None:
-        self.path, self.detail, self.code = str(path), printable(message), code
-        super().__init__(printable(f"{path}: {message}" if self.path else message))
+        self.path, self.detail, self.code = str(path), message_text(message), code
+        super().__init__(message_text(f"{path}: {message}" if self.path else message))
 
 
 class ImageReadError(FpmatchError):

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, NoReturn
+import re
+from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+
+MOST_DOTS: Final = 1000  # of a key of TOML: `tomllib` takes time by their square
+_BETWEEN_KEYS: Final = re.compile(r"[=\n]")
 
 
 class ParseError(ValueError):
@@ -42,7 +47,13 @@ def parse_toml(text: str | bytes) -> dict[str, Any]:
     """Return the table of a text of TOML in UTF-8; raise ParseError as `parse_json` does."""
     import tomllib  # noqa: PLC0415  (most commands read none)
 
-    return _parsed(lambda: tomllib.loads(text if isinstance(text, str) else text.decode()))
+    def parse() -> dict[str, Any]:
+        decoded = text if isinstance(text, str) else text.decode()
+        if any(part.count(".") > MOST_DOTS for part in _BETWEEN_KEYS.split(decoded)):
+            raise ParseError(f"a key with more than {MOST_DOTS} parts")
+        return tomllib.loads(decoded)
+
+    return cast("dict[str, Any]", _parsed(parse))
 
 
 def _parsed(parse: Callable[[], Any]) -> Any:

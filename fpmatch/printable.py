@@ -25,6 +25,7 @@ _UNSAFE_IN_LINES = re.compile(_UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x09\x0
 _NOT_ASCII = re.compile("[^\n -~]")
 _BEGINS_FORMULA = ("=", "+", "-", "@")
 _NAMED = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
+MOST_SHOWN = 2000  # characters of a message
 _BYTES = 0xDC00  # added to a byte that is not UTF-8, Python keeps it as a character
 _FIRST_BYTE, _LAST_BYTE = _BYTES + 0x80, _BYTES + 0xFF
 
@@ -40,6 +41,21 @@ def printable(text: object) -> str:
     a\x1b[2J\nb \xff.tif
     """
     return _UNSAFE.sub(_escape, str(text))
+
+
+def message_text(text: object) -> str:
+    """Return `printable` text for a message: of more than 2,000 characters, both ends.
+
+    Examples
+    --------
+    >>> len(message_text("9" * 5000)), message_text("short")
+    (2000, 'short')
+    """
+    shown = printable(text)
+    if len(shown) <= MOST_SHOWN:
+        return shown
+    half = (MOST_SHOWN - 3) // 2
+    return f"{shown[: MOST_SHOWN - 3 - half]} … {shown[-half:]}"
 
 
 def printable_lines(text: str) -> str:

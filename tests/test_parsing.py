@@ -57,8 +57,9 @@ def test_a_pair_of_surrogates_is_a_character():
         ("a = 1\na = 2", "Cannot overwrite a value"),
         ('a = "\\ud800"', "Escaped character is not a Unicode scalar value"),
         ("a = \x1b", "Invalid value"),
+        (".".join("a" * 20_000) + " = 1", "a key with more than 1000 parts"),
     ],
-    ids=range(6),
+    ids=range(7),
 )
 def test_what_is_not_toml_is_one_line(text, reason):
     with pytest.raises(ParseError) as caught:

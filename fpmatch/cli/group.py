@@ -12,7 +12,7 @@ import click
 from fpmatch._version import __version__
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
 from fpmatch.errors import FpmatchError, did_you_mean
-from fpmatch.printable import printable
+from fpmatch.printable import message_text
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
 # runs: `fpmatch --help` imports none of them.
@@ -53,7 +53,7 @@ class _OneLineError(click.ClickException):
 
 def _made_printable(error: click.ClickException) -> click.ClickException:
     """Return an error about a command line, which repeats parts of it, as it may be shown."""
-    error.message = printable(error.message)
+    error.message = message_text(error.message)
     return error
 
 

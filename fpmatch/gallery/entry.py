@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from fpmatch.minutiae import Template
 
+MOST_LETTERS: Final = 255
+"""Of a subject, a finger or an impression."""
 FVC_PATTERN: Final = r"(?P<subject>\d+)_(?P<impression>\d+)"
 
 
@@ -47,6 +49,8 @@ class Label:
         for name, text in asdict(self).items():
             if printable(text) != text:
                 raise GalleryError(f"{name}: must be text of one line: {text!r}", code="label")
+            if len(text) > MOST_LETTERS:
+                raise GalleryError(f"{name}: longer than {MOST_LETTERS} characters", code="label")
             if (text or name == "subject") and not text.strip():
                 raise GalleryError(f"{name}: is blank", code="label")
 

@@ -1,21 +1,29 @@
-"""Files appear whole or not at all: written beside their place, then moved there."""
+"""Files appear whole or not at all: written beside their place, then moved there.
+
+Files and folders are private: only the user who runs fpmatch may read them, whatever the umask,
+since they contain biometric data, names, or results about persons. `public` files contain none:
+their rights follow the umask. On Windows, rights are those of the folder.
+"""
 
 from __future__ import annotations
 
+import os
 import re
 import secrets
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterator
     from typing import BinaryIO
 
+PRIVATE_FILE = 0o600
+PRIVATE_FOLDER = 0o700
+_OTHERS = 0o077  # rights of group and others
 _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
@@ -36,10 +44,11 @@ def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def atomic_write(path: str | os.PathLike[str], *, public: bool = False) -> Iterator[BinaryIO]:
     """Yield an unfinished file beside `path`, which replaces it once the block has ended well.
 
-    Raises OutputError if the file cannot be written; nothing is left behind then.
+    Only its owner may read it, unless it is `public`. Raises OutputError if the file cannot be
+    written; nothing is left behind then.
 
     Examples
     --------
@@ -51,14 +60,16 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     b'score'
     """
     with _unfinished_beside(path) as unfinished:
-        with unfinished.open("xb") as stream:
+        with open(unfinished, "xb", opener=None if public else _open_private) as stream:
             yield stream
         unfinished.replace(path)
 
 
-def atomic_write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
+def atomic_write_bytes(
+    path: str | os.PathLike[str], content: bytes, *, public: bool = False
+) -> None:
     """Write `content` to a file as `atomic_write` does."""
-    with atomic_write(path) as stream:
+    with atomic_write(path, public=public) as stream:
         stream.write(content)
 
 
@@ -68,12 +79,55 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         trial.touch(exist_ok=False)
 
 
-def make_folder(path: str | os.PathLike[str]) -> None:
-    """Make a folder and its parents where they are missing; raise OutputError if that fails."""
+def make_folder(
+    path: str | os.PathLike[str], *, public: bool = False, narrow: bool = False
+) -> None:
+    """Make a folder and its parents where they are missing; raise OutputError if that fails.
+
+    Only their owner may list them, unless they are `public`. The rights of a folder that is there
+    already stay as they are, or are made so too with `narrow`.
+    """
+    folder = Path(path)
+    mode = 0o777 if public else PRIVATE_FOLDER
     try:
-        Path(path).mkdir(parents=True, exist_ok=True)
+        for place in reversed([folder, *folder.parents]):
+            if not place.is_dir():
+                place.mkdir(mode, exist_ok=True)
+                if not public:
+                    place.chmod(mode)
+        if narrow:
+            make_private(folder)
     except OSError as error:
         raise OutputError(f"cannot be made a folder: {reason(error)}", path=path) from error
+
+
+def create_private(path: str | os.PathLike[str]) -> None:
+    """Make an empty file that only its owner may read, where there is none; raises OSError."""
+    with suppress(FileExistsError):
+        os.close(_open_private(os.fspath(path), os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+
+
+def make_private(path: str | os.PathLike[str]) -> bool:
+    """Withdraw from others the rights on a file or folder; return whether only the owner has any.
+
+    Nothing is changed where the group may write, which somebody has set for a shared gallery, apart
+    from the rights of all others. Nor can it be changed where it belongs to another user.
+    """
+    place = Path(path)
+    if os.name == "nt":  # there, rights are inherited from the folder
+        return True
+    with suppress(OSError):
+        mode = place.stat().st_mode & 0o7777
+        if mode & _OTHERS:
+            place.chmod(mode & ~(0o007 if mode & 0o020 else _OTHERS))
+        return not place.stat().st_mode & _OTHERS
+    return False
+
+
+def _open_private(path: str, flags: int) -> int:
+    handle = os.open(path, flags, PRIVATE_FILE)
+    Path(path).chmod(PRIVATE_FILE)  # where the umask withholds rights from the owner, too
+    return handle
 
 
 def remove_unfinished(folder: str | os.PathLike[str], *, older_than_s: float = 0.0) -> None:

@@ -34,7 +34,7 @@ synthetic_folder = click.option(
 def write_json(path: Path, document: object) -> None:
     """Write a document as JSON."""
     content = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
-    atomic_write_bytes(path, f"{content}\n".encode())
+    atomic_write_bytes(path, f"{content}\n".encode(), public=True)
 
 
 class Command(click.Command):

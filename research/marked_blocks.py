@@ -43,4 +43,4 @@ def replace_marked_block(page: str, mark: str, block: str) -> str:
 def write_marked_block(path: Path, mark: str, block: str) -> None:
     """Replace a block of a file."""
     page = replace_marked_block(path.read_text(encoding="utf-8"), mark, block)
-    atomic_write_bytes(path, page.encode("utf-8"))
+    atomic_write_bytes(path, page.encode("utf-8"), public=True)

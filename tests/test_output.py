@@ -1,17 +1,79 @@
+import os
+import stat
+from contextlib import contextmanager
+
 import pytest
 
 from fpmatch.errors import OutputError
-from fpmatch.output import atomic_write, atomic_write_bytes, check_writable, remove_unfinished
+from fpmatch.output import (
+    atomic_write,
+    atomic_write_bytes,
+    check_writable,
+    create_private,
+    make_folder,
+    make_private,
+    remove_unfinished,
+)
+
+posix = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder on Windows")
 
 
-def test_a_file_is_replaced_with_the_usual_permissions_and_nothing_left_beside_it(tmp_path):
+@contextmanager
+def umask(mask):
+    before = os.umask(mask)
+    try:
+        yield
+    finally:
+        os.umask(before)
+
+
+def mode(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def test_a_public_file_is_replaced_with_the_usual_permissions_and_nothing_left_beside_it(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
     usual = path.stat().st_mode
-    atomic_write_bytes(path, b"new")
+    atomic_write_bytes(path, b"new", public=True)
     assert path.read_bytes() == b"new"
     assert path.stat().st_mode == usual
     assert list(tmp_path.iterdir()) == [path]
+
+
+@posix
+@pytest.mark.parametrize("mask", [0, 0o022, 0o077, 0o777])
+def test_files_and_folders_are_private_whatever_the_umask(tmp_path, mask):
+    with umask(mask):
+        make_folder(tmp_path / "a" / "b")
+        path = tmp_path / "a" / "b" / "scores.csv"
+        with atomic_write(path) as stream:
+            (unfinished,) = path.parent.iterdir()
+            assert mode(unfinished) == 0o600
+            stream.write(b"1")
+        create_private(path.with_name("gallery.db"))
+        create_private(path.with_name("gallery.db"))
+    assert [mode(p) for p in sorted(path.parent.iterdir())] == [0o600] * 2
+    assert mode(tmp_path / "a") == mode(tmp_path / "a" / "b") == 0o700
+    path.chmod(0o666)
+    atomic_write_bytes(path, b"2")
+    assert mode(path) == 0o600
+
+
+@posix
+@pytest.mark.parametrize(
+    ("before", "after", "private"),
+    [
+        *[(0o644, 0o600, True), (0o600, 0o600, True), (0o666, 0o660, False)],
+        *[(0o660, 0o660, False), (0o755, 0o700, True), (0o2770, 0o2770, False)],
+    ],
+)
+def test_rights_are_narrowed_but_those_of_a_group_that_may_write(tmp_path, before, after, private):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a").chmod(before)
+    assert make_private(tmp_path / "a") is private
+    assert mode(tmp_path / "a") == after
+    assert make_private(tmp_path / "missing") is False
 
 
 @pytest.mark.parametrize("target", ["missing/a.png", "file/a.png", "folder"])

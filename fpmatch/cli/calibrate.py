@@ -83,7 +83,7 @@ def calibrate(
             by_folder=by_folder,
         )
     calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
-    atomic_write_bytes(output, calibration.as_json().encode())
+    atomic_write_bytes(output, calibration.as_json().encode(), public=True)
     report = report_calibration(calibration, impostors)
     document = {"calibration": str(output), **report.as_json()}
     show(json_text(document) if as_json else f"{printable(output)}\n{report.as_text()}")

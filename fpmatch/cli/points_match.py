@@ -292,7 +292,10 @@ def _write_pairs(path: Path, p: _NamedPoints, q: _NamedPoints, match: PointMatch
         distance = np.hypot(*(match.transform.apply(ours) - theirs).T)
         columns = (*match.pairs.T, *ours.T, *theirs.T, distance)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-    with atomic_write(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
+    with (
+        atomic_write(path, public=True) as binary,
+        io.TextIOWrapper(binary, "utf-8", newline="") as stream,
+    ):
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(_PAIR_COLUMNS)
         writer.writerows(rows)

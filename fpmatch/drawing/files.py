@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import OutputError
-from fpmatch.output import atomic_write_bytes, reason
+from fpmatch.output import atomic_write_bytes, make_folder
 
 if TYPE_CHECKING:
     import os
@@ -61,16 +61,16 @@ def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> byt
     return encoded.tobytes()
 
 
-def write_files(contents: Mapping[str, bytes], folder: str | os.PathLike[str]) -> list[Path]:
+def write_files(
+    contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, public: bool = False
+) -> list[Path]:
     """Write files, by name, into a folder, which is made where it does not exist.
 
-    Each file appears complete or not at all; an `OutputError` is raised if one cannot be written.
+    Each file appears complete or not at all, with the rights of
+    `fpmatch.output.atomic_write`; an `OutputError` is raised if one cannot be written.
     """
     target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be made a folder: {reason(error)}") from error
+    make_folder(target, public=public)
     for name, content in contents.items():
-        atomic_write_bytes(target / name, content)
+        atomic_write_bytes(target / name, content, public=public)
     return [target / name for name in contents]

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import OutputError
 from fpmatch.evaluation.error_vs_discard import POOLED, SHARES
 from fpmatch.evaluation.rates import error_curves
 from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.score_file import csv_lines
-from fpmatch.output import atomic_write_bytes, check_writable, reason
+from fpmatch.output import atomic_write_bytes, check_writable, make_folder
 
 if TYPE_CHECKING:
     import os
@@ -41,10 +40,7 @@ def prepare_curves(folder: str | os.PathLike[str]) -> list[Path]:
     Raises an `OutputError` if they cannot be written there.
     """
     files = [Path(folder) / name for name in HEADS]
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: no folder can be made: {reason(error)}") from error
+    make_folder(folder)
     for file in files:
         check_writable(file)
     return files

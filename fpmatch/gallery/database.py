@@ -12,6 +12,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.kinds import SQLITE_HEADER
+from fpmatch.output import create_private, make_private, reason
 
 if TYPE_CHECKING:
     import os
@@ -51,6 +52,8 @@ class Database:
     def __init__(self, where: str | os.PathLike[str], *, create: bool = False) -> None:
         url = _as_url(where)
         self.file: Path | None = None
+        self._narrowed = False
+        self.private = True  # whether only the owner may read the file; known after a change
         if isinstance(url, Path):
             self.name, self.file = str(url), url
             _check_file(url, create=create)
@@ -80,6 +83,9 @@ class Database:
 
         On SQLite no other transaction writes meanwhile; on PostgreSQL the block must lock a row.
         """
+        if self.file is not None and not self._narrowed:
+            self._narrowed = True
+            self.private = make_private(self.file)
         writer = self._engine.execution_options(writes=True)
         with self._translating_errors(), writer.connect() as connection, connection.begin():
             yield connection
@@ -155,12 +161,18 @@ def _check_file(path: Path, *, create: bool) -> None:
 
 
 def _sqlite(path: Path, *, create: bool) -> sa.Engine:
+    if create and not path.exists():
+        try:
+            create_private(path)  # SQLite gives its journal the same rights
+        except OSError as error:
+            raise GalleryError(f"cannot be made: {reason(error)}", path=path) from error
     uri = f"{path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
 
     def connect() -> sqlite3.Connection:
         # isolation_level None: transactions begin in `_begin` only
         connection = sqlite3.connect(uri, uri=True, timeout=BUSY_S, isolation_level=None)
         connection.text_factory = _text
+        connection.execute("PRAGMA secure_delete = ON")  # overwrites what is deleted
         return connection
 
     return sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.NullPool)
@@ -197,9 +209,9 @@ def _reason(error: DBAPIError) -> str:
     """Return the reason of a failure on one line."""
     original: Any = error.orig
     name = getattr(original, "sqlite_errorname", "")
-    for prefix, reason in _SQLITE_REASONS.items():
+    for prefix, known in _SQLITE_REASONS.items():
         if name.startswith(prefix):
-            return reason
+            return known
     message = getattr(getattr(original, "diag", None), "message_primary", None)
     lines = str(message or original).splitlines()
     return lines[0].strip() if lines else type(original).__name__

@@ -146,7 +146,7 @@ def save_prepared(
     path: Path, prepared: Prepared, matcher: Matcher, sealing: Sealing | None = None
 ) -> None:
     """Write a file that `load_prepared` reads, in a folder that is made where it is missing."""
-    make_folder(path.parent)
+    make_folder(path.parent, narrow=True)
     arrays = prepared.prints.arrays()
     arrays |= {"number": prepared.numbers, "finger": prepared.fingers, "digest": prepared.digests}
     write_arrays(path, arrays, COLUMNS, _about(path, matcher), seal=_seal(sealing))

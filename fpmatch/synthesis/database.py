@@ -178,7 +178,7 @@ def _write(path: Path, content: bytes) -> None:
     try:
         existing = path.read_bytes()
     except FileNotFoundError:
-        atomic_write_bytes(path, content)
+        atomic_write_bytes(path, content, public=True)
         return
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {reason(error)}") from error
@@ -206,7 +206,7 @@ def _claim(folder: Path, plan: Plan) -> None:
                 "and left as it is"
             )
         else:
-            atomic_write_bytes(description, plan.description().encode("ascii"))
+            atomic_write_bytes(description, plan.description().encode("ascii"), public=True)
         truths.mkdir(exist_ok=True)
         remove_unfinished(truths)
     except OSError as error:

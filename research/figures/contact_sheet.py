@@ -53,7 +53,8 @@ def command(
     rows = [tiles_of(dataset, count, n * step) for n, dataset in enumerate(datasets)]
     if across:
         rows = [list(row) for row in zip(*rows, strict=False)]
-    atomic_write_bytes(out, png_bytes(_with_fewer_greys(print_sheet(rows, dpi=dpi))))
+    sheet = png_bytes(_with_fewer_greys(print_sheet(rows, dpi=dpi)))
+    atomic_write_bytes(out, sheet, public=True)
     click.echo(f"{out}: {out.stat().st_size // 1000} kB")
 
 

@@ -226,7 +226,7 @@ def keep_results(page: Page, given: Mapping[str, Path]) -> None:
         part, target = page.parts[name], DOCS / "data" / page.parts[name].file
         if part.alone:
             part.read(source)  # refuses what the page could not show
-            atomic_write_bytes(target, source.read_bytes())
+            atomic_write_bytes(target, source.read_bytes(), public=True)
         else:
             known = read_json(target) if target.exists() else {}
             write_json(target, {**known, name: part.keep(read_json(source))})

@@ -155,6 +155,6 @@ def command(into: Path, fingers: int, workers: int | None) -> None:
         cues = [one for of_finger in made for one in of_finger]
     provenance = {"command": "python -m research train polarity", "seed": SEED, "fingers": fingers}
     weights = fit_polarity(cues, provenance)
-    atomic_write_bytes(into, weights.as_json().encode())
+    atomic_write_bytes(into, weights.as_json().encode(), public=True)
     right = float((evidence_of_cues(np.array(cues), weights) > 0).mean())
     click.echo(f"{into}: {len(cues)} prints; the evidence indicates dark ridges in {right:.1%}")

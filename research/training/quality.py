@@ -182,7 +182,7 @@ def command(into: Path, fingers: int, workers: int | None) -> None:
     shares = [one for _, of_finger in made for one in of_finger]
     provenance = {"command": "python -m research train quality", "seed": SEED, "fingers": fingers}
     weights = fit_quality(measures, shares, provenance)
-    atomic_write_bytes(into, weights.as_json().encode())
+    atomic_write_bytes(into, weights.as_json().encode(), public=True)
     scores = quality_score(np.array([quality_features(one) for one in measures]), weights)
     correlation = np.corrcoef(scores, shares)[0, 1]
     click.echo(f"{into}: {len(shares)} prints; correlation with their similarity to good prints")

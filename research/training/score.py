@@ -64,7 +64,7 @@ def command(
     made, alone, small = samples_of(sets, workers=workers)
     weights = fit_weights(made, alone, small, command="python -m research train score")
     weights = fit_amounts(weights, sets, workers=workers)
-    atomic_write_bytes(into, weights.as_json().encode())
+    atomic_write_bytes(into, weights.as_json().encode(), public=True)
     click.echo(f"{into}: {weights.provenance['impostors']} impostor comparisons")
     if ablation:
         every = SampleParameters(every_impostor=1)

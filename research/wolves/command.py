@@ -111,7 +111,7 @@ def command(
         }
         write_json(json_file, document)
     if markdown:
-        atomic_write_bytes(markdown, f"{format_wolves(found)}\n".encode())
+        atomic_write_bytes(markdown, f"{format_wolves(found)}\n".encode(), public=True)
     if keep:
         _keep(rows, keep)
     context.exit(0 if all(factors_kept(row) and share_kept(row) for row in found) else 1)
@@ -172,4 +172,4 @@ def _keep(rows: Sequence[Row], folder: Path) -> None:
             save_template(folder / f"{name}.json", row.worst.template)
             if row.worst.pixels is not None:
                 _, png = cv2.imencode(".png", row.worst.pixels)
-                atomic_write_bytes(folder / f"{name}.png", png.tobytes())
+                atomic_write_bytes(folder / f"{name}.png", png.tobytes(), public=True)

@@ -88,7 +88,8 @@ def draw_sheets(
 
 def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[str]) -> list[Path]:
     """Write figures into a folder as `fpmatch.drawing.files.write_files` does."""
-    return write_files({figure.file_name: figure.content for figure in figures}, folder)
+    contents = {figure.file_name: figure.content for figure in figures}
+    return write_files(contents, folder, public=True)
 
 
 class Sheet:

@@ -98,7 +98,7 @@ def save_point_plot(
         else:
             figure = _superposed(match.transform.apply(source), target, match, names)
         content = figure_bytes(figure, path, _DPI)
-    atomic_write_bytes(path, content)
+    atomic_write_bytes(path, content, public=True)
 
 
 def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:

@@ -22,6 +22,7 @@ from fpmatch.evaluation.score_file import (
     failure_reason,
 )
 from fpmatch.evaluation.score_table import is_parquet
+from fpmatch.output import make_private
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -256,4 +257,5 @@ class Comparing:
                 convert_to_parquet(rows, table)
             rows = table
         with self.store.writing():
+            make_private(rows)
             rows.replace(self.store.output)

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from zlib import crc32
 
 from fpmatch.errors import OutputError, ScoringError
-from fpmatch.output import reason
 from fpmatch.parsing import parse_json
+from fpmatch.output import PRIVATE_FOLDER, create_private, make_private, reason
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 SUFFIX: Final = ".unfinished"
 ROWS_FILE: Final = "rows.csv"
+STATE_FILE: Final = "state.db"
 _COMMIT_EVERY_S: Final = 0.5
 _NUMBERS_PER_QUERY: Final = 500
 _BLOCK: Final = 1 << 20  # bytes that are read at once
@@ -85,8 +86,12 @@ class Store:
         with self.writing():
             if output.is_dir():
                 raise OutputError(f"{output}: cannot be written: it is a folder")
-            self.folder.mkdir(exist_ok=True)
-            self._database = sqlite3.connect(self.folder / "state.db", timeout=0)
+            self.folder.mkdir(PRIVATE_FOLDER, exist_ok=True)
+            create_private(self.folder / STATE_FILE)
+            for path in (self.folder, self.folder / STATE_FILE):
+                make_private(path)
+            self._database = sqlite3.connect(self.folder / STATE_FILE, timeout=0)
+            self._database.execute("PRAGMA secure_delete = ON")
             try:
                 self._begin(run)
             except BaseException:
@@ -151,6 +156,9 @@ class Store:
     def rows(self, position: Position) -> Iterator[BinaryIO]:
         """Open the file of rows, cut off after those of a position, to write more."""
         size = position.size
+        with self.writing():
+            create_private(self.rows_file)
+            make_private(self.rows_file)
         with self.writing(), self.rows_file.open("r+b" if size else "w+b") as stream:
             if stream.seek(0, os.SEEK_END) < size:
                 raise ScoringError(f"{self.rows_file}: cut short; {_START_AGAIN}")

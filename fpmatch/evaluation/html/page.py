@@ -11,7 +11,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
 from fpmatch.drawing.plots.style import check_matplotlib
-from fpmatch.errors import OutputError
 from fpmatch.evaluation.decision import calibration_of, decide, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
@@ -26,7 +25,7 @@ from fpmatch.evaluation.tables import (
     points,
 )
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.output import atomic_write_bytes, check_writable, reason
+from fpmatch.output import atomic_write_bytes, check_writable, make_folder
 from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:
@@ -53,10 +52,7 @@ def prepare_page(folder: str | os.PathLike[str]) -> Path:
     """
     check_matplotlib("a report")
     target = Path(folder) / PAGE_NAME
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: no folder can be made: {reason(error)}") from error
+    make_folder(target.parent)
     check_writable(target)
     return target
 

@@ -72,7 +72,7 @@ def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None
                 panel.set_xlabel("n, points of Q")
             _add_legend(figure, results)
         content = figure_bytes(figure, path, _DPI)
-    atomic_write_bytes(path, content)
+    atomic_write_bytes(path, content, public=True)
 
 
 def _fill(panel: Any, cells: dict[Any, PointCell]) -> None:

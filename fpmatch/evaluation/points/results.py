@@ -124,7 +124,7 @@ MOST_TRIALS: Final = 10_000_000  # of a cell
 def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
     """Write results as a JSON file, atomically; raise `OutputError` if that fails."""
     text = json.dumps(results.as_json(), indent=1, allow_nan=False)
-    atomic_write_bytes(path, f"{text}\n".encode())
+    atomic_write_bytes(path, f"{text}\n".encode(), public=True)
 
 
 def read_results(path: str | os.PathLike[str]) -> BenchResults:

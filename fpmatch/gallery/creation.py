@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
+from fpmatch.gallery.database import mark_overwritten
 from fpmatch.gallery.sealing import ENCRYPTED_VERSION, create_sealing
 from fpmatch.gallery.tables import GALLERY, VERSION, create_tables
 
@@ -29,6 +30,7 @@ def check_or_create(gallery: Gallery, *, create: bool, encrypt: bool) -> None:
         with gallery.creating() as connection:
             if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
                 create_tables(connection, secrets.token_hex(16))
+                mark_overwritten(connection)
                 if encrypt:
                     create_sealing(connection, (gallery.current_key(),))
                     connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))

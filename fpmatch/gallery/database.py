@@ -16,7 +16,7 @@ from fpmatch.output import create_private, make_private, reason
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
 BUSY_S: Final = 60.0  # to wait for another program that holds a SQLite file
 CONNECT_S: Final = 10  # to wait for a server
@@ -98,6 +98,40 @@ class Database:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_CREATION_LOCK)))
             yield connection
 
+    def vacuum(self, tables: Sequence[sa.Table]) -> None:
+        """Rewrite the database, or its `tables` on PostgreSQL, without what was removed.
+
+        No other program may use it meanwhile. A killed or failed run leaves it as it was.
+        """
+        with self.outside_transactions() as connection:
+            if self.file is None:
+                connection.exec_driver_sql(f"SET lock_timeout = {round(BUSY_S * 1000)}")
+                names = ", ".join(table.name for table in tables)
+                connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {names}")
+            else:
+                make_private(self.file)
+                connection.exec_driver_sql("VACUUM")
+                connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+                mark_overwritten(connection)
+
+    def is_overwritten(self) -> bool:
+        """Return whether all that was ever deleted from the file has been overwritten.
+
+        It has not in one that a version up to 0.2 has made, until `vacuum`.
+        """
+        if self.file is None:
+            return False
+        with self.reading() as connection:
+            return bool(connection.exec_driver_sql("PRAGMA user_version").scalar())
+
+    def size(self, tables: Sequence[sa.Table]) -> int:
+        """Return the bytes of the file, or of the `tables` on PostgreSQL with their indexes."""
+        if self.file is not None:
+            return self.file.stat().st_size
+        with self.reading() as connection:
+            sizes = [sa.func.pg_total_relation_size(table.name) for table in tables]
+            return sum(map(int, connection.execute(sa.select(*sizes)).one()))
+
     @contextmanager
     def outside_transactions(self) -> Iterator[sa.Connection]:
         """Open a connection whose statements are no transaction, such as VACUUM."""
@@ -113,6 +147,12 @@ class Database:
             raise self.error(f"damaged: {error}", "damaged") from error
         except DBAPIError as error:
             raise self.error(_reason(error), "database") from error
+
+
+def mark_overwritten(connection: sa.Connection) -> None:
+    """Record that all that is deleted from a SQLite file is overwritten."""
+    if connection.dialect.name == "sqlite":
+        connection.exec_driver_sql("PRAGMA user_version = 1")
 
 
 def _as_url(where: str | os.PathLike[str]) -> Path | sa.URL:

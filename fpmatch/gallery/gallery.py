@@ -245,8 +245,14 @@ class Gallery(SealedDatabase):
     def remove(self, numbers: Collection[int]) -> int:
         """Remove entries by their numbers; return how many.
 
-        If one of the numbers is unknown, none is removed: GalleryError (code "unknown").
+        Nothing of them is left in the file, nor in prepared prints on this machine; what is not
+        in a file, as blocks of the disk and backups, is not reached, nor is a server's storage. If
+        one of the numbers is unknown, none is removed: GalleryError (code "unknown"). If traces may
+        be left, GalleryError (code "traces") is raised after the removal.
         """
+        from fpmatch.gallery.compaction import erase_traces  # noqa: PLC0415  (imports matchers)
+
+        before = self.content_hash()
         with self.changing() as connection:
             labels = audit.labels_of(connection, numbers=numbers)
             for number in dict.fromkeys(numbers):
@@ -257,6 +263,8 @@ class Gallery(SealedDatabase):
                 audit.record(connection, "remove", entries=labels)
         for number in set(numbers) & self.damaged.keys():
             del self.damaged[number]
+        if numbers:
+            erase_traces(self, before)
         return len(set(numbers))
 
     def content_hash(self) -> str:

@@ -93,11 +93,12 @@ def prepare_gallery(
     where a file cannot be used, with a line on it.
     """
     content = gallery.content_hash()
-    folders = _folders(gallery)
+    folders = prepared_folders(gallery)
     faults: list[str] = []
     sealing = gallery.sealing()
     read = partial(load_prepared, matcher=matcher, sealing=sealing)
-    kept = _first_whole((folder / _name(matcher, content) for folder in folders), read, faults)
+    names = (folder / prepared_name(matcher, content) for folder in folders)
+    kept = _first_whole(names, read, faults)
     if kept is not None:
         _find_damaged(gallery, kept)
         return kept
@@ -105,11 +106,14 @@ def prepare_gallery(
     if faults:
         note(f"prepared prints of {gallery.name} {_STATES[faults[0]]}: prepared again")
     prepared = _renew(gallery, matcher, old, engine or processes(), progress)
-    # Entries that were enrolled meanwhile may be among them: then no content has this name.
-    name = content if gallery.content_hash() == content else secrets.token_hex(16)
+    name = content
+    if gallery.content_hash() != content:
+        if not gallery.fingers().keys() >= set(prepared.numbers.tolist()):
+            return prepared  # some were removed meanwhile: nothing of them is left in a file
+        name = secrets.token_hex(16)  # others may be among them: no content has this name
     for folder in folders:
         with suppress(OutputError):
-            path = folder / _name(matcher, name)
+            path = folder / prepared_name(matcher, name)
             save_prepared(path, prepared, matcher, sealing)
             _remove_others(path, matcher)
             break
@@ -156,7 +160,7 @@ def seal_files(gallery: Gallery) -> None:
     """Encrypt all files of a gallery as it is encrypted now; those that cannot be are removed."""
     sealing = gallery.sealing()
     seal = _seal(sealing)
-    for path in (path for folder in _folders(gallery) for path in folder.glob("*")):
+    for path in (path for folder in prepared_folders(gallery) for path in folder.glob("*")):
         try:
             content = _content(path, sealing) if path.suffix == SUFFIX else None
             if content is not None:
@@ -183,7 +187,7 @@ def _content(path: Path, sealing: Sealing | None) -> bytes | memoryview | None:
         return stream.read() if sealing is None or PLAIN in sealing.keys else None
 
 
-def _folders(gallery: Gallery) -> list[Path]:
+def prepared_folders(gallery: Gallery) -> list[Path]:
     """Return the folders for prepared prints, the preferred one first."""
     from platformdirs import user_cache_path  # noqa: PLC0415
 
@@ -194,7 +198,8 @@ def _folders(gallery: Gallery) -> list[Path]:
     return [*beside, cache / hashlib.sha256(name.encode("utf-8", "replace")).hexdigest()[:32]]
 
 
-def _name(matcher: Matcher, content: str) -> str:
+def prepared_name(matcher: Matcher, content: str) -> str:
+    """Return the name of the file for a matcher and the content hash of a gallery."""
     return f"{matcher.name}-{__version__}-{content}{SUFFIX}"
 
 
@@ -221,8 +226,8 @@ def _newest_first(folders: Sequence[Path], matcher: Matcher, content: str) -> li
     """Return the files of every content but one, the one saved last first."""
     found: list[tuple[float, Path]] = []
     for folder in folders:
-        for path in folder.glob(_name(matcher, "*")):
-            if path.name != _name(matcher, content):
+        for path in folder.glob(prepared_name(matcher, "*")):
+            if path.name != prepared_name(matcher, content):
                 with suppress(OSError):
                     found.append((path.stat().st_mtime, path))
     return [path for _, path in sorted(found, reverse=True)]

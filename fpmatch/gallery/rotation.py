@@ -18,7 +18,7 @@ from fpmatch.gallery import audit
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.prepared import seal_files
 from fpmatch.gallery.sealing import ENCRYPTED_VERSION, PLAIN, create_sealing, set_keys
-from fpmatch.gallery.tables import ENTRY, GALLERY, VERSION
+from fpmatch.gallery.tables import ENTRY, GALLERY, TABLES, VERSION
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
@@ -78,7 +78,7 @@ def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
         sealed += count
         progress("rotate", min(sealed, total), total)
     if had_plain:
-        _vacuum(gallery)
+        gallery.vacuum(TABLES)  # no free page or dead row contains a plain template then
     _end(gallery, target, damaged)
     progress("rotate", total, total)
     return Rotation(target, sealed, damaged)
@@ -138,15 +138,6 @@ def _end(gallery: Gallery, target: str, damaged: dict[int, str]) -> None:
         if target == PLAIN:
             connection.execute(GALLERY.update().values(version=VERSION))
         audit.record(connection, "keys rotated", keys=[target], damaged=len(damaged))
-
-
-def _vacuum(gallery: Gallery) -> None:
-    """Rewrite the database, so that no free page or dead row of it contains a plain template."""
-    with gallery.outside_transactions() as connection:
-        if connection.dialect.name == "sqlite":
-            connection.exec_driver_sql("VACUUM")
-        else:
-            connection.exec_driver_sql(f"VACUUM FULL {ENTRY.name}")
 
 
 def _sealing(gallery: Gallery, connection: sa.Connection, target: str) -> Sealing:

@@ -58,6 +58,9 @@ FAILURE: Final = sa.Table(
     sa.Column("reason", sa.Text, nullable=False),
 )
 
+TABLES: Final = (GALLERY, ENTRY, FAILURE)
+"""The tables that every gallery has."""
+
 ENROLLED: Final = ""
 """What `Conflicts.find` returns for a print that is enrolled already."""
 DPI_TOLERANCE: Final = 0.05  # resolutions in files have one decimal

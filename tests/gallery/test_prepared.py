@@ -79,7 +79,7 @@ def same(one, other):
 def afresh(gallery):
     """Return the prints prepared without those that are kept."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(prepared_module, "_folders", lambda _: [])
+        patch.setattr(prepared_module, "prepared_folders", lambda _: [])
         return prepare(gallery)[0]
 
 
@@ -122,7 +122,7 @@ def test_what_is_removed_is_gone_and_order_is_kept(filled):
     filled.remove([numbers[1], numbers[4]])
     filled.add([new_entry(20), new_entry(1)])
     renewed, count = prepare(filled)
-    assert count == 1  # number 1 was prepared before it was removed
+    assert count == 2  # of number 1, too, nothing was left when it was removed
     assert renewed.numbers.tolist() == [entry.id for entry in filled.entries()]
     assert same(renewed, afresh(filled))
 

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from zlib import crc32
 
 from fpmatch.errors import OutputError, ScoringError
-from fpmatch.parsing import parse_json
 from fpmatch.output import PRIVATE_FOLDER, create_private, make_private, reason
+from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence

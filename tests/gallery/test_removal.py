@@ -1,0 +1,271 @@
+"""After a removal nothing of the entry can be read in any file of the gallery."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import platformdirs
+import pytest
+from click.testing import CliRunner
+from made_prints import entry_of
+
+from fpmatch.cli.group import fpmatch
+from fpmatch.engine.engine import serial
+from fpmatch.errors import GalleryError
+from fpmatch.gallery import database
+from fpmatch.gallery.compact import pack_template
+from fpmatch.gallery.compaction import compact_gallery
+from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.prepared import prepare_gallery
+from fpmatch.gallery.search import open_search
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+RUN = 32  # bytes that count as a trace
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
+    return tmp_path / "cache"
+
+
+def random_entry(number: int, count: int = 60) -> NewEntry:
+    """Return an entry no part of whose template is in another one."""
+    rng = np.random.default_rng(number)
+    x, y = rng.uniform(0, 300, (2, count))
+    kind, quality = rng.integers(0, 3, count), rng.integers(0, 101, count)
+    minutiae = Minutiae(x, y, rng.uniform(0, 6, count), kind, quality)
+    mask = rng.random((12, 12)) < 0.7
+    ridges = rng.integers(0, 2**63, mask.shape).astype(np.uint64)
+    field = RidgeField(25.0, rng.uniform(0, 3, mask.shape), mask, ridges)
+    label = Label(f"subject {number} {rng.bytes(20).hex()}")
+    source = f"/prints/{rng.bytes(20).hex()}.tif"
+    with_field = field if number % 3 else None
+    template = Template(minutiae, 300, 300, 500.0, with_field)
+    return entry_of(number, template, label, source=source, content=rng.bytes(32))
+
+
+def secrets_of(entry: NewEntry) -> list[bytes]:
+    """Return all that must not be left of an entry."""
+    prepared = PackedTemplates.pack([MATCHER.prepare(entry.template)])
+    arrays = (np.ascontiguousarray(array).tobytes() for array in prepared.arrays().values())
+    names = (entry.label.subject.encode(), entry.source.encode(), entry.content)
+    return [pack_template(entry.template), *arrays, *names]
+
+
+def runs_of(parts: list[bytes]) -> set[bytes]:
+    """Return every run of 32 bytes, but those of few values, which any print may have."""
+    runs = (part[k : k + RUN] for part in parts for k in range(len(part) - RUN + 1))
+    return {run for run in runs if len(set(run)) > 12}
+
+
+def traces(folder: Path, runs: set[bytes]) -> list[str]:
+    """Return the files below a folder in which any of some runs is."""
+    files = [(path, path.read_bytes()) for path in folder.rglob("*") if path.is_file()]
+    return [
+        path.name
+        for path, data in files
+        if any(data[k : k + RUN] in runs for k in range(len(data) - RUN + 1))
+    ]
+
+
+def unfinished(folder: Path, entry: NewEntry) -> None:
+    """Leave a file as a killed preparation does, and one of an earlier version."""
+    for name in (f".{16 * 'a'}.part", "unit-circle-0.1.0-abc.prints"):
+        (folder / name).write_bytes(b"".join(secrets_of(entry)))
+
+
+@pytest.mark.parametrize("in_cache", [False, True])
+def test_no_run_of_a_removed_template_is_left_in_any_file(
+    tmp_path: Path, cache: Path, *, in_cache: bool
+) -> None:
+    entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(6)]
+    all_runs = [runs_of(secrets_of(entry)) for entry in entries]
+    if in_cache:
+        (tmp_path / "g.db.prepared").touch()  # in the way
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add(entries)
+        open_search(gallery, engine=serial())
+        numbers = {entry.label: entry.id for entry in gallery.entries()}
+        for gone in (3, 0, 5):
+            entry = entries[gone]
+            runs = all_runs[gone].difference(*all_runs[:gone], *all_runs[gone + 1 :])
+            assert len(runs) > 500
+            assert len(traces(tmp_path, runs)) == 2  # the database and the prepared prints
+            for folder in (tmp_path / "g.db.prepared", *cache.glob("galleries/*")):
+                if folder.is_dir():
+                    unfinished(folder, entry)
+            gallery.remove([numbers[entry.label]])
+            assert traces(tmp_path, runs) == []
+            open_search(gallery, engine=serial())
+            assert traces(tmp_path, runs) == []
+        assert len(open_search(gallery)) == 3
+
+
+def test_what_earlier_versions_left_is_erased(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second, third = (random_entry(k) for k in range(3))
+    connect = sqlite3.connect
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add([first, second, third])
+    with closing(connect(tmp_path / "g.db", isolation_level=None)) as old:
+        old.execute("PRAGMA secure_delete = OFF")
+        old.execute("PRAGMA user_version = 0")
+        old.execute("DELETE FROM fpmatch_entry WHERE id = 1")
+    runs = runs_of(secrets_of(first)) - runs_of([*secrets_of(second), *secrets_of(third)])
+    assert traces(tmp_path, runs) == ["g.db"]
+    with open_gallery(tmp_path / "g.db") as gallery:
+        assert not gallery.is_overwritten()
+        gallery.remove([2])
+        assert gallery.is_overwritten()
+        assert traces(tmp_path, runs) == []
+        assert [entry.label for entry in gallery.entries()] == [third.label]
+
+
+def test_prepared_prints_are_copied_without_those_removed(tmp_path: Path) -> None:
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        same = [random_entry(k) for k in range(6)]
+        labels = [Label("ada", "", "1"), Label("ada", "", "2"), *(e.label for e in same[2:])]
+        pairs = enumerate(zip(same, labels, strict=True))
+        gallery.add([entry_of(k, entry.template, label) for k, (entry, label) in pairs])
+        open_search(gallery, engine=serial())
+        gallery.remove([1, 4])
+
+        def refuse(*_: object) -> None:
+            raise AssertionError("prepared again")
+
+        idle = SimpleNamespace(__enter__=refuse, map=refuse)
+        kept = prepare_gallery(gallery, MATCHER, engine=idle, progress=refuse, note=refuse)
+        assert kept.numbers.tolist() == [2, 3, 5, 6]
+        assert kept.fingers.tolist() == [2, 3, 5, 6]
+        for folder in tmp_path.glob("g.db.prepared"):
+            for path in folder.iterdir():
+                path.unlink()
+        afresh = open_search(gallery, engine=serial())
+        for k in range(4):
+            assert kept.prints[k].key == afresh.references[k].key
+
+
+def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path: Path) -> None:
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add([random_entry(k) for k in range(30)])
+        open_search(gallery, engine=serial())
+        gallery.remove(range(1, 26))
+        open_search(gallery, engine=serial())
+        unfinished(tmp_path / "g.db.prepared", random_entry(1))
+        entries = list(gallery.entries())
+    result = CliRunner().invoke(fpmatch, ["gallery", "compact", str(tmp_path / "g.db"), "--json"])
+    sizes = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
+    assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
+    (kept,) = (tmp_path / "g.db.prepared").iterdir()
+    assert sizes["prepared"]["after"] == kept.stat().st_size < sizes["prepared"]["before"]
+    result = CliRunner().invoke(fpmatch, ["gallery", "compact", str(tmp_path / "g.db")])
+    assert result.stdout.splitlines()[0] == str(tmp_path / "g.db")
+    with open_gallery(tmp_path / "g.db") as gallery:
+        assert list(gallery.entries()) == entries
+        assert len(open_search(gallery)) == 5
+
+
+def test_compact_on_either_database(where: str) -> None:
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([random_entry(k) for k in range(40)])
+        gallery.remove(range(1, 39))
+        done = compact_gallery(gallery)
+        assert 0 < done.database_after < done.database_before
+        assert len(list(gallery.templates())) == 2
+
+
+def test_compact_waits_for_another_program_and_then_refuses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add([random_entry(k) for k in range(3)])
+        content = (tmp_path / "g.db").read_bytes()
+        monkeypatch.setattr(database, "BUSY_S", 0.1)
+        with closing(sqlite3.connect(tmp_path / "g.db", isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            with pytest.raises(GalleryError, match="another program has held it"):
+                compact_gallery(gallery)
+            other.execute("ROLLBACK")
+            other.execute("BEGIN")
+            other.execute("SELECT count(*) FROM fpmatch_entry").fetchall()
+            with pytest.raises(GalleryError, match="another program has held it"):
+                compact_gallery(gallery)
+        assert (tmp_path / "g.db").read_bytes() == content
+        compact_gallery(gallery)
+
+
+def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add([random_entry(k) for k in range(3)])
+        open_search(gallery, engine=serial())
+
+        def locked(path: Path, **_: object) -> None:
+            raise PermissionError(13, "in use", str(path))
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "unlink", locked)
+            with pytest.raises(GalleryError, match="removed, but traces may be left") as caught:
+                gallery.remove([2])
+        assert caught.value.code == "traces"
+        assert [entry.id for entry in gallery.entries()] == [1, 3]
+
+
+COMPACT = """
+import resource, signal, sys
+from pathlib import Path
+from fpmatch.gallery.compaction import compact_gallery
+from fpmatch.gallery.gallery import open_gallery
+most = int(sys.argv[2])
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+with open_gallery(sys.argv[1]) as gallery:
+    if most:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+    print("now", flush=True)
+    compact_gallery(gallery)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no limits and signals of POSIX")
+def test_a_full_disk_or_a_kill_leaves_the_gallery_whole(tmp_path: Path) -> None:
+    path = tmp_path / "g.db"
+    with open_gallery(path, create=True) as gallery:
+        gallery.add([random_entry(k) for k in range(60)])
+        gallery.remove(range(1, 31))
+        entries, templates = list(gallery.entries()), list(gallery.templates())
+
+    def run(most: int) -> subprocess.Popen[str]:
+        words = [sys.executable, "-c", COMPACT, path, str(most)]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        return subprocess.Popen(list(map(str, words)), text=True, **pipes)
+
+    with run(60_000) as limited:
+        _, errors = limited.communicate()
+    assert limited.returncode == 1
+    assert "GalleryError" in errors.splitlines()[-1]
+    for delay in (0.0, 0.004):
+        with run(0) as killed:
+            assert killed.stdout.readline() == "now\n"
+            try:
+                killed.wait(delay)
+            except subprocess.TimeoutExpired:
+                killed.send_signal(signal.SIGKILL)
+        with open_gallery(path) as gallery:
+            assert (list(gallery.entries()), list(gallery.templates())) == (entries, templates)

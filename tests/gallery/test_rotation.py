@@ -20,7 +20,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import rotation
 from fpmatch.gallery.compact import pack_template
-from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.rotation import rotate
 from fpmatch.gallery.search import open_search
 
@@ -162,9 +162,10 @@ def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt
         pytest.skip("it is plain already")
     path = make(tmp_path / "g.db", encrypt=encrypt)
     target = add_key(source).current.id
-    for stop in ("seal_files", "_seal_some", "_vacuum", "_end"):
+    for stop in ("seal_files", "_seal_some", "vacuum", "_end"):
         with monkeypatch.context() as patch:
-            original, calls = getattr(rotation, stop), []
+            place = Gallery if stop == "vacuum" else rotation
+            original, calls = getattr(place, stop), []
 
             def killed(*args, original=original, calls=calls):
                 calls.append(args)
@@ -172,9 +173,9 @@ def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt
                     raise Killed
                 return original(*args)
 
-            patch.setattr(rotation, stop, killed)
+            patch.setattr(place, stop, killed)
             with open_gallery(path) as gallery:
-                if stop != "_vacuum" or not encrypt:
+                if stop != "vacuum" or not encrypt:
                     with pytest.raises(Killed):
                         rotate(gallery, decrypt=decrypt)
         assert packed(path) == PACKED
@@ -190,7 +191,7 @@ def test_a_killed_process_loses_nothing(tmp_path, source):
     second = add_key(source).current.id
     code = (
         "from fpmatch.gallery import rotation\n"
-        "from fpmatch.gallery.gallery import open_gallery\n"
+        "from fpmatch.gallery.gallery import Gallery, open_gallery\n"
         "rotation.ROWS_PER_COMMIT = 1\n"
         f"with open_gallery({str(path)!r}) as gallery:\n"
         "    rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))\n"
@@ -215,7 +216,7 @@ def test_two_processes_search_and_enrol_during_a_rotation(tmp_path, source):
         "import sys\n"
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "from made_prints import entry_of\n"
-        "from fpmatch.gallery.gallery import open_gallery\n"
+        "from fpmatch.gallery.gallery import Gallery, open_gallery\n"
         f"with open_gallery({str(path)!r}) as gallery:\n"
         "    print('ready', flush=True)\n"
         "    for k in range(8):\n"

@@ -147,6 +147,8 @@ class Database:
             raise self.error(f"damaged: {error}", "damaged") from error
         except DBAPIError as error:
             raise self.error(_reason(error), "database") from error
+        except UnicodeDecodeError as error:  # of a message about a damaged schema, too
+            raise self.error("damaged: its text is not UTF-8", "damaged") from error
 
 
 def mark_overwritten(connection: sa.Connection) -> None:

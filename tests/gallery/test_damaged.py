@@ -260,3 +260,16 @@ def test_no_change_of_a_stored_template_stops_a_search(
     with open_gallery(place) as gallery:
         assert open_search(gallery, FAKE).numbers.tolist() == SOUND
         assert list(gallery.damaged) == [DAMAGED]
+
+
+def test_a_schema_that_is_no_text_is_damaged(tmp_path: Path) -> None:
+    """SQLite puts the bytes that it cannot parse into its message, which Python cannot decode."""
+    path = tmp_path / "gallery.db"
+    with open_gallery(path, create=True) as opened:
+        opened.add([entry_of(1)])
+    content = path.read_bytes()
+    statement = b"CREATE TABLE fpmatch_gallery ("
+    assert statement in content
+    path.write_bytes(content.replace(statement, statement[:-1] + b"\xac"))
+    with pytest.raises(GalleryError, match="damaged: its text is not UTF-8"), open_gallery(path):
+        pass

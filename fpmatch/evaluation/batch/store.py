@@ -239,7 +239,7 @@ class Store:
             yield
         except OSError as error:
             raise OutputError(f"{self.output}: cannot be written: {reason(error)}") from error
-        except sqlite3.Error as error:
+        except (sqlite3.Error, UnicodeDecodeError) as error:
             code = getattr(error, "sqlite_errorname", "")
             if code == "SQLITE_BUSY":
                 raise ScoringError(f"{self.folder}: another run is writing this output") from error

@@ -18,13 +18,12 @@ from fpmatch.audit.chain import (
     hash_of,
     parse_line,
 )
-from fpmatch.output import reason
+from fpmatch.output import PRIVATE_FILE, create_private, reason
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 LOCK_S: Final = 60.0  # to wait for another program that appends
-_OWNER_ONLY: Final = 0o600
 _LONGEST_LINE: Final = 1 << 26
 _BLOCK: Final = 1 << 12
 
@@ -60,9 +59,10 @@ class AuditLog:
         from filelock import FileLock  # noqa: PLC0415  (of an extra)
 
         self.path = Path(path)
-        self._lock = FileLock(f"{path}.lock", timeout=LOCK_S, mode=_OWNER_ONLY)
+        self._lock = FileLock(f"{path}.lock", timeout=LOCK_S, mode=PRIVATE_FILE)
         try:
-            os.close(os.open(self.path, os.O_CREAT | os.O_APPEND | os.O_WRONLY, _OWNER_ONLY))
+            create_private(self.path)
+            os.close(os.open(self.path, os.O_APPEND | os.O_WRONLY))
         except OSError as error:
             raise AuditError(f"cannot be written: {reason(error)}", path=path) from error
 

@@ -72,6 +72,7 @@ def compact_gallery(gallery: Gallery) -> Compaction:
     (True, 0)
     """
     before = gallery.size(TABLES), _size_of_prepared(gallery)
+    gallery.record("compact")
     gallery.vacuum(TABLES)
     _delete_outdated(gallery)
     after = gallery.size(TABLES), _size_of_prepared(gallery)

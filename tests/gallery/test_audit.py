@@ -17,6 +17,7 @@ from fpmatch.audit.log import check_audit_log
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import audit
 from fpmatch.gallery.audit import audit_lines, check_audit, turn_off, turn_on
+from fpmatch.gallery.compaction import compact_gallery
 from fpmatch.gallery.consistency import check_fingers
 from fpmatch.gallery.entry import Failure, Label, NewEntry
 from fpmatch.gallery.export import export_templates
@@ -285,3 +286,33 @@ def test_the_guide_names_every_action() -> None:
     )
     named = set(re.findall(r"`([a-z ]+)`", row)) - {"score", "evaluate"}
     assert named == used | {audit.ON, audit.OFF}
+
+
+def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
+    audited.add([entry("101"), entry("102")])
+    audited.remove([1])
+    noted = check_audit(audited)
+    compact_gallery(audited)
+    assert check_audit(audited, expect=(noted.events, noted.last)).events == 4
+    assert events(audited)[-1]["action"] == "compact"
+
+
+def test_a_rotation_of_keys_is_an_event(
+    audited: Gallery, where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("cryptography", reason="the extra `encryption` is not installed")
+    from fpmatch.encryption.key_text import make_keys
+    from fpmatch.encryption.keys import load_keys
+    from fpmatch.gallery.rotation import rotate
+
+    source = f"file:{tmp_path / 'keys.txt'}"
+    make_keys(source)
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    audited.add([entry("101")])
+    with open_gallery(where) as gallery:
+        rotate(gallery)
+        (key,) = load_keys(source).ids
+        begun, ended = events(gallery)[2:]
+        assert (begun["action"], begun["keys"]) == ("rotate keys", [key, "plain"])
+        assert (ended["action"], ended["keys"]) == ("keys rotated", [key])
+        assert check_audit(gallery).events == 4

@@ -13,6 +13,9 @@ from click.testing import CliRunner
 
 from fpmatch.audit.log import AuditLog
 from fpmatch.cli.group import SUMMARIES
+from fpmatch.encryption.key_text import make_keys
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.rotation import rotate
 from fpmatch.matching._local_kernel import COMPILED
 from research import outputs
 from research.outputs import documented_outputs, without_times
@@ -31,6 +34,7 @@ NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else (
 """Prints that no command names; uncompiled, each takes seconds."""
 GALLERY = "prints.db"  # that one command makes and others use
 TEMPLATES = "templates"  # likewise
+KEYS = "keys.txt"  # likewise
 AUDIT_LOG = "audit.jsonl"  # that `fpmatch serve` makes and others use
 OUTPUTS = [one for one in documented_outputs() if COMPILED or len(one.commands) == 1]
 SHOWN = {command for output in OUTPUTS for command in output.commands}
@@ -89,6 +93,20 @@ def clone(tmp_path, enrolled):
     return tmp_path
 
 
+def make_keys_and_what_they_encrypt(words, clone, enrolled):
+    """Make a file of keys, and a gallery or a template that is encrypted with one of them."""
+    source = make_keys(f"file:{clone / KEYS}").source
+    for name in set(words) & {"secret.db", "plain.db"}:
+        if words[0] != "enrol":
+            shutil.copy(enrolled / GALLERY, clone / name)
+            if name == "secret.db" or "--decrypt" in words:
+                with open_gallery(clone / name, key=source) as gallery:
+                    rotate(gallery)
+    if any(word.endswith(".sealed") for word in words):
+        made = ("sample_data/101_1.tif", "-o", TEMPLATES, "--format", "sealed", "--key", source)
+        assert run(clone, "-m", "fpmatch", "extract", *made).returncode == 0
+
+
 def test_the_readme_is_short():
     assert len(README.splitlines()) < MOST_LINES
 
@@ -122,6 +140,8 @@ def test_a_command_on_sample_prints_exits_cleanly_and_writes_its_file(command, c
         shutil.copytree(enrolled / TEMPLATES, clone / TEMPLATES)
     if AUDIT_LOG in words:
         AuditLog(clone / AUDIT_LOG).append("ada", "identify", {"candidates": [3]})
+    if any(KEYS in word for word in words) and words not in (["key", "new", KEYS],):
+        make_keys_and_what_they_encrypt(words, clone, enrolled)
     done = run(clone, "-m", "fpmatch", *words)
     assert done.returncode == 0, done.stderr
     if "-o" in words:

@@ -57,8 +57,9 @@ def is_sound(prints: PackedTemplates) -> bool:
 
 
 def _is_unit(vectors: NDArray[np.float32]) -> NDArray[np.bool_]:
-    with np.errstate(over="ignore"):
-        found: NDArray[np.bool_] = np.abs((vectors**2).sum(axis=1) - 1.0) < UNIT_TOLERANCE
+    with np.errstate(over="ignore", invalid="ignore"):
+        squares: NDArray[np.float32] = np.einsum("ij,ij->i", vectors, vectors)
+        found: NDArray[np.bool_] = np.abs(squares - np.float32(1.0)) < UNIT_TOLERANCE
     return found
 
 

@@ -18,8 +18,13 @@ import httpx
 
 from fpmatch.audit.log import read_audit_log
 from fpmatch.client import ServerClient, ServerError
+from fpmatch.engine.engine import serial
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.search import open_search
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.web import gallery as served_gallery
 from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.app import make_app
 from fpmatch.web.observer import set_up_logging
@@ -254,3 +259,20 @@ def test_requests_are_logged(http: httpx.Client, form: str) -> None:
         assert (second["client"], second["status"]) == ("-", 401)
     else:
         assert "GET /health 200" in lines[0]
+
+
+def test_damaged_prepared_prints_are_a_line_of_the_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
+    template = Template(minutiae, 100, 100)
+    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
+        gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
+        open_search(gallery, engine=serial())
+        (path,) = (tmp_path / "prints.db.prepared").iterdir()
+        path.write_bytes(path.read_bytes()[:-1])
+        monkeypatch.setattr(served_gallery, "_kept", {})
+        with caplog.at_level(logging.WARNING):
+            assert len(served_gallery._search(gallery, "unit-circle")) == 1
+    (record,) = caplog.records
+    assert record.message.endswith("prints.db are damaged: prepared again")

@@ -102,9 +102,7 @@ def audit(
 
     if yes and turn != "off":
         raise click.UsageError("--yes confirms --off")
-    is_gallery = kind_of(place) == "gallery"
-    if turn is not None and not is_gallery:
-        raise click.UsageError("--on and --off are of a gallery")
+    is_gallery = turn is not None or kind_of(place) == "gallery"
     with open_gallery(place) if is_gallery else nullcontext() as gallery:
         if turn is not None and gallery is not None:
             _turn(gallery, on=turn == "on", confirmed=yes)

@@ -183,4 +183,7 @@ def test_a_gallery_without_and_a_file_that_is_none(run: Any, tmp_path: Path) -> 
     for option in ((), ("--verify",), ("--lines",)):
         result = run("gallery", "audit", str(tmp_path / "text.jsonl"), *option)
         assert "\x1b" not in result.stdout + result.stderr
-    assert run("gallery", "audit", str(tmp_path / "text.jsonl"), "--on").exit_code == 2
+    for name, why in (("text.jsonl", "not a gallery"), ("missing.db", "no such gallery")):
+        result = run("gallery", "audit", str(tmp_path / name), "--on")
+        assert result.exit_code == 2
+        assert why in result.stderr

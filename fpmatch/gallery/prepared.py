@@ -114,7 +114,7 @@ def prepare_gallery(
     for folder in folders:
         with suppress(OutputError):
             path = folder / prepared_name(matcher, name)
-            save_prepared(path, prepared, matcher, sealing)
+            save_prepared(path, prepared, matcher, gallery.sealing())  # which may be new
             _remove_others(path, matcher)
             break
     return prepared

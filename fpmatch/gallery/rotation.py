@@ -79,6 +79,7 @@ def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
         progress("rotate", min(sealed, total), total)
     if had_plain:
         gallery.vacuum(TABLES)  # no free page or dead row contains a plain template then
+        seal_files(gallery)  # of searches that began before
     _end(gallery, target, damaged)
     progress("rotate", total, total)
     return Rotation(target, sealed, damaged)

@@ -11,11 +11,10 @@ from __future__ import annotations
 import errno
 import json
 import math
+import os
 import struct
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from zlib import crc32
@@ -27,7 +26,6 @@ from fpmatch.output import atomic_write, reason
 from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Iterable, Iterator, Mapping
     from contextlib import AbstractContextManager
     from typing import BinaryIO
@@ -37,7 +35,6 @@ if TYPE_CHECKING:
 FORMAT: Final = b"fpmatch arrays 1"
 BLOCK: Final = 4 << 20  # bytes of content under one checksum
 MAX_HEADER: Final = 1 << 20  # bytes
-THREADS: Final = 4  # that check blocks
 END: Final = 2**64 - 1  # stands for the number of a block in the last checksum
 _ALIGNMENT: Final = 64
 _SUM: Final = 4  # bytes of a checksum
@@ -176,42 +173,51 @@ def read_content(
     """
     if not Path(path).is_file():
         raise OSError(errno.EINVAL, "not a file") if Path(path).exists() else FileNotFoundError
+    file: NDArray[np.uint8]
     with Path(path).open("rb") as stream:
-        file: NDArray[np.uint8] = (
-            np.memmap(stream, np.uint8, "r")
-            if unseal is None
-            else np.frombuffer(unseal(stream), np.uint8)
-        )
-    head = file[: _HEAD.size].tobytes()
-    left = len(file) - _HEAD.size
-    if left < _SUM or not head.startswith(FORMAT[:-1]):
+        if unseal is None:
+            start, size = _check(stream)
+            file = np.memmap(stream, np.uint8, "r")
+        else:
+            file = np.frombuffer(unseal(stream), np.uint8)
+            start, size = _layout(file[: _HEAD.size + MAX_HEADER].tobytes(), len(file))
+    return start[_HEAD.size :], file[len(start) :][:size]
+
+
+def _layout(begin: bytes, total: int) -> tuple[bytes, int]:
+    """Return head and header, and the size of the content, of a file of `total` bytes."""
+    left = total - _HEAD.size
+    if left < _SUM or not begin.startswith(FORMAT[:-1]):
         raise ValueError("no file of arrays")
-    if not head.startswith(FORMAT):
+    if not begin.startswith(FORMAT):
         raise _OtherFileError("of another version")
-    left -= (length := _HEAD.unpack(head)[1])
+    left -= (length := _HEAD.unpack(begin[: _HEAD.size])[1])
     if length > MAX_HEADER or left < _SUM:
         raise ValueError("the header is too long")
     blocks = -(-(left - _SUM) // (BLOCK + _SUM))
     size = left - (blocks + 1) * _SUM
     if not (blocks - 1) * BLOCK < size <= blocks * BLOCK:
         raise ValueError("another length")
-    start, content = file[:-left].tobytes(), file[-left:][:size]
-    if unseal is None:
-        _check(start, content, file[-left:][size:].tobytes())
-    return start[_HEAD.size :], content
+    return begin[: _HEAD.size + length], size
 
 
-def _check(start: bytes, content: NDArray[np.uint8], sums: bytes) -> None:
-    """Raise ValueError if a checksum is not that of what was read."""
-    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415  (opening a gallery needs it)
+def _check(stream: BinaryIO) -> tuple[bytes, int]:
+    """Return what `_layout` does, once all checksums of a file are found right.
 
-    if _checksum(start, END, sums[:-_SUM]) != sums[-_SUM:]:
+    It is read, not mapped: where a disk fails, that is an error, and not the end of the process.
+    """
+    total = os.fstat(stream.fileno()).st_size
+    start, size = _layout(stream.read(_HEAD.size + MAX_HEADER), total)
+    stream.seek(len(start))
+    sums, room = b"", memoryview(bytearray(BLOCK))
+    for number, at in enumerate(range(0, size, BLOCK)):
+        block = room[: min(BLOCK, size - at)]
+        if stream.readinto(block) != len(block):  # type: ignore[attr-defined]
+            raise ValueError("cut short")
+        sums += _checksum(start, number, block)
+    if stream.read() != sums + _checksum(start, END, sums):
         raise ValueError("another checksum")
-    with ThreadPoolExecutor(THREADS) as threads:
-        blocks = (content[at : at + BLOCK].data for at in range(0, len(content), BLOCK))
-        found = threads.map(partial(_checksum, start), count(), blocks)
-        if b"".join(found) != sums[:-_SUM]:
-            raise ValueError("another checksum")
+    return start, size
 
 
 def _checksum(start: bytes, number: int, block: memoryview | bytes) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import io
 import json
@@ -250,6 +251,14 @@ def test_what_is_no_file_is_refused(tmp_path):
         assert refusal(tmp_path / "pipe") == "unreadable"
     with pytest.raises(OutputError, match="cannot be written"):
         write_arrays(tmp_path / "nowhere" / "arrays", arrays_of(1, 1), COLUMNS, ABOUT)
+
+
+def test_a_disk_that_fails_is_an_error(small, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(array_file, "_checksum", fail)
+    assert refusal(small) == "unreadable"
 
 
 def test_writing_replaces_the_file_and_leaves_what_was_mapped(tmp_path):

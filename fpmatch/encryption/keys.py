@@ -227,10 +227,10 @@ def new_key() -> Key:
 def _read_file(path: Path) -> str:
     source = f"file:{path}"
     try:
+        if path.exists() and not path.is_file():  # to open a pipe would wait for its other end
+            raise EncryptionError("not a regular file", path=source, code="source")
         with path.open("rb") as stream:
             status = os.fstat(stream.fileno())
-            if not stat.S_ISREG(status.st_mode):
-                raise EncryptionError("not a regular file", path=source, code="source")
             if os.name == "posix" and status.st_mode & _OTHERS:
                 why = f"other users may read it; first: chmod 600 {path}"
                 raise EncryptionError(why, path=source, code="not private")

@@ -45,7 +45,7 @@ def test_no_secret_is_printed(run):
         (["new", "env:K"], "cannot be changed"),
         (["new", "none/k"], "cannot be written"),
         (["list", "none"], "file:none: no such file"),
-        (["list", "file:."], "is a directory"),
+        (["list", "file:."], "not a regular file"),
         (["remove", "k", "0" * 16], "no key"),
     ],
 )

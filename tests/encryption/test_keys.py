@@ -143,7 +143,9 @@ def test_files_that_are_no_key_files_are_refused(tmp_path):
         path.chmod(0o600)
         with pytest.raises(EncryptionError):
             load_keys(f"file:{path}")
-    for path in (tmp_path, tmp_path / "none", tmp_path / "a\0b"):
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe", 0o600)
+    for path in (tmp_path, tmp_path / "none", tmp_path / "a\0b", tmp_path / "pipe"):
         with pytest.raises(EncryptionError):
             load_keys(f"file:{path}")
 

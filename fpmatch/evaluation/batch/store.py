@@ -17,7 +17,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from zlib import crc32
 
-from fpmatch.errors import OutputError, ScoringError
+from fpmatch.encryption.keys import given_source, keys_for, load_keys
+from fpmatch.encryption.records import is_sealed, key_id_of, seal, unseal
+from fpmatch.errors import EncryptionError, OutputError, ScoringError
 from fpmatch.output import PRIVATE_FOLDER, create_private, make_private, reason
 from fpmatch.parsing import parse_json
 
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 SUFFIX: Final = ".unfinished"
 ROWS_FILE: Final = "rows.csv"
 STATE_FILE: Final = "state.db"
+_PURPOSE: Final = b"unfinished batch"
 _COMMIT_EVERY_S: Final = 0.5
 _NUMBERS_PER_QUERY: Final = 500
 _BLOCK: Final = 1 << 20  # bytes that are read at once
@@ -83,6 +86,7 @@ class Store:
         self.output = output
         self.folder = output.with_name(output.name + SUFFIX)
         self.rows_file = self.folder / ROWS_FILE
+        self._keys = load_keys() if given_source() else None
         with self.writing():
             if output.is_dir():
                 raise OutputError(f"{output}: cannot be written: it is a folder")
@@ -185,7 +189,7 @@ class Store:
                 with self.writing():
                     notes = json.dumps(item.notes) if item.notes else ""
                     beside = item.reason, int(item.dpi_assumed), notes, item.quality
-                    row = side, number, item.data, *beside
+                    row = side, number, self._sealed(side, number, item.data), *beside
                     self._database.execute(query, (*row, _checksum(row)))
                     if time.monotonic() - committed >= _COMMIT_EVERY_S:
                         self._database.commit()
@@ -200,8 +204,27 @@ class Store:
         found: dict[int, bytes] = {}
         for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
             part = ",".join(map(str, numbers[k : k + _NUMBERS_PER_QUERY]))
-            found |= self._items(side, "data", f"data IS NOT NULL AND number IN ({part})")
+            stored = self._items(side, "data", f"data IS NOT NULL AND number IN ({part})")
+            found |= {number: self._opened(side, number, data) for number, data in stored.items()}
         return found
+
+    def _sealed(self, side: str, number: int, data: bytes | None) -> bytes | None:
+        """Return a template as it is stored: encrypted, where a key was given."""
+        if data is None or self._keys is None:
+            return data
+        return seal(self._keys.current, data, purpose=_PURPOSE, bound=_place(side, number))
+
+    def _opened(self, side: str, number: int, data: bytes) -> bytes:
+        """Return a stored template as it was."""
+        if not is_sealed(data):
+            return data
+        try:
+            keys = self._keys or keys_for(key_id_of(data))
+            return unseal(keys, data, purpose=_PURPOSE, bound=_place(side, number))
+        except EncryptionError as error:
+            if error.code == "damaged":
+                raise self._damaged() from error
+            raise ScoringError(f"{self.folder}: {error}", code=error.code) from error
 
     def failures(self, side: str) -> dict[int, str]:
         """Return the reasons of the prints of a side that have no template, by number."""
@@ -246,6 +269,11 @@ class Store:
             if code == "" or code.startswith(_DAMAGED):
                 raise self._damaged() from error
             raise OutputError(f"{self.output}: cannot be written: {error}") from error
+
+
+def _place(side: str, number: int) -> tuple[bytes, ...]:
+    """Return what an encrypted template is bound to."""
+    return side.encode(), str(number).encode()
 
 
 def are_rows_of(position: Position, stream: BinaryIO) -> bool:

@@ -130,6 +130,11 @@ def _score_column(table: ScoreTable, *, distances: bool) -> str:
         return "distance"
     if "similarity" in table.places:
         return "similarity"
+    if "distance" not in table.places:
+        raise DatasetError(
+            "no column 'similarity', 'score' or 'distance', but several kinds of scores",
+            path=table.path,
+        )
     message = "distances, of which lower ones are more similar, need --distances"
     raise DatasetError(f"{table.column('distance')}: {message}", path=table.path)
 

@@ -1,69 +1,69 @@
 """The loop of ``python -m research fuzz``: damage good files, have them read, and watch the reader.
 
-The readers run in a process of their own, which writes down each input before it is read: where the
-process dies, or an input takes too long, the input is known and the next process continues.
+The readers run in forked processes, which write down each input before it is read: where a process
+dies, or an input takes too long, the input is known, and the next process continues.
 """
 
 from __future__ import annotations
 
-import hashlib
 import math
 import multiprocessing
 import os
-import random
-import resource
-import struct
+import signal
+import tempfile
 import time
-import traceback
-import warnings
-import zlib
 from dataclasses import dataclass, field
 from multiprocessing.sharedctypes import RawArray
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.errors import FpmatchError
+from fpmatch.engine.threads import single_threaded
+from research.fuzzing.findings import Finding, place_in_dump
+from research.fuzzing.mutators.octets import MOST_BYTES
+from research.fuzzing.worker import (
+    DAMAGED,
+    FIELDS,
+    FILES,
+    LENGTH,
+    MEMORY_MB,
+    PASSED_MS,
+    READING,
+    REFUSED,
+    SLOWEST_MS,
+    STAGE,
+    Work,
+    work,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
-MOST_BYTES = 4 * 2**20  # of an input
-MEMORY_BYTES = 4 * 2**30  # of address space, for one process
-PEAK_MB = 2000  # that a process may really use
-HANG_SECONDS = 60.0  # of work on one input, of which none should take more than one
-SLEEP_TIMES = 10  # so much longer it may take where it does not work
-START_SECONDS = 600.0  # for a process, on a machine that is busy
-STARTING, READING, BETWEEN = 0, 1, 2  # stages of a process
-STDERR = 2
-MOST_FAILURES = 10  # of one target, after which it is left
-MOST_WORDS = 500  # of a reason: a pipe takes them without a reader
-EXTREMES = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
-WORDS = (b"0", b"-1", b"99999", b"nan", b"1e308", b"", b"4294967296", b"\xff\xfe", b"[" * 50)
-PNG = b"\x89PNG\r\n\x1a\n"
-KIB_PER_MB = 1000**2 / 1024
+    from research.fuzzing.targets.target import Reader, Target
 
-# The state of a process in the array that it shares: files read, those of them that were damaged,
-# and those refused; bytes of the current one, and the stage; milliseconds so far, and of the
-# slowest file; peak memory.
-FILES, DAMAGED, REFUSED, LENGTH, STAGE, PASSED_MS, SLOWEST_MS, MEMORY_MB = FIELDS = range(8)
+HANG_SECONDS = 5.0  # of work on one input, of which none should take more than one
+PEAK_MB = 1000  # that a process may use
+SLEEP_TIMES = 10  # so much longer an input may take where it does not work
+MOST_KINDS = 10  # of failures of one target, after which it is left
+POLL_SECONDS = 0.02
+DUMP_SECONDS = 0.5  # that a process which hangs may take to write where it is
 
 
 @dataclass
 class Count:
-    """Count the outcomes of the files of one target.
+    """Count the outcomes of the inputs of one target.
 
     Parameters
     ----------
     inputs, damaged, refused : int
         Files that were to be read, those of them that had been damaged, and those refused.
     seconds : float
-        How long it took, without the start of processes.
+        How long it took, all processes together.
     slowest_ms : int
-        The longest that a file took, in milliseconds.
+        The longest that an input took, in milliseconds.
     peak_mb : int
         The most memory that a process used, in millions of bytes.
-    failures : list of (Path, str)
-        Where the files lie that were neither read nor refused, and what happened.
+    findings : dict of str to Finding
+        What went wrong, each kind once, with the first input that showed it.
     """
 
     inputs: int = 0
@@ -72,218 +72,176 @@ class Count:
     seconds: float = 0.0
     slowest_ms: int = 0
     peak_mb: int = 0
-    failures: list[tuple[Path, str]] = field(default_factory=list)
+    findings: dict[str, Finding] = field(default_factory=dict)
 
 
-def damaged(rng: random.Random, corpus: list[bytes]) -> bytes:
-    """Return a file of the corpus with a few places changed, cut out, doubled or exchanged."""
-    data = bytearray(rng.choice(corpus))
-    for _ in range(rng.choice((1, 1, 2, 3, 5, 8))):
-        at = rng.randrange(len(data) + 1)
-        if rng.random() < 0.5:
-            at = min(at, rng.randrange(64))  # headers decide most
-        length = rng.choice((1, 1, 2, 4, 8, rng.randrange(1, 64)))
-        way = rng.randrange(8)
-        if way == 0 and at < len(data):
-            data[at] ^= 1 << rng.randrange(8)
-        elif way == 1:
-            data[at : at + length] = rng.randbytes(length)
-        elif way == 2:
-            size = rng.choice((1, 2, 4))
-            number = rng.choice(EXTREMES) & ((1 << 8 * size) - 1)
-            data[at : at + size] = number.to_bytes(size, rng.choice(("big", "little")))
-        elif way == 3:
-            del data[at : at + length]
-        elif way == 4:
-            data[at:at] = data[at : at + length] * rng.choice((1, 2, 20))
-        elif way == 5:
-            data[at : at + rng.choice((0, length))] = rng.choice(WORDS)
-        elif way == 6:
-            other = rng.choice(corpus)
-            data[at:] = other[rng.randrange(len(other) + 1) :]
-        elif rng.random() < 0.3:
-            del data[at:]
-    if data.startswith(PNG) and rng.random() < 0.5:
-        data = with_right_sums(data)
-    return bytes(data[:MOST_BYTES])
-
-
-def with_right_sums(png: bytearray) -> bytearray:
-    """Return a PNG with right checksums, which otherwise stop nearly all damage."""
-    at = len(PNG)
-    while at + 12 <= len(png):
-        end = at + 8 + struct.unpack_from(">L", png, at)[0]
-        if end + 4 > len(png):
-            break
-        struct.pack_into(">L", png, end, zlib.crc32(png[at + 4 : end]))
-        at = end + 4
-    return png
-
-
-def inputs(seed: int, corpus: list[bytes]) -> Iterator[tuple[bytes, bool]]:
-    """Yield the corpus, then endless damaged files; and whether each is damaged."""
-    yield from ((data, False) for data in corpus)
-    rng = random.Random(seed)
-    while True:
-        yield damaged(rng, corpus), True
-
-
-def run(
-    name: str,
-    targets: Callable[[], list[Any]],
-    extra: list[bytes],
-    seed: int,
-    into: Path,
-    *,
-    seconds: float = math.inf,
-    files: float = math.inf,
-    hang_seconds: float = HANG_SECONDS,
-    most_failures: int = MOST_FAILURES,
-) -> Count:
-    """Feed the target `name` for some seconds or files, and save each failing input.
+@dataclass(frozen=True)
+class Limits:
+    """Bound what an input may cost, and how much of a target is done.
 
     Parameters
     ----------
-    name : str
-        Of the target.
-    targets : callable
-        Returns the targets; a function at the top of a module.
-    extra : list of bytes
-        Files besides the target's own corpus.
-    seed : int
-        Another seed gives other inputs.
-    into : Path
-        Folder for failing inputs.
     seconds, files : float
-        How long, and how many damaged files, whichever is over first.
+        How long a target is fed, and with how many damaged files, whichever is over first.
     hang_seconds : float
         How long one input may take.
-    most_failures : int
-        After how many the target is left.
-
-    Returns
-    -------
-    Count
-        The outcomes of the inputs.
+    peak_mb : float
+        How much memory a process may use.
+    most_kinds : int
+        After how many kinds of failures a target is left.
     """
-    count = Count()
-    context = multiprocessing.get_context("spawn")
-    while count.seconds < seconds and count.damaged < files and len(count.failures) < most_failures:
-        buffer = RawArray("B", MOST_BYTES)
-        state = RawArray("q", len(FIELDS))
-        failures = context.SimpleQueue()
-        left = (seconds - count.seconds, files - count.damaged)
-        work = (name, targets, extra, *left, seed + count.inputs, buffer, state, failures)
-        process = context.Process(target=_work, args=work, daemon=True)
-        process.start()
-        reason = _watch(process, state, hang_seconds)
-        process.join()
+
+    seconds: float = math.inf
+    files: float = math.inf
+    hang_seconds: float = HANG_SECONDS
+    peak_mb: float = PEAK_MB
+    most_kinds: int = MOST_KINDS
+
+
+class _Process:
+    """A forked process that reads inputs of a target, and what is known of it."""
+
+    def __init__(self, target: Target, reader: Reader, given: Work) -> None:
+        self.buffer = RawArray("B", MOST_BYTES)
+        self.state: Any = RawArray("q", len(FIELDS))
+        self.dump = tempfile.NamedTemporaryFile(prefix="fpmatch-fuzz-")  # noqa: SIM115
+        context = multiprocessing.get_context("fork")
+        self.failures = context.SimpleQueue()
+        shared = (self.buffer, self.state, self.failures, self.dump.name)
+        self.process = context.Process(target=work, args=(target, reader, given, *shared))
+        self.process.daemon = True
+        self.process.start()
+        self.at, self.since, self.spent = (-1, -1), time.monotonic(), 0.0
+
+    def hangs(self, limit: float) -> bool:
+        """Whether it has worked on one input for longer than the limit.
+
+        Time is the process's own, for others may have the machine; of a process that sleeps, more
+        of the clock's.
+        """
+        now, at = time.monotonic(), (self.state[FILES], self.state[STAGE])
+        if at != self.at:
+            self.at, self.since, self.spent = at, now, _cpu_seconds(self.process.pid)
+            return False
+        if at[1] != READING or now - self.since <= limit:
+            return False
+        worked = _cpu_seconds(self.process.pid) - self.spent
+        return worked > limit or now - self.since > SLEEP_TIMES * limit
+
+    def end(self, limit: float) -> None:
+        """End a process that hangs, after it has written where it is."""
+        os.kill(self.process.pid or 0, signal.SIGUSR1)
+        end = time.monotonic() + DUMP_SECONDS
+        while time.monotonic() < end and not Path(self.dump.name).stat().st_size:
+            time.sleep(POLL_SECONDS)
+        self.process.kill()
+        self.process.join()
+        self.state[PASSED_MS] += round(1000 * limit)
+        self.state[SLOWEST_MS] = max(self.state[SLOWEST_MS], round(1000 * limit))
+
+    def finding(self, name: str, limit: float, *, hung: bool) -> Finding | None:
+        """Return what went wrong in an ended process; None where nothing did."""
+        data = bytes(self.buffer[: self.state[LENGTH]])
+        dump = Path(self.dump.name).read_text("utf-8", "replace")
+        self.dump.close()
+        if not self.failures.empty():
+            return Finding(name, data, *self.failures.get())
+        if hung:
+            return Finding(name, data, f"took more than {limit:g} s {place_in_dump(dump)}", dump)
+        if code := self.process.exitcode:
+            why = f"the process died (exit status {code}) {place_in_dump(dump)}"
+            return Finding(name, data, why, dump)
+        return None
+
+
+def run(
+    target: Target,
+    reader: Reader,
+    extra: Sequence[bytes] = (),
+    *,
+    seed: int = 0,
+    limits: Limits = Limits(),
+    jobs: int = 1,
+) -> Iterator[Count]:
+    """Feed a target until its limits are reached; yield the counts so far now and then.
+
+    Parameters
+    ----------
+    target, reader : Target and Reader
+        The target, and what it made.
+    extra : sequence of bytes
+        Files besides the target's own.
+    seed : int
+        Another seed gives other inputs; so does another number of jobs.
+    limits : Limits
+        Of time, files and memory.
+    jobs : int
+        Number of processes.
+
+    Yields
+    ------
+    Count
+        The outcomes of the inputs that were read: the same object, updated.
+    """
+    total = Count()
+    corpus = [*reader.corpus, *extra]
+    done = [Count() for _ in range(jobs)]
+    running: dict[int, _Process] = {}
+
+    def start(k: int) -> None:
+        one = done[k]
+        left = (limits.seconds - one.seconds, limits.files / jobs - one.damaged)
+        if min(left) > 0 and len(total.findings) < limits.most_kinds:
+            given = Work(corpus, *left, (seed * 1000 + k) * 1_000_003 + one.inputs, limits.peak_mb)
+            running[k] = _Process(target, reader, given)
+
+    with single_threaded():  # a forked process would wait for threads
+        yield from _run(start, running, done, total, target.name, limits)
+
+
+def _run(
+    start: Callable[[int], None],
+    running: dict[int, _Process],
+    done: list[Count],
+    total: Count,
+    name: str,
+    limits: Limits,
+) -> Iterator[Count]:
+    """Start processes, and others where they end, until none is needed."""
+    for k in range(len(done)):
+        start(k)
+    while running:
+        time.sleep(POLL_SECONDS)
+        for k, one in list(running.items()):
+            hung = one.hangs(limits.hang_seconds)
+            if hung:
+                one.end(limits.hang_seconds)
+            if one.process.is_alive():
+                continue
+            one.process.join()
+            del running[k]
+            _add(one.state, done[k], total)
+            finding = one.finding(name, limits.hang_seconds, hung=hung)
+            if finding is not None:
+                total.findings.setdefault(finding.kind, finding).times += 1
+            start(k)
+        yield total
+
+
+def _add(state: Any, own: Count, total: Count) -> None:
+    """Add what a process did to the counts of its place and of the target."""
+    for count in (own, total):
         count.inputs += state[FILES]
         count.damaged += state[DAMAGED]
         count.refused += state[REFUSED]
         count.seconds += max(state[PASSED_MS], 1) / 1000
         count.slowest_ms = max(count.slowest_ms, state[SLOWEST_MS])
         count.peak_mb = max(count.peak_mb, state[MEMORY_MB])
-        if not failures.empty():
-            reason = failures.get()
-        elif process.exitcode and not reason:
-            reason = f"the process died (exit status {process.exitcode})"
-        if reason:
-            count.failures.append((_save(name, bytes(buffer[: state[LENGTH]]), into), reason))
-    return count
 
 
-def _watch(process: Any, state: Any, hang_seconds: float) -> str:
-    """Wait for a process to end; end it where it hangs on one input, and say so.
-
-    Time is the process's own, for others may have the machine; of a process that sleeps, more of
-    the clock's.
-    """
-    last, since, spent = (0, STARTING), time.monotonic(), 0.0
-    while process.is_alive():
-        process.join(0.1)
-        now = time.monotonic()
-        at = (state[FILES], state[STAGE])
-        if at != last:
-            last, since, spent = at, now, _cpu_seconds(process.pid)
-        if state[STAGE] == STARTING:
-            if now - since > START_SECONDS:
-                process.kill()
-                raise RuntimeError(f"a process did not start within {START_SECONDS:g} s")
-        elif now - since > hang_seconds and (
-            _cpu_seconds(process.pid) - spent > hang_seconds
-            or now - since > SLEEP_TIMES * hang_seconds
-        ):
-            process.kill()
-            state[PASSED_MS] += round(1000 * hang_seconds)
-            state[SLOWEST_MS] = round(1000 * hang_seconds)
-            return f"took more than {hang_seconds:g} s"
-    return ""
-
-
-def _cpu_seconds(pid: int) -> float:
+def _cpu_seconds(pid: int | None) -> float:
     """Return the CPU time of a process; 0 where it has ended or is unknown."""
     try:
-        return time.clock_gettime((~pid << 3) | 2)  # as clock_getcpuclockid makes it
+        return time.clock_gettime((~(pid or 0) << 3) | 2)  # as clock_getcpuclockid makes it
     except OSError:
         return 0.0
-
-
-def _work(
-    name: str,
-    targets: Callable[[], list[Any]],
-    extra: list[bytes],
-    seconds: float,
-    files: float,
-    seed: int,
-    buffer: Any,
-    state: Any,
-    failures: Any,
-) -> None:
-    """Read inputs until enough are read; a failure ends the process, as it may have left harm."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), STDERR)  # C libraries report each damaged file
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
-    warnings.simplefilter("error")
-    target = next(target for target in targets() if target.name == name)
-    start = before = time.monotonic()
-    shared = memoryview(buffer).cast("B")
-    for data, is_damaged in inputs(seed, [*target.corpus, *extra]):
-        if before - start > seconds or state[DAMAGED] >= files:
-            return
-        shared[: len(data)] = data
-        state[LENGTH], state[STAGE] = len(data), READING
-        reason = _failure_of(target, data, state)
-        now = time.monotonic()
-        state[PASSED_MS] = round(1000 * (now - start))
-        state[SLOWEST_MS] = max(state[SLOWEST_MS], round(1000 * (now - before)))
-        before = now
-        state[FILES] += 1
-        state[DAMAGED] += is_damaged
-        state[STAGE] = BETWEEN
-        if reason:
-            failures.put(reason[:MOST_WORDS])
-            return
-
-
-def _failure_of(target: Any, data: bytes, state: Any) -> str:
-    """Have a target read bytes; return what went wrong, "" where nothing did."""
-    try:
-        target.read(data)
-    except FpmatchError as error:
-        state[REFUSED] += 1
-        if "\n" in str(error) or not str(error):
-            return f"an error that is not one line: {error!r}"
-    except BaseException as error:  # noqa: BLE001 - any other error is a bug
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(place.filename).name}:{place.lineno}"
-        return f"{type(error).__name__} in {where}: {error}"
-    peak = round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / KIB_PER_MB)
-    state[MEMORY_MB] = max(state[MEMORY_MB], peak)
-    return f"the process has used {peak} MB" if peak > PEAK_MB else ""
-
-
-def _save(name: str, data: bytes, into: Path) -> Path:
-    into.mkdir(parents=True, exist_ok=True)
-    path = into / f"{name}-{hashlib.sha256(data).hexdigest()[:12]}.bin"
-    path.write_bytes(data)
-    return path

@@ -3,17 +3,21 @@
 import os
 import signal
 import time
-from types import SimpleNamespace
 
 from fpmatch.errors import TemplateError
+from research.fuzzing.targets.target import Reader, Target
 
 GOOD = b"good file"
+MEGABYTES = 1500
 
 
 def planted():
     """Return a target for each kind of bug, and one that has none."""
-    readers = {"sound": sound, "raises": raises, "dies": dies, "hangs": hangs, "wordy": wordy}
-    return [SimpleNamespace(name=name, corpus=[GOOD], read=read) for name, read in readers.items()]
+    readers = (sound, raises, dies, hangs, wordy, escapes, large)
+    return {
+        read.__name__: (Target(read.__name__, lambda: None), Reader([GOOD], read))
+        for read in readers
+    }
 
 
 def sound(data):
@@ -31,7 +35,7 @@ def raises(data):
 def dies(data):
     """End the process as a fault in a C library does."""
     if data != GOOD:
-        os.kill(os.getpid(), signal.SIGKILL)
+        os.kill(os.getpid(), signal.SIGSEGV)
 
 
 def hangs(data):
@@ -43,4 +47,17 @@ def hangs(data):
 def wordy(data):
     """Refuse in two lines."""
     if data != GOOD:
-        raise TemplateError("one line\nand another")
+        error = TemplateError("one line")
+        error.args = ("one line\nand another",)
+        raise error
+
+
+def escapes(data):
+    """Return a name that acts on a terminal."""
+    return ["\x1b[31m"] if data != GOOD else []
+
+
+def large(data):
+    """Use much memory."""
+    if data != GOOD:
+        bytearray(MEGABYTES * 10**6)[:: 1 << 12] = b"x" * -(-MEGABYTES * 10**6 // (1 << 12))

@@ -1,75 +1,60 @@
 """`python -m research fuzz`: planted bugs are found, and none in sound readers."""
 
-import io
 import json
-import random
 
 import pytest
-from PIL import Image
 from planted_targets import GOOD, planted
 
-from fpmatch.formats.registry import CODECS
-from research.fuzzing.loop import damaged, run, with_right_sums
-from research.fuzzing.targets import all_targets
+from research.fuzzing.loop import Limits, run
+
+
+def fed(name, extra=(), **limits):
+    target, reader = planted()[name]
+    return list(run(target, reader, extra, limits=Limits(**limits)))[-1]
 
 
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("raises", "ZeroDivisionError in planted_targets.py:"),
-        ("dies", "the process died (exit status -9)"),
-        ("hangs", "took more than 0.2 s"),
-        ("wordy", "an error that is not one line"),
+        ("raises", "ZeroDivisionError in no file of fpmatch: on purpose"),
+        ("dies", "the process died (exit status -11) in no file of fpmatch"),
+        ("hangs", "took more than 0.1 s in no file of fpmatch"),
+        ("wordy", "a text of several lines of TemplateError"),
+        ("escapes", "control characters in the text of a note or name"),
+        ("large", "the process has used more than 1000 MB"),
     ],
 )
-def test_a_planted_bug_is_found_and_its_input_kept(tmp_path, name, reason):
-    into = tmp_path / "found"
-    count = run(name, planted, [], 0, into, seconds=1.0, hang_seconds=0.2, most_failures=1)
-    ((path, words),) = count.failures
-    assert words.startswith(reason)
-    assert path.parent == into
+def test_a_planted_bug_is_found_once_and_its_input_kept(tmp_path, name, reason):
+    count = fed(name, seconds=5.0, hang_seconds=0.1 if name == "hangs" else 5.0, most_kinds=1)
+    (finding,) = count.findings.values()
+    assert finding.reason.startswith(reason)
+    path = finding.save(tmp_path / "found")
     assert path.name.startswith(f"{name}-")
-    assert path.read_bytes() != GOOD
+    assert path.read_bytes() == finding.data != GOOD
+    assert finding.reason in path.with_suffix(".txt").read_text()
 
 
-def test_a_sound_reader_has_no_failures(tmp_path):
-    count = run("sound", planted, [b"more"], 0, tmp_path, seconds=0.3)
-    assert count.failures == []
+def test_equal_failures_are_one_kind():
+    count = fed("raises", files=5)
+    assert [finding.times for finding in count.findings.values()] == [5]
+
+
+def test_a_sound_reader_has_no_findings():
+    count = fed("sound", [b"more"], seconds=0.3)
+    assert count.findings == {}
     assert count.inputs > count.refused > 0
-    assert not list(tmp_path.iterdir())
 
 
-def test_so_many_damaged_files_and_no_more(tmp_path):
-    count = run("sound", planted, [b"more"], 0, tmp_path, files=25)
+def test_so_many_damaged_files_and_no_more():
+    count = fed("sound", [b"more"], files=25)
     assert (count.damaged, count.inputs) == (25, 27)
     assert count.seconds > 0
 
 
-def test_a_damaged_png_may_have_right_sums():
-    stream = io.BytesIO()
-    Image.linear_gradient("L").save(stream, "PNG")
-    png = bytearray(stream.getvalue())
-    whole = bytes(png)
-    png[23] ^= 1
-    assert with_right_sums(png[:40])[23] != whole[23]
-    assert Image.open(io.BytesIO(with_right_sums(png))).size != (256, 256)
-    png[23] ^= 1
-    assert bytes(with_right_sums(png)) == whole
-
-
-def test_the_same_seed_gives_the_same_inputs():
-    inputs = [[damaged(random.Random(seed), [GOOD]) for _ in range(9)] for seed in (1, 1, 2)]
-    assert inputs[0] == inputs[1] != inputs[2]
-
-
-def test_every_template_format_and_more_is_a_target_with_good_files():
-    targets = {target.name: target for target in all_targets()}
-    assert {codec.name for codec in CODECS} <= set(targets)
-    assert any(name.startswith("image-") for name in targets)
-    for target in targets.values():
-        assert target.corpus
-        for data in target.corpus:
-            target.read(data)
+def test_several_processes_share_the_files():
+    target, reader = planted()["sound"]
+    count = list(run(target, reader, limits=Limits(files=40), jobs=2))[-1]
+    assert count.damaged == 40
 
 
 def test_the_command_ends_clean_and_counts(tmp_path, run_research):
@@ -81,18 +66,32 @@ def test_the_command_ends_clean_and_counts(tmp_path, run_research):
     first, second, last = done.stdout.splitlines()
     assert first.startswith("iso2005 ")
     assert second.startswith("an2 ")
-    assert "inputs, 0 failures, " in last
+    assert "inputs, 0 findings, " in last
     assert not (tmp_path / "out").exists()
 
 
-def test_the_command_counts_files_and_writes_the_counts(tmp_path, run_research):
-    report = tmp_path / "report.json"
-    words = ["--files", "30", "--target", "image-raw", "--target", "image-gif", "--json", report]
-    done = run_research("fuzz", *words)
+def test_a_log_adds_up_several_runs_with_other_seeds(tmp_path, run_research):
+    log, report = tmp_path / "log.jsonl", tmp_path / "report.json"
+    words = ["--files", "30", "--target", "image-raw", "--target", "gallery", "--log", log]
+    for number in range(2):
+        done = run_research("fuzz", *words, "--json", report)
+        assert done.exit_code == 0, done.output
+        document = json.loads(report.read_text())
+        assert document["seed"] == number
+        assert [one["damaged"] for one in document["targets"]] == [30, 30]
+    assert "all readers: 126 inputs in 2 runs, 0 findings" in done.stdout
+    assert "prepared files and galleries: 62 inputs in 2 runs" in done.stdout
+
+
+def test_a_saved_input_is_replayed_by_the_target_it_is_named_after(tmp_path, run_research):
+    saved = tmp_path / "iso2005-0123456789ab.bin"
+    saved.write_bytes(b"FMR\x00 20\x00")
+    done = run_research("fuzz", saved)
     assert done.exit_code == 0, done.output
-    document = json.loads(report.read_text())
-    assert document["failures"] == 0
-    assert [(one["name"], one["damaged"]) for one in document["targets"]] == [
-        ("image-raw", 30),
-        ("image-gif", 30),
-    ]
+    assert done.stdout == f"{saved}: iso2005: is refused\n"
+
+
+def test_an_unknown_target_is_refused(run_research):
+    done = run_research("fuzz", "--target", "nothing")
+    assert done.exit_code == 2
+    assert "'nothing' is none of csv, json" in done.stderr

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from research.fuzzing.good_images import an2_text
+from research.fuzzing.targets.good_images import an2_text
 
 Pixels = NDArray[np.uint8]
 

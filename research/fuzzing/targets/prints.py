@@ -1,38 +1,64 @@
-"""Targets of ``python -m research fuzz``: every reader of templates and of images.
-
-A target is a name, good files, and a function that reads bytes. It may refuse them by an error of
-the family FpmatchError; any other error is a bug. A new reader is a line in
-`all_targets`, or needs none where a registry lists it.
-"""
+"""Targets: every reader of templates and of pictures; the registries of formats list them."""
 
 from __future__ import annotations
 
-import os
+import io
 import zlib
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from PIL import Image
 
-from fpmatch.encryption.keys import KEY_VARIABLE, new_key
 from fpmatch.errors import FpmatchError
 from fpmatch.formats import sealed
+from fpmatch.formats.files import decode_record
 from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content
+from fpmatch.image.extract import extract
 from fpmatch.image.io.limits import ImageLimits
-from fpmatch.image.io.read import decode_image
+from fpmatch.image.io.read import decode_image, read_image
+from fpmatch.matching.calibration import MAX_SCORE
+from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, RidgeField, Template
-from research.fuzzing.good_images import RAW_SIZES, an2_text, image_files
+from research.fuzzing.mutators.containers import npy_header
+from research.fuzzing.mutators.records import (
+    an2_field,
+    fmr_field,
+    png_chunk,
+    png_sums,
+    tiff_tag,
+)
+from research.fuzzing.mutators.sealed import resealed, use_key
+from research.fuzzing.mutators.text import JSON, TABLE
+from research.fuzzing.targets.good_images import IMAGE_KINDS, RAW_SIZES, an2_text, image_files
+from research.fuzzing.targets.stores import PROBE, templates
+from research.fuzzing.targets.tables import SAMPLES
+from research.fuzzing.targets.target import Read, Reader, Target
 
 if TYPE_CHECKING:
     from fpmatch.formats.codec import Codec
-
-Read = Callable[[bytes], None]
+    from research.fuzzing.mutators import Mutator
 
 # Smaller than those of the commands: large images would only be slow.
 IMAGE_LIMITS = ImageLimits(max_side_px=4000, max_megapixels=4.0)
+EXTRACT_LIMITS = ImageLimits(max_side_px=600, max_megapixels=0.1)
 WRITTEN_ONE_IN = 8  # of the templates that are read: writing takes longer
+MUTATORS_OF_CODECS: dict[str, tuple[Mutator, ...]] = {
+    **{codec.name: (fmr_field,) for codec in CODECS if codec.name.startswith(("iso", "ansi"))},
+    **dict.fromkeys(("csv", "minutiae-csv", "xyt", "xyt-m1", "min", "numbers"), TABLE),
+    "json": JSON,
+    "an2": (an2_field,),
+    "npy": (npy_header,),
+    "sealed": (resealed,),
+}
+MUTATORS_OF_IMAGES: dict[str, tuple[Mutator, ...]] = {
+    "png": (png_chunk, png_sums),
+    "tiff": (tiff_tag,),
+    "an2": (an2_field,),
+    "fir": (fmr_field,),
+}
 AN2_BLOCKS = {
     "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB")],
     "iafis": [(14, "07"), (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fC")],
@@ -47,27 +73,74 @@ AN2_BLOCKS = {
 }
 
 
-@dataclass(frozen=True)
-class Target:
-    """Hold a name, good files, and a reader that raises nothing but FpmatchError."""
-
-    name: str
-    corpus: list[bytes]
-    read: Read
-
-
-def all_targets() -> list[Target]:
+def print_targets() -> list[Target]:
     """Return a target for every template format, and one for each kind of picture."""
-    os.environ |= {KEY_VARIABLE: "env:FUZZING_KEY", "FUZZING_KEY": new_key().as_line()}
     targets = [
-        Target(codec.name, _template_files(codec), _template_reader(codec)) for codec in CODECS
+        Target(
+            codec.name,
+            partial(_template, codec),
+            MUTATORS_OF_CODECS.get(codec.name, ()),
+            (b"nan", b"1e400"),
+        )
+        for codec in CODECS
     ]
-    return targets + [Target(f"image-{kind}", files, read_picture) for kind, files in image_files()]
+    return (
+        targets
+        + [
+            Target(f"image-{kind}", partial(_pictures, kind), MUTATORS_OF_IMAGES.get(kind, ()))
+            for kind in IMAGE_KINDS
+        ]
+        + [
+            Target("compare", _compared, (*JSON, fmr_field), kernels=True),
+            Target("extract", _extracted, (png_chunk, tiff_tag, png_sums), kernels=True),
+        ]
+    )
 
 
 def read_picture(data: bytes) -> None:
     """Read bytes as an image of whatever format they begin like, or as bare pixels."""
     decode_image(data, "it", limits=IMAGE_LIMITS, raw_sizes=RAW_SIZES)
+
+
+def _template(codec: Codec) -> Reader:
+    use_key()
+    return Reader(_template_files(codec), _template_reader(codec))
+
+
+def _pictures(kind: str) -> Reader:
+    return Reader(image_files()[kind], read_picture)
+
+
+def _compared() -> Reader:
+    """Compare what is read with a good template, in both orders."""
+    good = templates()[PROBE]
+
+    def read(data: bytes) -> None:
+        for view in decode_record(data, "it").views[:2]:
+            for pair in ((view.template, good), (good, view.template)):
+                found = verify(*pair)
+                if not 0 <= found.score <= MAX_SCORE:
+                    raise AssertionError(f"score {found.score}")
+
+    records = [TemplateRecord("", (View(template),)) for template in templates().values()]
+    kinds = [codec for codec in CODECS if codec.name in {"json", "iso2005", "iso2011"}]
+    encoded = [codec.encode(one) for codec in kinds if codec.encode for one in records[-2:]]
+    return Reader([one.data for one in encoded], read)
+
+
+def _extracted() -> Reader:
+    """Extract the minutiae of pictures of some formats."""
+
+    def read(data: bytes) -> None:
+        found = decode_image(data, "it", limits=EXTRACT_LIMITS)
+        extract(found, found.dpi or 500.0)
+
+    kinds = image_files()
+    corpus = [*kinds["png"][:3], *kinds["tiff"][:4], *kinds["bmp"][:2], *kinds["wsq"][:1]]
+    middle = read_image(SAMPLES / "101_1.tif").pixels[80:280, 80:240]
+    stream = io.BytesIO()
+    Image.fromarray(middle).save(stream, "PNG", dpi=(500, 500), compress_level=1)
+    return Reader([*corpus, *[stream.getvalue()] * 5], read)
 
 
 def _template_reader(codec: Codec) -> Read:

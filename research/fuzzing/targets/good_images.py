@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import struct
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +19,19 @@ from fpmatch.image.io.raw import RawSize
 
 WIDTH, HEIGHT = 64, 80
 RAW_SIZES = (RawSize(WIDTH, HEIGHT), RawSize(53, 61))
-IMAGE_DATA = Path(__file__).resolve().parents[2] / "tests" / "image" / "data"
+IMAGE_DATA = Path(__file__).resolve().parents[3] / "tests" / "image" / "data"
 AN2_CODES = {"NONE": 0, "WSQ20": 1, "JPEGB": 2, "JP2": 4, "PNG": 6}  # of compression
 FIR_CODES = {"NONE": 0, "WSQ20": 2, "JPEGB": 3, "JP2": 4, "PNG": 5}
 TIFF_WAYS = ("raw", "tiff_lzw", "tiff_deflate", "tiff_adobe_deflate", "packbits")
 BITS_WAYS = ("raw", "packbits", "tiff_ccitt", "group3", "group4")
+IMAGE_KINDS = (
+    *("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "wsq", "raw", "an2", "fir"),
+)
 MANY_STRIPS = {278: 16}  # rows of each
 
 
-def image_files() -> list[tuple[str, list[bytes]]]:
+@cache
+def image_files() -> dict[str, list[bytes]]:
     """Return good files by kind of file."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     grey = (127 + 100 * np.cos(np.hypot(x - 30, y - 40) * 0.8)).astype(np.uint8)
@@ -72,7 +77,7 @@ def image_files() -> list[tuple[str, list[bytes]]]:
         for name, data in inner.items()
         for record in (_fir_2005, _fir_381, _fir_2011)
     ]
-    return list(kinds.items())
+    return kinds
 
 
 def an2_text(kind: int, fields: list[tuple[int, str]]) -> bytes:

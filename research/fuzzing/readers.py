@@ -1,0 +1,75 @@
+"""Which module of fpmatch reads files, requests or databases, and which target feeds it.
+
+A test compares this with what the modules call: a new one must be entered here, with its targets,
+or with the reason why nothing foreign comes that way.
+"""
+
+from __future__ import annotations
+
+READING_CALLS = frozenset(
+    {
+        *("read_bytes", "read_text", "open", "loads", "np.load", "fromfile", "memmap", "connect"),
+        *("frombuffer", "create_engine", "unpack_from", "imdecode", "readNetFromONNX"),
+    }
+)
+"""Calls by which bytes from outside become values."""
+
+_OWN = "reads files of the package alone"
+_OUT = "opens what it writes, or nothing"
+_PICTURES = tuple(
+    f"image-{kind}"
+    for kind in ("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "raw")
+)
+_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
+
+READERS: dict[str, tuple[str, ...] | str] = {
+    "array_file.py": ("prepared", "prepared-forged"),
+    "audit/chain.py": ("audit-log",),
+    "audit/log.py": ("audit-log",),
+    "cli/group.py": _OUT,
+    "cli/verify.py": "hashes the files that were compared",
+    "client.py": "sends files as they are",
+    "encryption/key_text.py": _OUT,
+    "encryption/keys.py": ("keys",),
+    "engine/cluster.py": "a Dask scheduler is trusted; see docs/security.md",
+    "engine/local.py": "reads the script that was started",
+    "engine/task.py": "unpickles what this process has just written",
+    "evaluation/batch/sources.py": ("stored-template",),
+    "evaluation/batch/store.py": ("unfinished-run",),
+    "evaluation/ground_truth/truth.py": ("truth",),
+    "evaluation/points/results.py": ("points-results",),
+    "evaluation/score_rows.py": "makes arrays of numbers that are checked",
+    "formats/codec.py": _TEMPLATES,
+    "formats/files.py": _TEMPLATES,
+    "formats/fmr.py": ("iso2005", "iso2011", "ansi2004", "ansi2009"),
+    "formats/json_format.py": ("json",),
+    "gallery/compact.py": ("packed-template",),
+    "gallery/csv_rows.py": ("manifest", "pairs", "scores"),
+    "gallery/database.py": ("gallery", "gallery-cells"),
+    "gallery/enrol.py": "hashes the files that are enrolled",
+    "gallery/gallery.py": ("gallery", "gallery-cells"),
+    "gallery/prepared.py": ("prepared", "prepared-forged"),
+    "image/enhancement/network.py": _OWN,
+    "image/io/dataset_folder.py": ("dataset-info",),
+    "image/io/limits.py": _PICTURES,
+    "image/io/pillow_formats.py": _PICTURES,
+    "image/io/raw.py": ("image-raw",),
+    "image/io/read.py": _PICTURES,
+    "image/io/resolution.py": _PICTURES,
+    "image/quality/linear_weights.py": _OWN,
+    "installation.py": "reads what the system states about memory",
+    "matching/_compare_kernel.py": "opens prints that are in memory",
+    "matching/calibration.py": ("calibration",),
+    "matching/packed_templates.py": ("prepared", "prepared-forged"),
+    "matching/score.py": _OWN,
+    "matching/score_model.py": _OWN,
+    "npy.py": ("npy", "points", "array-picture"),
+    "output.py": _OUT,
+    "pointset/points_csv.py": ("points",),
+    "reading.py": _OUT,
+    "synthesis/database.py": "compares files with what it would write",
+    "synthesis/plan.py": ("dataset-info",),
+    "web/access.py": ("clients",),
+    "web/pool.py": _OUT,
+}
+"""For each module that makes such a call, its targets, or why it has none."""

@@ -1,0 +1,229 @@
+"""Targets: galleries, their prepared files, and runs that are resumed, with the searches of them.
+
+Byte by byte damage must be noticed: the candidates are the same to the last bit, or the search
+fails with an error. Where values were changed through SQLite, or checksums were corrected, other
+candidates are right; then the search must only end well.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sqlite3
+import zlib
+from contextlib import closing, suppress
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch.engine.engine import serial
+from fpmatch.evaluation.batch.plan import AllPairs
+from fpmatch.evaluation.batch.score import score
+from fpmatch.evaluation.batch.sources import pack, unpack
+from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.prepared import load_prepared
+from fpmatch.gallery.search import open_search
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import read_image
+from fpmatch.matching.matchers import get_matcher
+from fpmatch.printable import printable
+from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
+from research.fuzzing.mutators.records import packed_template
+from research.fuzzing.targets.tables import SAMPLES
+from research.fuzzing.targets.target import Reader, Target, scratch
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.minutiae import Template
+
+PRINTS = ("101_1", "101_2", "102_1", "103_1")
+PROBE = "101_3"
+RENEWED_ONE_IN = 8  # of the prepared files that are refused: that takes longer
+MINUTIAE = 16  # of each print: fewer are compared faster
+RESULTS = "other candidates than before the damage, without an error or a note"
+
+
+def store_targets() -> list[Target]:
+    """Return the targets of galleries, prepared files and unfinished runs."""
+    stores: dict[str, Any] = {"group": "stores", "kernels": True}
+    return [
+        Target("gallery", lambda: _gallery(strict=True), **stores),
+        Target("gallery-cells", lambda: _gallery(strict=False), SQLITE, **stores),
+        Target("prepared", lambda: _prepared(strict=True), **stores),
+        Target("prepared-forged", lambda: _prepared(strict=False), ARRAYS, **stores),
+        Target("packed-template", _packed, (packed_template,), kernels=True),
+        Target("stored-template", _stored, (zip_member,), kernels=True),
+        Target("unfinished-run", _unfinished, SQLITE),
+    ]
+
+
+@cache
+def templates() -> dict[str, Template]:
+    """Return small templates of the sample prints, with ridges."""
+    found = {}
+    for name in (*PRINTS, PROBE):
+        image = read_image(SAMPLES / f"{name}.tif")
+        whole = extract(image, image.dpi or 500.0)
+        best = np.sort(np.argsort(-whole.minutiae.quality.astype(int), kind="stable")[:MINUTIAE])
+        found[name] = type(whole)(
+            whole.minutiae.take(best), whole.width, whole.height, whole.dpi, whole.field
+        )
+    return found
+
+
+@cache
+def gallery_file() -> Path:
+    """Return a gallery of the prints, with its prepared files beside it."""
+    path = scratch() / "made" / "prints.db"
+    path.parent.mkdir()
+    new = [_entry(name, template) for name, template in templates().items() if name != PROBE]
+    with open_gallery(path, create=True) as gallery:
+        gallery.add(new)
+        open_search(gallery, engine=serial())
+    return path
+
+
+def _entry(name: str, template: Template) -> NewEntry:
+    subject, _, impression = name.partition("_")
+    digest = hashlib.sha256(name.encode()).digest()
+    return NewEntry(Label(subject, "", impression), f"{name}.tif", digest, template)
+
+
+def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
+    """Return the candidates of the probe in a gallery, as a search states them, and its notes."""
+    notes: list[str] = []
+    search = open_search(gallery, engine=serial(), note=notes.append)
+    found = identify(search, templates()[PROBE], count=10)
+    label = {entry.id: str(entry.label) for entry in gallery.entries()}
+    return [
+        (label.get(one.number), one.number, one.similarity, one.score, one.impressions)
+        for one in found.candidates
+    ], notes
+
+
+def _gallery(*, strict: bool) -> Reader:
+    made = gallery_file()
+    with open_gallery(made) as gallery:
+        expected, _ = _candidates(gallery)
+
+    def read(data: bytes) -> list[str]:
+        path = scratch() / "prints.db"
+        path.write_bytes(data)
+        try:
+            with open_gallery(path) as gallery:
+                found, notes = _candidates(gallery)
+                gallery.summary()
+                shown = [f"{entry.label} {entry.source}" for entry in gallery.entries()]
+                shown += [failure.reason for failure in gallery.failures()]
+        finally:
+            for leftover in path.parent.glob("prints.db*"):
+                shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+        if strict and found != expected and not notes:
+            raise AssertionError(RESULTS)
+        return [*map(printable, shown), *notes]
+
+    return Reader([made.read_bytes()], read)
+
+
+def _prepared(*, strict: bool) -> Reader:
+    """Damage the prepared file of a gallery, and search with it, or with what replaces it."""
+    made = gallery_file()
+    with open_gallery(made) as gallery:
+        expected, _ = _candidates(gallery)
+    matcher = get_matcher("unit-circle")
+    (good,) = made.with_name(f"{made.name}.prepared").iterdir()
+
+    def read(data: bytes) -> list[str]:
+        gallery = _own_copy(os.getpid())
+        beside = scratch() / "copy" / "prints.db.prepared"
+        for one in beside.iterdir():
+            one.unlink()
+        path = beside / good.name
+        path.write_bytes(data)
+        if zlib.crc32(data) % RENEWED_ONE_IN:
+            load_prepared(path, matcher)
+        found, notes = _candidates(gallery)
+        if strict and found != expected:
+            raise AssertionError(RESULTS)
+        if not np.isfinite([one[2:] for one in found]).all():
+            raise AssertionError("candidates without a score")
+        return notes
+
+    return Reader([good.read_bytes()], read)
+
+
+@cache
+def _own_copy(pid: int) -> Gallery:
+    """Return the open copy of the gallery of this process."""
+    path = scratch() / "copy" / "prints.db"
+    path.with_name(f"{path.name}.prepared").mkdir(parents=True)
+    shutil.copyfile(gallery_file(), path)
+    return open_gallery(path)
+
+
+def _compare(template: Template) -> None:
+    """Prepare a template and compare it with a good one, both ways."""
+    matcher = get_matcher("unit-circle")
+    one, other = matcher.prepare(template), matcher.prepare(templates()[PROBE])
+    similarity = [matcher.compare(*pair).similarity for pair in ((one, other), (other, one))]
+    if not np.isfinite(similarity).all():
+        raise AssertionError(f"similarities {similarity}")
+
+
+def _packed() -> Reader:
+    def read(data: bytes) -> None:
+        template = unpack_template(data)
+        pack_template(template)
+        _compare(template)
+
+    return Reader([pack_template(template) for template in templates().values()], read)
+
+
+def _stored() -> Reader:
+    def read(data: bytes) -> None:
+        _compare(unpack(data))
+
+    return Reader([pack(template) for template in templates().values()], read)
+
+
+class _StopError(Exception):
+    """A run is to be interrupted."""
+
+
+def _unfinished() -> Reader:
+    """Damage the state of an interrupted run, and resume it."""
+    made, output = gallery_file(), scratch() / "scores.csv"
+    plan = AllPairs(len(PRINTS), len(PRINTS), band=2, pairs_per_chunk=4)
+
+    def stop(stage: str, done: int, total: int) -> None:
+        if stage == "compare" and 0 < done < total:
+            raise _StopError
+
+    state = output.with_name("scores.csv.unfinished")
+    with suppress(_StopError):
+        score(made, made, output, pairs=plan, progress=stop, save_every_s=0)
+    rows = (state / "rows.csv").read_bytes()
+    with closing(sqlite3.connect(state / "state.db")) as database:
+        database.execute("VACUUM")
+    data = (state / "state.db").read_bytes()
+
+    def read(data: bytes) -> None:
+        own = scratch() / "scores.csv"
+        folder = own.with_name("scores.csv.unfinished")
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        (folder / "rows.csv").write_bytes(rows)
+        (folder / "state.db").write_bytes(data)
+        done = score(made, made, own, pairs=plan)
+        for one in (*done.failures, *done.dpi_assumed):
+            if not isinstance(one, str):
+                str(one.reason)
+
+    return Reader([data], read)

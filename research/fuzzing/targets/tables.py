@@ -1,0 +1,214 @@
+"""Targets: files of text, JSON and TOML that commands read beside prints and galleries."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import zlib
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch.audit.log import AuditLog, check_audit_log
+from fpmatch.encryption.keys import load_keys, new_key
+from fpmatch.evaluation.ground_truth.truth import load_truth
+from fpmatch.evaluation.pair_list import read_pairs
+from fpmatch.evaluation.points.results import read_results
+from fpmatch.evaluation.score_reports import evaluate_scores
+from fpmatch.evaluation.scores import read_genuine_and_impostor, read_scores
+from fpmatch.gallery.manifest import is_manifest, read_manifest
+from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
+from fpmatch.pointset.points_csv import load_points
+from fpmatch.synthesis.database import make_database
+from fpmatch.synthesis.master import MasterParameters
+from fpmatch.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
+from fpmatch.web.access import load_clients
+from research.fuzzing.mutators.containers import npy_header
+from research.fuzzing.mutators.text import JSON, TABLE, TOML, json_line, table_cell, toml_line
+from research.fuzzing.targets.target import Reader, Target, scratch, written
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+EVALUATED_ONE_IN = 20  # of the files of scores: it takes longer
+ROOT = Path(__file__).resolve().parents[3]
+SAMPLES = ROOT / "sample_data"
+_TOML_CLIENTS = b"""[reception]
+role = "verify"
+token = "WNfOYJvW3B3A0nUqVYxw"
+[door]
+role = "admin"
+sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
+"""
+_DATASET = (
+    b'name = "synthetic"\ndpi = 500\nsensor = "plain"\npolarity = "auto"\n[synthesis]\nseed = 1\n'
+)
+_SCORES = (
+    b"matcher,set,probe,reference,genuine,similarity,score,reason,probe_quality\n"
+    b"unit-circle,one,101_1,101_2,1,25.5,50.1,,80\nunit-circle,one,101_1,102_1,0,3.25,1.5,,80\n"
+    b"unit-circle,one,101_2,102_1,0,,,probe: no template,\nunit-circle,one,102_1,102_2,1,9,,,70\n",
+    b"1_1,2_1,0.5\n1_1,1_2,7\n2_1,2_2,8\n1_2,2_1,0.25\n",
+    b"0.5 0\n7.5 1\n8 1\n0.1 0\n",
+    b"genuine;impostor\n7,5;0,5\n8;0,25\n9;nan\n",
+    b"probe reference distance label\na b 0.5 mated\na c 0.75 nonmated\n",
+)
+_POINTS = (
+    *(b"name;x;y\nVega;279.23;38.78\nDeneb;310.36;45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
+    *(b"# stars\n1.0 2.0\n3.0 4.0\n", b'x,y,"a, b"\n1,2,"c"\n'),
+)
+
+
+def text_targets() -> list[Target]:
+    """Return the targets of text: tables, JSON, TOML."""
+    return [
+        Target("points", _points, (*TABLE, npy_header), (b"x,y\n", b"\x93NUMPY")),
+        Target("manifest", _manifest, TABLE, (b"path", b"subject", b"finger", b"101_1.tif")),
+        Target("pairs", _pairs, TABLE, (b"probe", b"reference", b"genuine", b"1", b"0")),
+        Target("scores", _scores, TABLE, (b"similarity", b"distance", b"genuine", b"1_1", b"nan")),
+        Target("scores-of-one-kind", _one_kind, TABLE, (b"similarity", b"impostor", b"genuine")),
+        Target("dataset-info", _dataset_info, TOML, (b"dpi", b"polarity", b'"""', b"inf")),
+        Target("clients", lambda: _of_file("c.toml", load_clients, [_TOML_CLIENTS]), (toml_line,)),
+        Target("truth", _truth, JSON, (b'"visible"', b'"displacement"')),
+        Target("calibration", _calibration, JSON),
+        Target("points-results", _points_results, JSON),
+        Target("audit-log", _audit_log, (json_line,)),
+        Target("keys", _keys, (table_cell,), (b"=", b"#", b"A" * 44)),
+        *([Target("scores-parquet", _parquet)] if importlib.util.find_spec("pyarrow") else []),
+    ]
+
+
+def _of_file(name: str, read: Callable[[Path], Any], corpus: list[bytes]) -> Reader:
+    """Return the reader of a file of this name."""
+
+    def reading(data: bytes) -> None:
+        read(written(name, data))
+
+    return Reader(corpus, reading)
+
+
+def _points() -> Reader:
+    path = scratch() / "points.npy"
+    np.save(path, np.arange(12, dtype=np.float64).reshape(6, 2))
+    return _of_file("points.csv", load_points, [*_POINTS, path.read_bytes()])
+
+
+def _manifest() -> Reader:
+    names = sorted(path.name for path in SAMPLES.glob("*.tif"))
+
+    def read(data: bytes) -> list[str]:
+        path = written("manifest.csv", data)
+        for name in names:
+            (path.parent / name).touch()
+        is_manifest(path)
+        return [text for one in read_manifest(path) for text in (one.name, str(one.label))]
+
+    more = b"path;subject;finger;impression;dpi\n101_1.tif;ada;left;1;500\n102_1.tif;bob;left;;\n"
+    return Reader([(SAMPLES / "manifest.csv").read_bytes(), more], read)
+
+
+def _pairs() -> Reader:
+    more = b"probe,reference,genuine\n1_1,1_2,1\n1_1,2_1,0\n1_2,2_1,0\n"
+    return _of_file("pairs.txt", read_pairs, [(SAMPLES / "pairs.txt").read_bytes(), more])
+
+
+def _scores() -> Reader:
+    def read(path: Path) -> None:
+        distances = b"distance" in path.read_bytes()
+        (read_scores if zlib.crc32(path.read_bytes()) % EVALUATED_ONE_IN else _evaluated)(
+            path, distances=distances
+        )
+
+    return _of_file("scores.csv", read, list(_SCORES))
+
+
+def _one_kind() -> Reader:
+    def read(path: Path) -> None:
+        read_genuine_and_impostor(path, path)
+
+    return _of_file("genuine.csv", read, [_SCORES[1], b"score\n1\n2\n", b"1.5\n2.5\n7\n"])
+
+
+def _evaluated(path: Path, *, distances: bool) -> None:
+    evaluate_scores([path], distances=distances)
+
+
+def _parquet() -> Reader:
+    from pyarrow import csv, parquet  # noqa: PLC0415
+
+    made = scratch() / "made.parquet"
+    parquet.write_table(csv.read_csv(written("scores.csv", _SCORES[0])), made)
+    return _of_file("scores.parquet", read_scores, [made.read_bytes()])
+
+
+def _dataset_info() -> Reader:
+    plan = Plan(1, "normal", sensors_named(["optical-388x374"]), 2)
+
+    def read(data: bytes) -> list[str]:
+        path = written("dataset.toml", data)
+        found = read_dataset_info(path.parent)
+        if b"preset" in data:
+            check_same_plan(path, plan)
+        return [text for text in (found.name, found.sensor) if text]
+
+    corpus = [_DATASET, plan.description().encode()]
+    return Reader(corpus, read)
+
+
+def _truth() -> Reader:
+    folder = scratch() / "synthetic"
+    small = MasterParameters(shape=(96, 96))
+    sensors = [plain_sensor(64, 64)]
+    make_database(folder, fingers=1, impressions=2, master=small, sensors=sensors, workers=1)
+    (made,) = sorted((folder / "truth").iterdir())
+    document = json.loads(made.read_text())
+    for one in document["impressions"].values():  # fewer nodes: a smaller file
+        grid = one["displacement"]
+        grid |= {key: [row[:4] for row in grid[key][:4]] for key in ("dx", "dy")}
+    names = list(document["impressions"])
+    root = scratch() / "database"
+    (root / "truth").mkdir(parents=True)
+    finger = names[0].partition("_")[0]
+    images = [SimpleNamespace(path=root / f"{name}.tif") for name in names]
+    dataset: Any = SimpleNamespace(impressions=images)
+
+    def read(data: bytes) -> None:
+        (root / "truth").mkdir(parents=True, exist_ok=True)
+        (root / "truth" / f"{finger}.json").write_bytes(data)
+        for truth in load_truth(dataset):
+            truth.from_master([[0.0, 0.0], [100.0, 50.0]])
+
+    return Reader([json.dumps(document).encode()], read)
+
+
+def _calibration() -> Reader:
+    def read(path: Path) -> None:
+        calibration = load_calibration("unit-circle", path)
+        calibration.scores(np.array([-1.0, 0.0, 1.5, 25.0, 1e9]))
+
+    made = (CALIBRATION_FOLDER / "unit-circle.json").read_bytes()
+    return _of_file("calibration.json", read, [made])
+
+
+def _points_results() -> Reader:
+    document = json.loads((ROOT / "docs/data/pointsets_bench.json").read_text())
+    few = {key: document[key][:3] for key in ("cells", "skipped") if key in document}
+    return _of_file("results.json", read_results, [json.dumps(document | few).encode()])
+
+
+def _audit_log() -> Reader:
+    log = AuditLog(scratch() / "audit.jsonl")
+    for client, action in (("ada", "enrol"), ("bob", "identify"), ("ada", "remove")):
+        log.append(client, action, {"entries": [1, 2], "score": 50.5})
+    return _of_file("audit.jsonl", check_audit_log, [log.path.read_bytes()])
+
+
+def _keys() -> Reader:
+    def read(path: Path) -> None:
+        path.chmod(0o600)
+        load_keys(f"file:{path}")
+
+    lines = "".join(f"{new_key().as_line()}\n" for _ in range(2))
+    return _of_file("keys.txt", read, [lines.encode(), f"# one\n\n{lines}".encode()])

@@ -1,0 +1,93 @@
+"""A target of ``python -m research fuzz``, and what the targets share."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from research.fuzzing.mutators import Mutator
+
+Read = Callable[[bytes], "Iterable[str] | None"]
+Group = Literal["readers", "stores"]
+
+MEMORY_FOLDER = Path("/dev/shm")
+
+
+class Reader(NamedTuple):
+    """Good files, and a function that reads bytes.
+
+    The function may refuse them by an error of the family FpmatchError; any other error is a bug.
+    It may return texts that commands would print.
+    """
+
+    corpus: list[bytes]
+    read: Read
+
+
+@dataclass(frozen=True)
+class Target:
+    """Hold the name of a target and what makes its good files and its reader.
+
+    Parameters
+    ----------
+    name : str
+        Of the target; saved inputs are named after it.
+    make : callable
+        Returns the reader; called once, before processes are forked.
+    mutators : tuple of Mutator
+        Besides those of any bytes.
+    words : tuple of bytes
+        That are put into files.
+    group : {"readers", "stores"}
+        "stores" are galleries and prepared files, whose searches are checked too.
+    kernels : bool
+        Whether it reaches compiled code of fpmatch: then ``--sanitize`` includes it.
+    """
+
+    name: str
+    make: Callable[[], Reader]
+    mutators: tuple[Mutator, ...] = ()
+    words: tuple[bytes, ...] = ()
+    group: Group = "readers"
+    kernels: bool = False
+
+
+def scratch() -> Path:
+    """Return a folder of this process for files, in memory where the system has such a place."""
+    return _scratch_of(os.getpid())
+
+
+def written(name: str, data: bytes) -> Path:
+    """Write bytes to a file of this name in the scratch folder; return it."""
+    path = scratch() / name
+    path.write_bytes(data)
+    return path
+
+
+@cache
+def _scratch_of(pid: int) -> Path:
+    path = _all_scratch() / str(pid)
+    path.mkdir()
+    return path
+
+
+@cache
+def _all_scratch() -> Path:
+    """Return the folder of all processes; the first one, which forks the others, removes it."""
+    folder = MEMORY_FOLDER if os.access(MEMORY_FOLDER, os.W_OK) else None
+    path, owner = Path(tempfile.mkdtemp(prefix="fpmatch-fuzz-", dir=folder)), os.getpid()
+
+    def remove() -> None:
+        if os.getpid() == owner:
+            shutil.rmtree(path, ignore_errors=True)
+
+    atexit.register(remove)
+    return path

@@ -2,6 +2,8 @@
 
 All other metadata is in pyproject.toml. Set ``FPMATCH_NO_COMPILE=1`` to leave the kernels
 interpreted on purpose, and ``FPMATCH_REQUIRE_KERNELS=1`` to fail where they cannot be compiled.
+``FPMATCH_SANITIZE=1`` instruments them with GCC's sanitizers of addresses and undefined behaviour,
+for ``scripts/fuzz --sanitize``.
 """
 
 import os
@@ -18,6 +20,8 @@ SHARED = "fpmatch._cython_shared"
 COMPILE_ARGS = (
     [] if sys.platform == "win32" else ["-O3", "-g0", "-ffp-contract=off", "-fno-math-errno"]
 )
+SANITIZE_ARGS = ["-fsanitize=address,undefined", "-fno-sanitize=alignment,vptr", "-O1", "-g1"]
+SANITIZE_ARGS += ["-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
 
 
 def extensions() -> list[Extension]:
@@ -29,10 +33,16 @@ def extensions() -> list[Extension]:
     except ImportError:
         return []
     sources = {".".join(path.with_suffix("").parts): path.as_posix() for path in KERNELS}
+    sanitize = SANITIZE_ARGS if os.environ.get("FPMATCH_SANITIZE") else []
     sources[SHARED] = SHARED.replace(".", "/") + ".c"
     modules = cythonize(
         [
-            Extension(name, [path], extra_compile_args=COMPILE_ARGS)
+            Extension(
+                name,
+                [path],
+                extra_compile_args=[*COMPILE_ARGS, *sanitize],
+                extra_link_args=sanitize,
+            )
             for name, path in sources.items()
         ],
         shared_utility_qualified_name=SHARED,

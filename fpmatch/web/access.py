@@ -110,9 +110,10 @@ def _parse(table: Any) -> tuple[bytes, Role]:
     if unknown:
         raise TokenError(f"unknown key {min(unknown)}", code="key")
     roles = {role.name.lower(): role for role in Role}
-    if table.get("role") not in roles:
+    role = table.get("role")
+    if not isinstance(role, str) or role not in roles:
         raise TokenError(f"its role must be one of {', '.join(roles)}", code="role")
-    return _digest(table), roles[table["role"]]
+    return _digest(table), roles[role]
 
 
 def _digest(table: Mapping[str, Any]) -> bytes:

@@ -14,6 +14,7 @@ from research.commands import PATH, Command, json_file, write_json
 from research.fuzzing import campaign
 from research.fuzzing.loop import Count, Limits, run
 from research.fuzzing.replay import replay
+from research.fuzzing.sanitizer import run_sanitized
 from research.fuzzing.targets import all_targets
 
 if TYPE_CHECKING:
@@ -95,9 +96,7 @@ def command(
     if json_file:
         check_writable(json_file)
     if sanitize:
-        from research.fuzzing.sanitizer import ensure_sanitized  # noqa: PLC0415
-
-        ensure_sanitized(sys.argv[1:])
+        run_sanitized(sys.argv[1:])
     if files and count is None and seconds is None:
         context.exit(replay(files, chosen if names else targets))
     earlier = campaign.read(log) if log else []

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.engine.threads import single_threaded
 from research.fuzzing.findings import Finding, place_in_dump
 from research.fuzzing.mutators.octets import MOST_BYTES
+from research.fuzzing.sanitizer import reason_of, report_of
 from research.fuzzing.worker import (
     DAMAGED,
     FIELDS,
@@ -144,6 +145,8 @@ class _Process:
         data = bytes(self.buffer[: self.state[LENGTH]])
         dump = Path(self.dump.name).read_text("utf-8", "replace")
         self.dump.close()
+        if report := report_of(self.process.pid):
+            return Finding(name, data, reason_of(report), report)
         if not self.failures.empty():
             return Finding(name, data, *self.failures.get())
         if hung:

@@ -18,6 +18,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.printable import printable
 from research.fuzzing.findings import place_of
 from research.fuzzing.mutators.octets import inputs
+from research.fuzzing.sanitizer import is_sanitized
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -56,7 +57,7 @@ def work(
     dump: str,
 ) -> None:
     """Read inputs until enough are read; a failure ends the process, as it may have left harm."""
-    prepare_process(dump, limited=True)
+    prepare_process(dump, sanitized=is_sanitized())
     start = before = time.monotonic()
     shared = memoryview(buffer).cast("B")
     for data, is_damaged in inputs(given.seed, given.corpus, target.mutators, target.words):
@@ -83,15 +84,15 @@ def work(
             return
 
 
-def prepare_process(dump: str, *, limited: bool) -> None:
+def prepare_process(dump: str, *, sanitized: bool) -> None:
     """Silence C libraries, turn warnings into errors, and write to `dump` where it dies."""
     gc.freeze()
     stream = Path(dump).open("w", encoding="utf-8")  # noqa: SIM115  (until the process ends)
-    faulthandler.enable(stream, all_threads=False)
+    if not sanitized:  # which reports faults itself, and needs much address space
+        faulthandler.enable(stream, all_threads=False)
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     faulthandler.register(signal.SIGUSR1, stream, all_threads=False)
     os.dup2(os.open(os.devnull, os.O_WRONLY), STDERR)
-    if limited:
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     warnings.simplefilter("error")
 
 

@@ -127,6 +127,12 @@ def test_genuine_and_impostor_files_have_the_score_last(tmp_path):
     assert [values.tolist() for values in found.split()] == [[0.9, 0.8], [0.1, 0.2]]
 
 
+def test_a_file_of_one_kind_has_no_columns_of_both(tmp_path):
+    both = write(tmp_path, "genuine;impostor\n7;0.5\n", "both")
+    with pytest.raises(DatasetError, match="no column 'similarity', 'score' or 'distance'"):
+        read_genuine_and_impostor(both, both)
+
+
 def test_distances_are_taken_negatively_and_must_be_declared(tmp_path):
     path = write(tmp_path, text_of(NAMED, ",", [*HEAD[:3], "distance"]))
     with pytest.raises(DatasetError, match=r"column 'distance': .* need --distances"):

@@ -5,6 +5,7 @@ import json
 import pytest
 from planted_targets import GOOD, planted
 
+from research.fuzzing import sanitizer
 from research.fuzzing.loop import Limits, run
 
 
@@ -72,7 +73,7 @@ def test_the_command_ends_clean_and_counts(tmp_path, run_research):
 
 def test_a_log_adds_up_several_runs_with_other_seeds(tmp_path, run_research):
     log, report = tmp_path / "log.jsonl", tmp_path / "report.json"
-    words = ["--files", "30", "--target", "image-raw", "--target", "gallery", "--log", log]
+    words = ["--files", "30", "--target", "image-raw", "--target", "prepared", "--log", log]
     for number in range(2):
         done = run_research("fuzz", *words, "--json", report)
         assert done.exit_code == 0, done.output
@@ -95,3 +96,27 @@ def test_an_unknown_target_is_refused(run_research):
     done = run_research("fuzz", "--target", "nothing")
     assert done.exit_code == 2
     assert "'nothing' is none of csv, json" in done.stderr
+
+
+def test_reports_of_sanitizers_become_one_line():
+    report = (
+        "==1==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x60\n"
+        "    #0 0x7f in __pyx_f_7fpmatch build/cython/fpmatch/matching/_local_kernel.c:123\n"
+    )
+    where = "AddressSanitizer heap-buffer-overflow in _local_kernel:123"
+    assert sanitizer.reason_of(report) == where
+    undefined = "build/cython/_grid_kernel.c:9:3: runtime error: signed integer overflow: 1 + 2\n"
+    assert sanitizer.reason_of(undefined) == (
+        "UndefinedBehaviorSanitizer signed integer overflow 1 + 2 in _grid_kernel:9"
+    )
+
+
+def test_a_compiler_without_sanitizers_is_named(monkeypatch, run_research):
+    monkeypatch.setattr(sanitizer, "LIBRARIES", ("libnothing.so",))
+    done = run_research("fuzz", "--sanitize")
+    assert done.exit_code == 2
+    assert "it has no libnothing.so" in done.stderr
+    monkeypatch.setattr(sanitizer.sysconfig, "get_config_var", lambda _: "/no/compiler -pthread")
+    done = run_research("fuzz", "--sanitize")
+    assert done.exit_code == 2
+    assert "/no/compiler does not run" in done.stderr

@@ -48,6 +48,7 @@ def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
         ("[a", "TOML"),
         ("a = 1", "table"),
         ('[a]\nrole = "king"\ntoken = "a-long-enough-token"', "role"),
+        ('[a]\nrole = ["read"]\ntoken = "a-long-enough-token"', "role"),
         ('[a]\nrole = "read"', "either"),
         ('[a]\nrole = "read"\ntoken = "short"', "16"),
         ('[a]\nrole = "read"\ntoken = 5', "64"),

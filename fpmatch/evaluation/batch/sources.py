@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
     from fpmatch.engine.engine import Engine
     from fpmatch.formats.record import TemplateRecord
@@ -235,16 +235,23 @@ def pack(template: Template) -> bytes:
 
 
 def unpack(data: bytes) -> Template:
-    """Return the template of bytes that `pack` or a gallery made."""
+    """Return the template of bytes that `pack` or a gallery made; FpmatchError if damaged."""
     if not data.startswith(_ZIP):
         return unpack_template(data)
-    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-        width, height, dpi = arrays["frame"].tolist()
-        field = None
-        if "step" in arrays:
-            ridges = arrays.get("ridges")
-            field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"], ridges)
-        minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            return _template_of(arrays)
+    except Exception as error:  # numpy and zipfile raise many kinds for damaged archives
+        raise ScoringError("a stored template is damaged", code="damaged") from error
+
+
+def _template_of(arrays: Mapping[str, Any]) -> Template:
+    width, height, dpi = arrays["frame"].tolist()
+    field = None
+    if "step" in arrays:
+        ridges = arrays.get("ridges")
+        field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"], ridges)
+    minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
     return Template(minutiae, int(width), int(height), dpi, field)
 
 

@@ -137,12 +137,16 @@ def _parse(of_finger: dict[str, Any], impression: dict[str, Any]) -> ImpressionT
         displacement = DisplacementField(float(grid["step"]), shift)
     unlisted = master_xy[np.setdiff1d(np.arange(len(master_xy)), master)]
     seen = np.array(visible, dtype=bool)
+    with np.errstate(over="ignore", invalid="ignore"):
+        hidden_xy = np.vstack([minutiae.xy[~seen], _placed(transform, displacement, unlisted)])
+    if not np.isfinite(hidden_xy).all():
+        raise ValueError("the transform maps minutiae beyond all numbers")
     return ImpressionTruth(
         transform=transform,
         minutiae=minutiae,
         master=np.array(master, dtype=np.int64),
         visible=seen,
-        hidden_xy=np.vstack([minutiae.xy[~seen], _placed(transform, displacement, unlisted)]),
+        hidden_xy=hidden_xy,
         displacement=displacement,
     )
 

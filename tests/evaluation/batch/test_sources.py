@@ -15,7 +15,7 @@ from fpmatch.evaluation.batch.sources import FolderSource, GallerySource, open_s
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Template
+from fpmatch.minutiae import Minutiae, Template
 
 
 @pytest.fixture
@@ -51,6 +51,15 @@ def test_templates_come_back_exactly(template):
         assert found.minutiae == original.minutiae
     data = pack_template(template)  # that of a gallery
     assert unpack(data) == unpack_template(data)
+
+
+@pytest.mark.parametrize("change", [slice(60, 61), slice(200, None), slice(-30, None)])
+def test_damaged_stored_templates_are_one_error(change):
+    template = Template(Minutiae([1, 2], [3, 4], [0, 1]), 20, 30)
+    data = bytearray(pack(template))
+    data[change] = b"x" if change.stop else b""
+    with pytest.raises(FpmatchError, match="damaged"):
+        unpack(bytes(data))
 
 
 def test_a_folder_by_name_with_its_failures(folder):

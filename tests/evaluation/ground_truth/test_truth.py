@@ -128,6 +128,8 @@ def test_documents_that_are_no_truth_are_refused(tmp_path):
     assert_refused(tmp_path, good | {"impressions": {"101_1": 7}}, "101_1 is malformed")
     assert_refused(tmp_path, good | {"impressions": {"101_1": {}}}, "has no 'minutiae'")
     transform = good["impressions"]["101_1"]["transform"]
+    transform["scale"] = 1e308
+    assert_refused(tmp_path, good, "maps minutiae beyond all numbers")
     transform["scale"] = -1
     assert_refused(tmp_path, good, "positive scale")
     del transform["scale"]

@@ -101,6 +101,7 @@ def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
     notes: list[str] = []
     search = open_search(gallery, engine=serial(), note=notes.append)
     found = identify(search, templates()[PROBE], count=10)
+    notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
     label = {entry.id: str(entry.label) for entry in gallery.entries()}
     return [
         (label.get(one.number), one.number, one.similarity, one.score, one.impressions)

@@ -34,6 +34,7 @@ MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)
 """Largest position or angle, which are kept as float32."""
 CELL_BITS: Final = 8
+_MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows integers
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
 MOST_DRAWN: Final = 300
 """Minutiae in the drawing of a notebook."""
@@ -251,15 +252,15 @@ class RidgeField:
             with np.errstate(over="ignore"):
                 orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
             mask = np.ascontiguousarray(self.mask, dtype=bool)
-            ridges = None if self.ridges is None else np.asarray(self.ridges, np.uint64)
+            ridges = None if self.ridges is None else _as_bits(self.ridges)
         except (OverflowError, ValueError) as error:
             raise MinutiaeError("ridge field: a number is beyond its range") from error
         if orientation.ndim != 2 or orientation.shape != mask.shape:
             raise MinutiaeError("ridge field: orientation and mask must be 2-D and of one shape")
         if not (np.isfinite(self.step) and self.step > 0):
             raise MinutiaeError("ridge field: step must be a positive number of pixels")
-        if not np.isfinite(orientation[mask]).all():
-            raise MinutiaeError("ridge field: orientation must be finite inside the mask")
+        if not (np.abs(orientation[mask]) < _MOST_RADIANS).all():
+            raise MinutiaeError("ridge field: orientation must be finite radians inside the mask")
         _set_read_only(self, orientation=orientation, mask=mask)
         object.__setattr__(self, "step", float(self.step))
         if ridges is not None:
@@ -365,6 +366,12 @@ class Template:
         frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
         style = "background:#fff;border:1px solid #ccc"
         return f'<svg {frame} style="{style}">{marks}</svg><div>{self!r}</div>'
+
+
+def _as_bits(values: ArrayLike) -> NDArray[np.uint64]:
+    """Return whole numbers of 64 bits, also those that floats hold."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values, np.uint64)
 
 
 def _set_read_only(owner: object, **arrays: NDArray[Any]) -> None:

@@ -53,3 +53,14 @@ def test_fields_are_equal_whose_ridges_are():
 def test_ridges_of_another_shape_are_refused(shape):
     with pytest.raises(MinutiaeError, match="ridges and mask must be of one shape"):
         some_field(np.ones(shape, np.uint64))
+
+
+@pytest.mark.parametrize("orientation", [np.nan, np.inf, 1e30])
+def test_orientations_that_are_no_angles_are_refused(orientation):
+    with pytest.raises(MinutiaeError, match="orientation must be finite radians"):
+        RidgeField(16.0, np.full(MASK.shape, orientation), MASK)
+
+
+def test_ridges_of_any_numbers_are_kept_as_bits_without_a_warning():
+    field = some_field(np.full(MASK.shape, np.nan))
+    assert field.ridges.dtype == np.uint64

@@ -195,7 +195,8 @@ def run(
         one = done[k]
         left = (limits.seconds - one.seconds, limits.files / jobs - one.damaged)
         if min(left) > 0 and len(total.findings) < limits.most_kinds:
-            given = Work(corpus, *left, (seed * 1000 + k) * 1_000_003 + one.inputs, limits.peak_mb)
+            chosen = (seed * 1000 + k) * 1_000_003 + one.inputs
+            given = Work(corpus, one.inputs, *left, chosen, limits.peak_mb)
             running[k] = _Process(target, reader, given)
 
     with single_threaded():  # a forked process would wait for threads

@@ -31,7 +31,9 @@ _SHOWN_LINES = 20  # of a compiler's output
 _REPORT = re.compile(
     r"ERROR: (?P<address>AddressSanitizer: [\w-]+)|runtime error: (?P<undefined>.*)"
 )
-_PLACE = re.compile(r"(\w+_kernel)\.c:(\d+)|(\w+_kernel)\.cpython|in (__pyx_\w+)")
+_PLACES = [
+    re.compile(pattern) for pattern in (r"(\w+_kernel)\.c:(\d+)", r"(\w+_kernel)\.cpython()")
+]
 _KERNELS = ("_*_kernel.py", "*.pxd")
 
 
@@ -83,10 +85,9 @@ def reason_of(report: str) -> str:
     what = "a sanitizer's report"
     if found:
         what = found["address"] or f"UndefinedBehaviorSanitizer {found['undefined']}"
-    place = _PLACE.search(report)
-    where = next((part for part in place.groups() if part), "") if place else "no kernel"
-    line = f":{place[2]}" if place and place[2] else ""
-    return f"{what.replace(': ', ' ')} in {where}{line}"
+    place = next((match for one in _PLACES if (match := one.search(report))), None)
+    where = ":".join(filter(None, place.groups())) if place else "no kernel"
+    return f"{what.replace(': ', ' ')} in {where}"
 
 
 def _libraries() -> list[Path]:

@@ -11,6 +11,7 @@ import time
 import traceback
 import warnings
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from research.fuzzing.mutators.octets import inputs
 from research.fuzzing.sanitizer import is_sanitized
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from research.fuzzing.targets.target import Reader, Target
 
@@ -38,9 +39,13 @@ FILES, DAMAGED, REFUSED, LENGTH, STAGE, PASSED_MS, SLOWEST_MS, MEMORY_MB = FIELD
 
 @dataclass(frozen=True)
 class Work:
-    """Say what a process reads: good files, seconds, damaged files, the seed, and its memory."""
+    """State what a process reads: good files, of which some were read before, and for how long.
+
+    `files` is the number of damaged files, and `peak_mb` the memory that it may use.
+    """
 
     corpus: list[bytes]
+    read_before: int
     seconds: float
     files: float
     seed: int
@@ -60,7 +65,7 @@ def work(
     prepare_process(dump, sanitized=is_sanitized())
     start = before = time.monotonic()
     shared = memoryview(buffer).cast("B")
-    for data, is_damaged in inputs(given.seed, given.corpus, target.mutators, target.words):
+    for data, is_damaged in _inputs(target, given):
         if before - start > given.seconds or state[DAMAGED] >= given.files:
             return
         shared[: len(data)] = data
@@ -94,6 +99,12 @@ def prepare_process(dump: str, *, sanitized: bool) -> None:
     faulthandler.register(signal.SIGUSR1, stream, all_threads=False)
     os.dup2(os.open(os.devnull, os.O_WRONLY), STDERR)
     warnings.simplefilter("error")
+
+
+def _inputs(target: Target, given: Work) -> Iterator[tuple[bytes, bool]]:
+    """Yield the good files that are still to be read, then damaged ones; and which they are."""
+    endless = inputs(given.seed, given.corpus, target.mutators, target.words)
+    return islice(endless, min(given.read_before, len(given.corpus)), None)
 
 
 def outcome(reader: Reader, data: bytes) -> tuple[bool, tuple[str, str] | None]:

@@ -9,7 +9,15 @@ from __future__ import annotations
 READING_CALLS = frozenset(
     {
         *("read_bytes", "read_text", "open", "loads", "np.load", "fromfile", "memmap", "connect"),
-        *("frombuffer", "create_engine", "unpack_from", "imdecode", "readNetFromONNX"),
+        *(
+            "parse_json",
+            "parse_toml",
+            "frombuffer",
+            "create_engine",
+            "unpack_from",
+            "imdecode",
+            "readNetFromONNX",
+        ),
     }
 )
 """Calls by which bytes from outside become values."""
@@ -34,6 +42,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "engine/cluster.py": "a Dask scheduler is trusted; see docs/security.md",
     "engine/local.py": "reads the script that was started",
     "engine/task.py": "unpickles what this process has just written",
+    "evaluation/batch/run.py": ("unfinished-run",),
     "evaluation/batch/sources.py": ("stored-template",),
     "evaluation/batch/store.py": ("unfinished-run",),
     "evaluation/ground_truth/truth.py": ("truth",),
@@ -65,6 +74,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "matching/score_model.py": _OWN,
     "npy.py": ("npy", "points", "array-picture"),
     "output.py": _OUT,
+    "parsing.py": ("json", "calibration", "truth", "points-results", "dataset-info", "clients"),
     "pointset/points_csv.py": ("points",),
     "reading.py": _OUT,
     "synthesis/database.py": "compares files with what it would write",

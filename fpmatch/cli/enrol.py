@@ -13,6 +13,7 @@ from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
     notes_as_json,
     say_failures,
+    say_note,
     say_notes,
     say_slow_kernels,
     show,
@@ -178,8 +179,10 @@ def enrol(
                 progress=bars.show,
                 strict=strict,
             )
-            summary, name = opened.summary(), opened.name
+            summary, name, private = opened.summary(), opened.name, opened.private
     seconds = time.perf_counter() - start
+    if not private:
+        say_note(f"{name}: other users may read it; `chmod 600` makes it private")
     say_notes(done.noted)
     say_failures(
         [f"{failure.source}: {failure.reason}" for failure in done.failures],

@@ -79,6 +79,18 @@ def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path: Path) -> None
         assert rights(tmp_path) == {"g.db": after}
 
 
+def test_enrol_states_that_others_may_read_a_gallery(tmp_path: Path) -> None:
+    save_template(tmp_path / "1_1.json", scattered(1, 30))
+    place, probe = str(tmp_path / "g.db"), str(tmp_path / "1_1.json")
+    for rights_before, noted in ((None, False), (0o644, False), (0o664, True)):
+        if rights_before is not None:
+            (tmp_path / "g.db").chmod(rights_before)
+        result = CliRunner().invoke(fpmatch, ["enrol", place, probe, "--workers", "1"])
+        (tmp_path / "1_1.json").unlink()
+        save_template(tmp_path / "1_1.json", scattered(2 + (rights_before or 0), 30))
+        assert ("other users may read it" in result.stderr) is noted, result.stderr
+
+
 def test_exports_and_scores(tmp_path: Path) -> None:
     def run(*words: object) -> None:
         result = CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")

@@ -60,7 +60,7 @@ CASES = {
         ("set --matcher nobody", "unknown matcher 'nobody'"),
         ("set --scores nowhere/s.csv", "s.csv: cannot be written"),
         ("set --scores .", "is a folder"),
-        ("set --report notes.txt", "notes.txt: no folder can be made"),
+        ("set --report notes.txt", "notes.txt: cannot be made a folder"),
         ("set --baseline nowhere.csv", "nowhere.csv: cannot be read: no such file"),
         ("set --baseline notes.txt", "notes.txt: line 1: not a file of scores"),
         ("set --ground-truth", "1.json: no such file"),

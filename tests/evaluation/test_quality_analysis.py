@@ -81,5 +81,5 @@ def test_curves_are_three_tables(graded, tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="no folder can be made"):
+    with pytest.raises(OutputError, match="cannot be made a folder"):
         prepare_curves(tmp_path / "file" / "below")

@@ -103,7 +103,7 @@ def test_a_database_of_genuine_pairs_alone(options, make_database):
 
 def test_a_page_that_cannot_be_is_refused(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="no folder can be made"):
+    with pytest.raises(OutputError, match="cannot be made a folder"):
         prepare_page(tmp_path / "file" / "below")
     (tmp_path / "index.html").mkdir()
     with pytest.raises(OutputError, match="it is a folder"):

@@ -59,6 +59,7 @@ MAY_IMPORT = {
     "api": {"drawing", "image", "matching", "reading", "report"},
     "gallery_api": {"api", "engine", "gallery"},
     "client": {"formats", "output"},
+    "revocable": {"array_file", "encryption", "matching"},
     "web": {"audit", "case_report", "engine", "gallery", "pair"},
     "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web"},
     "__main__": {"cli"},

@@ -33,6 +33,7 @@ SUMMARIES: Final = {
     "synth": "Make databases of synthetic prints with ground truth.",
     "calibrate": "Fit scores to the false match rates of your own prints.",
     "points": "Match, benchmark and draw bare point sets.",
+    "revocable": "Protect templates under a key that can be replaced (research).",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
 EXIT_ERROR: Final = 2

@@ -24,6 +24,7 @@ from research.tables.performance import format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
+from research.tables.revocable import format_revocable
 from research.tables.searching import format_searching
 from research.tables.serving import format_serving
 from research.tables.synthesis import format_synthesis, preset_rows
@@ -172,6 +173,10 @@ PAGES: Final = {
             for part in ("fvc", "synthetic")
         },
         {(_explanation("quality.md"), "measured"): format_quality},
+    ),
+    "revocable": Page(
+        {"measured": Part("benchmarks/revocable.py --json", "revocable.json", alone=True)},
+        {(_explanation("revocable_templates.md"), "measured"): format_revocable},
     ),
     "searching": Page(
         {"large": Part("benchmarks/large_galleries.py --json", "searching.json", alone=True)},

@@ -12,7 +12,7 @@ from fpmatch.evaluation.extraction import ExtractedSet, extract_datasets
 from fpmatch.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among
 from research.commands import PATH, Command, folders, synthetic_folder, workers
 from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
@@ -32,6 +32,8 @@ ALONE: Final = 1 / 6
     epilog="""\b
 Example:
   python -m research calibrate fvc/*/* --synthetic
+  FPMATCH_KEY=file:any.key python -m research calibrate fvc/*/* --synthetic \\
+      --matcher fpmatch.revocable.matcher:MATCHER
 """,
 )
 @folders
@@ -73,7 +75,7 @@ def command(
         else:
             report = evaluate_templates([*real, *made], matcher=name, workers=workers)
             calibration = calibrate_on(impostors_of_report(report), name, origin)
-        target = into / f"{name}.json"
+        target = into / f"{matcher_name(name)}.json"
         target.write_text(calibration.as_json(), encoding="utf-8")
         click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")
 

@@ -1,0 +1,40 @@
+"""The comparison of revocable templates as a matcher, for every command that takes one.
+
+``--matcher fpmatch.revocable.matcher:MATCHER`` names it; the environment variable ``FPMATCH_KEY``
+names the source of its key.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.encryption.keys import load_keys
+from fpmatch.matching.result import Comparison, nothing_found
+from fpmatch.revocable.compare import compare
+from fpmatch.revocable.template import RevocableTemplate, protect
+
+if TYPE_CHECKING:
+    from fpmatch.minutiae import Template
+
+
+@dataclass(frozen=True, slots=True)
+class RevocableMatcher:
+    """Compare templates by their revocable form under the current key.
+
+    It finds no transform and no pairs: these cannot be recovered from revocable templates.
+    """
+
+    name: str = "revocable"
+
+    def prepare(self, template: Template) -> RevocableTemplate:
+        """Return the revocable form of a template."""
+        return protect(template, load_keys().current)
+
+    def compare(self, probe: RevocableTemplate, reference: RevocableTemplate) -> Comparison:
+        """Compare two revocable templates."""
+        why = "revocable templates are compared without a transform"
+        return nothing_found(why, compare(probe, reference))
+
+
+MATCHER: Final = RevocableMatcher()

@@ -1,0 +1,144 @@
+"""What revocable templates cost and hold: error rates, linkability of templates of two keys."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from dataclasses import asdict, dataclass
+from itertools import combinations, pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from fpmatch.encryption.keys import Key
+from fpmatch.evaluation.rates import error_rates
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.revocable.compare import shared_words, similarity
+from fpmatch.revocable.template import protect
+from research.unlinkability import d_sys
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.minutiae import Template
+    from fpmatch.revocable.template import RevocableTemplate
+
+KEYS: Final = 2
+SPEED_PAIRS: Final = 200
+DELAUNAY_POINTS: Final = 40
+# How an attacker without the keys, or with both, may judge two templates of different keys.
+ATTACKS: Final[dict[str, Callable[[RevocableTemplate, RevocableTemplate], float]]] = {
+    "similarity, as templates of one key are compared": similarity,
+    "words in common": lambda a, b: float(shared_words(a, b).sum()),
+    "distributions of the words of the rows": lambda a, b: (
+        -float(np.abs(_row_quantiles(a) - _row_quantiles(b)).mean())
+    ),
+    "words that occur twice": lambda a, b: -float(abs(_repeated(a) - _repeated(b))),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """Judgements of pairs of impressions of one finger, and of different fingers."""
+
+    mated: NDArray[np.float64]
+    non_mated: NDArray[np.float64]
+
+
+def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
+    """Return error rates by database, linkability by attack, sizes and times."""
+    keys = [Key(os.urandom(32)) for _ in range(KEYS)]
+    rates: list[dict[str, Any]] = []
+    judged: dict[str, list[_Judged]] = {name: [] for name in (*ATTACKS, _SAME_KEY)}
+    every: list[Template] = []
+    for one in sets:
+        templates = [e.template for e in one.extractions if e.template is not None]
+        fingers = [
+            impression.finger
+            for impression, e in zip(one.dataset.impressions, one.extractions, strict=True)
+            if e.template is not None
+        ]
+        made = [[protect(template, key) for template in templates] for key in keys]
+        usual = [MATCHER.prepare(template) for template in templates]
+        same = _judge(fingers, lambda i, j, m=made: similarity(m[0][i], m[0][j]))
+        plain = _judge(fingers, lambda i, j, u=usual: MATCHER.compare(u[i], u[j]).similarity)
+        rates.append(
+            {
+                "name": one.dataset.name,
+                "revocable": asdict(error_rates(same.mated, same.non_mated)),
+                "minutiae": asdict(error_rates(plain.mated, plain.non_mated)),
+            }
+        )
+        judged[_SAME_KEY].append(same)
+        for name, attack in ATTACKS.items():
+            judged[name].append(_judge(fingers, lambda i, j, m=made, f=attack: f(m[0][i], m[1][j])))
+        every += templates
+    return {
+        "sets": rates,
+        "linkability": [{"attack": name, **_linkability(judged[name])} for name in judged],
+        **_costs(every, keys[0]),
+    }
+
+
+_SAME_KEY: Final = "similarity, with one key for both (for comparison: linked by design)"
+
+
+def _judge(fingers: Sequence[object], judge: Callable[[int, int], float]) -> _Judged:
+    """Return the judgements of all pairs of impressions."""
+    mated, non_mated = [], []
+    for i, j in combinations(range(len(fingers)), 2):
+        (mated if fingers[i] == fingers[j] else non_mated).append(judge(i, j))
+    return _Judged(np.array(mated), np.array(non_mated))
+
+
+def _linkability(parts: Sequence[_Judged]) -> dict[str, float]:
+    """Return D_sys of all databases together, and that of the same judgements in random order."""
+    mated = np.concatenate([one.mated for one in parts])
+    non_mated = np.concatenate([one.non_mated for one in parts])
+    mixed = np.random.default_rng(0).permutation(np.concatenate([mated, non_mated]))
+    return {
+        "d_sys": d_sys(mated, non_mated),
+        "by_chance": d_sys(mixed[: len(mated)], mixed[len(mated) :]),
+        "mated": len(mated),
+        "non_mated": len(non_mated),
+    }
+
+
+def _costs(templates: Sequence[Template], key: Key) -> dict[str, float]:
+    """Return bytes of a template, and times as ratios to scipy's Delaunay of 40 points."""
+    points = np.random.default_rng(0).uniform(0, 300, (DELAUNAY_POINTS, 2))
+    some = templates[:SPEED_PAIRS]
+    made = [protect(template, key) for template in some]
+    for one in made:
+        one.index  # noqa: B018  (sorted once for all comparisons)
+    unit = _median_s([lambda: Delaunay(points)] * SPEED_PAIRS)
+    pairs = [lambda a=a, b=b: similarity(a, b) for a, b in pairwise(made)]
+    protected = [lambda t=t: protect(t, key) for t in some]
+    return {
+        "bytes": made[0].words.nbytes,
+        "delaunay_us": unit * 1e6,
+        "compare_ratio": _median_s(pairs) / unit,
+        "protect_ratio": _median_s(protected) / unit,
+    }
+
+
+def _median_s(calls: Sequence[Callable[[], object]]) -> float:
+    taken = []
+    for call in calls:
+        start = time.perf_counter()
+        call()
+        taken.append(time.perf_counter() - start)
+    return statistics.median(taken)
+
+
+def _row_quantiles(template: RevocableTemplate) -> NDArray[np.float64]:
+    return np.quantile(template.words.astype(np.float64), [0.1, 0.3, 0.5, 0.7, 0.9], axis=1)
+
+
+def _repeated(template: RevocableTemplate) -> int:
+    return template.words.size - len(np.unique(template.words))

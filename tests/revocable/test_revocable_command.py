@@ -1,0 +1,79 @@
+"""``fpmatch revocable``: protect and compare, and its matcher in other commands."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from fpmatch.cli.group import fpmatch
+from fpmatch.encryption.key_text import make_keys
+
+SAMPLES = Path(__file__).parents[2] / "sample_data"
+pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample prints are not here")
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("FPMATCH_KEY", raising=False)
+    make_keys("file:a.key")
+    make_keys("file:b.key")
+    return lambda *words: CliRunner().invoke(fpmatch, [str(word) for word in words])
+
+
+def protected(run, sample, target, key="a.key"):
+    words = "revocable", "protect", SAMPLES / sample, "-o", target, "--key", f"file:{key}"
+    done = run(*words)
+    assert done.exit_code == 0, done.output
+    return target
+
+
+def test_two_prints_of_a_finger_match_and_two_fingers_do_not(run):
+    one, again, other = (
+        protected(run, f"{name}.tif", f"{name}.rev") for name in ("101_1", "101_3", "102_1")
+    )
+    done = run("revocable", "compare", one, again)
+    assert done.exit_code == 0
+    assert done.output.startswith("MATCH\n")
+    done = run("revocable", "compare", one, other, "--json")
+    assert done.exit_code == 1
+    document = json.loads(done.output)
+    assert document["match"] is False
+    assert document["score"] < document["threshold"] == 30
+    assert set(document) == {"match", "score", "fmr", "threshold", "similarity", "key"}
+
+
+def test_templates_of_two_keys_are_refused(run):
+    a = protected(run, "101_1.tif", "a.rev")
+    b = protected(run, "101_1.tif", "b.rev", key="b.key")
+    done = run("revocable", "compare", a, b)
+    assert done.exit_code == 2
+    assert "templates of different keys" in done.output
+    assert done.output.count("\n") == 1
+
+
+def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path):
+    a = protected(run, "101_1.tif", "a.rev")
+    for words, why in [
+        (("compare", a, SAMPLES / "101_1.tif"), "101_1.tif: not a revocable template"),
+        (("compare", a, "none.rev"), "none.rev: no such file"),
+        (("protect", SAMPLES / "101_1.tif", "-o", "x.rev"), "no key was given"),
+        (("protect", a, "-o", "x.rev", "--key", "file:a.key"), "a.rev: "),
+        (("compare", a, a, "--fmr", "2"), "2"),
+    ]:
+        done = run("revocable", *words)
+        assert done.exit_code == 2, words
+        assert why in done.output.splitlines()[-1]
+    assert not (tmp_path / "x.rev").exists()
+
+
+def test_the_matcher_takes_its_key_from_the_command(run):
+    place = "fpmatch.revocable.matcher:MATCHER"
+    prints = [SAMPLES / f"{name}.tif" for name in ("101_1", "101_3")]
+    done = run("verify", *prints, "--matcher", place, "--json", "--fmr", 0.01)
+    assert done.exit_code == 2
+    assert "no key was given" in done.output
+    for key in ("file:a.key", "file:b.key"):
+        done = run("verify", *prints, "--matcher", place, "--json", "--fmr", 0.01, "--key", key)
+        assert json.loads(done.output)["match"] is True

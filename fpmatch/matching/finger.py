@@ -24,7 +24,7 @@ from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.consolidate import consolidate, link_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import PreparedPair, Verification
+from fpmatch.matching.result import PreparedPair, Verification, may_match
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -189,7 +189,7 @@ def verify_finger(
     finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
     found = finger.compare(prepared)
     verification = Verification(
-        match=found.comparison.transform is not None and found.score >= threshold,
+        match=found.score >= threshold and may_match(chosen, found.comparison),
         score=found.score,
         fmr=found.fmr,
         threshold=float(threshold),

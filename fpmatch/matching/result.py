@@ -128,6 +128,14 @@ class DecidesByShare(Protocol):
         """Share that must be exceeded."""
 
 
+def may_match(matcher: Matcher, comparison: Comparison) -> bool:
+    """Return whether a comparison can be a match, with a score that is high enough.
+
+    It needs a transform, unless the matcher states by ``aligns = False`` that it finds none.
+    """
+    return comparison.transform is not None or not getattr(matcher, "aligns", True)
+
+
 def as_explaining(matcher: Matcher) -> Explaining | None:
     """Return a matcher that can explain its comparisons; None for another."""
     # isinstance takes as long as a comparison of a protocol

@@ -13,7 +13,7 @@ from fpmatch.matching.calibration import (
     score_to_fmr,
 )
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import PreparedPair, Verification, score_of
+from fpmatch.matching.result import PreparedPair, Verification, may_match, score_of
 
 if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
@@ -86,7 +86,7 @@ def verify(
         needed = score_of(calibration, rho)
         enough = comparison.similarity > rho
     return Verification(
-        match=comparison.transform is not None and enough,
+        match=enough and may_match(chosen, comparison),
         score=score,
         fmr=math.nan if calibration is None else score_to_fmr(score),
         threshold=needed,

@@ -26,6 +26,7 @@ class RevocableMatcher:
     """
 
     name: str = "revocable"
+    aligns: bool = False
 
     def prepare(self, template: Template) -> RevocableTemplate:
         """Return the revocable form of a template."""
@@ -33,8 +34,7 @@ class RevocableMatcher:
 
     def compare(self, probe: RevocableTemplate, reference: RevocableTemplate) -> Comparison:
         """Compare two revocable templates."""
-        why = "revocable templates are compared without a transform"
-        return nothing_found(why, compare(probe, reference))
+        return nothing_found("too few words in common", compare(probe, reference))
 
 
 MATCHER: Final = RevocableMatcher()

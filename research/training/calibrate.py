@@ -74,7 +74,7 @@ def command(
             )
         else:
             report = evaluate_templates([*real, *made], matcher=name, workers=workers)
-            calibration = calibrate_on(impostors_of_report(report), name, origin)
+            calibration = calibrate_on(impostors_of_report(report), matcher_name(name), origin)
         target = into / f"{matcher_name(name)}.json"
         target.write_text(calibration.as_json(), encoding="utf-8")
         click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")

@@ -102,6 +102,7 @@ research = LazyGroup(
         "error-vs-discard": ("experiments.discard_command", "Measure what quality is worth."),
         "calibrate": ("training.calibrate", "Fit the package's calibrations."),
         "fuzz": ("fuzzing.command", "Feed damaged files to every reader."),
+        "attack-server": ("attacks.command", "Attack a server beside its ordinary clients."),
     },
 )
 research.add_command(

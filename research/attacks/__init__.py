@@ -1,0 +1,1 @@
+"""Attacks on a server over HTTP, and what its ordinary clients notice of them."""

@@ -1,0 +1,130 @@
+"""Requests as bytes, and the ordinary clients that send them and check the answers."""
+
+from __future__ import annotations
+
+import http.client
+import io
+import json
+import time
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from PIL import Image
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+SAMPLES: Final = Path(__file__).resolve().parents[2] / "sample_data"
+PROBE: Final = SAMPLES / "101_1.tif"
+REFERENCE: Final = SAMPLES / "101_3.tif"
+KINDS: Final = ("health", "verify", "identify")  # what an ordinary client requests, in turn
+BUSY: Final = 503
+PATIENCE_S: Final = 60.0
+_BOUNDARY: Final = "fpmatch-attack"
+_NOISY_SIDE: Final = 1500  # pixels
+_PAUSE_S: Final = 0.05  # between two requests
+
+
+def multipart(**files: Path | bytes) -> bytes:
+    """Return the body of a form with these files."""
+    parts = [
+        f'--{_BOUNDARY}\r\ncontent-disposition: form-data; name="{name}"; '
+        f'filename="{name}.tif"\r\n\r\n'.encode()
+        + (file if isinstance(file, bytes) else file.read_bytes())
+        + b"\r\n"
+        for name, file in files.items()
+    ]
+    return b"".join([*parts, f"--{_BOUNDARY}--\r\n".encode()])
+
+
+def post_head(path: str, *headers: str) -> bytes:
+    """Return the head of a request whose body is such a form; `headers` are further lines."""
+    lines = [f"POST {path} HTTP/1.1", "host: localhost", *headers]
+    lines.append(f"content-type: multipart/form-data; boundary={_BOUNDARY}")
+    return "\r\n".join([*lines, "", ""]).encode()
+
+
+def whole_post(path: str, **files: Path | bytes) -> bytes:
+    """Return a request with these files."""
+    body = multipart(**files)
+    return post_head(path, f"content-length: {len(body)}") + body
+
+
+def noisy_print() -> bytes:
+    """Return an image with a print in a corner of noise: to compare it has an answer of 5 MB."""
+    with Image.open(PROBE) as image:
+        pixels = np.asarray(image.convert("L"))
+    noise = np.random.default_rng(1).integers(0, 256, (_NOISY_SIDE, _NOISY_SIDE), np.uint8)
+    noise[: pixels.shape[0], : pixels.shape[1]] = pixels
+    stream = io.BytesIO()
+    Image.fromarray(noise).save(stream, "PNG", dpi=(500, 500))
+    return stream.getvalue()
+
+
+@dataclass
+class Times:
+    """Hold what ordinary clients noticed: seconds by kind of request, refusals, wrong answers."""
+
+    seconds: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    refused: int = 0
+    wrong: int = 0
+
+
+class OrdinaryClient:
+    """A client that requests health, a verification and an identification in turn.
+
+    The first answers are those that later ones must equal, but for their times.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._place = host, port
+        both = multipart(probe=PROBE, reference=REFERENCE)
+        self._bodies = {"health": b"", "verify": both, "identify": multipart(probe=PROBE)}
+        while self._ask("health")[0] == 0:  # some servers listen after they are ready
+            time.sleep(_PAUSE_S)
+        self._right = {kind: self._ask(kind) for kind in KINDS}
+        failed = [kind for kind, (status, _) in self._right.items() if status != http.HTTPStatus.OK]
+        if failed:
+            raise OSError(f"the server does not answer /{failed[0]}: {self._right[failed[0]]}")
+
+    def ask_for(self, seconds: float) -> Times:
+        """Request again and again for so many seconds, each time on a new connection."""
+        times, end = Times(), time.monotonic() + seconds
+        while time.monotonic() < end:
+            for kind in KINDS:
+                start = time.perf_counter()
+                status, answer = self._ask(kind)
+                times.seconds[kind].append(time.perf_counter() - start)
+                times.refused += status in (0, BUSY)
+                times.wrong += status not in (0, BUSY) and (status, answer) != self._right[kind]
+                time.sleep(_PAUSE_S)
+        return times
+
+    def _ask(self, kind: str) -> tuple[int, Any]:
+        """Return status and content of an answer; status 0 where there is none."""
+        connection = http.client.HTTPConnection(*self._place, timeout=PATIENCE_S)
+        body = self._bodies[kind]
+        try:
+            if body:
+                form = {"content-type": f"multipart/form-data; boundary={_BOUNDARY}"}
+                connection.request("POST", f"/{kind}", body, form)
+            else:
+                connection.request("GET", f"/{kind}")
+            response = connection.getresponse()
+            return response.status, _without_times(response.read())
+        except (OSError, http.client.HTTPException) as error:
+            return 0, str(error)
+        finally:
+            connection.close()
+
+
+def _without_times(content: bytes) -> Any:
+    """Return a JSON document without its times, or what is not JSON as it is."""
+    try:
+        document: Mapping[str, Any] = json.loads(content)
+    except ValueError:
+        return content
+    return {name: value for name, value in document.items() if name != "seconds"}

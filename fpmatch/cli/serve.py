@@ -59,7 +59,9 @@ Examples:
   fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
   fpmatch serve --gallery prints.db --clients clients.toml --audit-log audit.jsonl --log json
 
-Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not start.
+Ctrl-C or SIGTERM stops the server; requests have 5 seconds to end.
+
+Exit status: 0 when it was stopped, 2 when it could not start.
 """,
 )
 @click.option(
@@ -96,6 +98,24 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     help="Seconds that a request waits for its turn before it is refused.",
 )
 @click.option(
+    "--upload-seconds",
+    type=click.FloatRange(min=0, min_open=True),
+    default=60.0,
+    help="Seconds that an upload may take; one without progress for 10 seconds ends sooner.",
+)
+@click.option(
+    "--connections",
+    type=click.IntRange(1),
+    default=512,
+    help="Connections of all clients at once; fewer where the limit of open files is low.",
+)
+@click.option(
+    "--connections-per-client",
+    type=click.IntRange(1),
+    default=64,
+    help="Connections of one address at once; of 127.0.0.1, a proxy here, all may be.",
+)
+@click.option(
     "--allowed-host",
     "allowed_hosts",
     metavar="NAME",
@@ -118,6 +138,9 @@ def serve(
     audit_log: Path | None,
     log: Literal["none", "text", "json"],
     wait_seconds: float,
+    upload_seconds: float,
+    connections: int,
+    connections_per_client: int,
     allowed_hosts: tuple[str, ...],
     pattern: str | None,
     workers: int | None,
@@ -140,7 +163,13 @@ def serve(
         gallery=gallery,
         audit_log=None if audit_log is None else str(audit_log),
         clients={} if clients is None else load_clients(clients),
-        limits=replace(Limits(), wait_seconds=wait_seconds),
+        limits=replace(
+            Limits(),
+            wait_seconds=wait_seconds,
+            upload_seconds=upload_seconds,
+            connections=connections,
+            connections_per_client=connections_per_client,
+        ),
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )

@@ -21,6 +21,10 @@ class WorkerError(RequestError):
     """A worker process ended before its work was done."""
 
 
+class NotReadyError(GalleryError):
+    """The server can do no work now."""
+
+
 class ClientGoneError(Exception):
     """The client has closed the connection."""
 

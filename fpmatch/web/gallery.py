@@ -9,6 +9,9 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
+
+from sqlalchemy.exc import SQLAlchemyError
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import EncryptionError, GalleryError, TemplateError
@@ -31,7 +34,6 @@ if TYPE_CHECKING:
     from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 
-_NO_KEY: Final = "it is encrypted, and the server has not its key"
 _DECISION: Final = ("match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
 # The latest search of this worker process, by gallery, matcher and content of the gallery.
@@ -40,15 +42,17 @@ _kept: dict[tuple[str, str, str], Search] = {}
 
 @contextmanager
 def open_served_gallery(where: str) -> Iterator[Gallery]:
-    """Open a gallery as `open_gallery` does; errors contain the last part of its name only."""
+    """Open a gallery as `open_gallery` does; whatever it cannot do is a GalleryError.
+
+    Its message is for the log of the server only, but for those with the code "unknown" or "label",
+    whose `detail` is about the request.
+    """
     try:
         with open_gallery(where) as gallery:
             yield gallery
-    except EncryptionError as error:  # which names the source of the keys
-        raise GalleryError(_NO_KEY, path=short_name(where), code="missing key") from error
-    except GalleryError as error:
-        why = _NO_KEY if error.code == "missing key" else error.detail
-        raise GalleryError(why, path=short_name(error.path), code=error.code) from error
+    except (EncryptionError, OSError, SQLAlchemyError) as error:
+        code = getattr(error, "code", "") or ""
+        raise GalleryError(str(error), path=short_name(where), code=code) from error
 
 
 @contextmanager
@@ -63,13 +67,17 @@ def _not_found() -> Iterator[None]:
 
 
 def short_name(place: str) -> str:
-    """Return the last part of a path or URL.
+    """Return the last part of a path or URL, without its host and options.
 
     Examples
     --------
-    >>> short_name("/home/ada/prints.db"), short_name("postgresql://ada@host/prints")
+    >>> short_name("/home/ada/prints.db"), short_name("postgresql://ada@host/prints?port=99")
     ('prints.db', 'prints')
+    >>> short_name("postgresql://ada:secret@host")
+    'gallery'
     """
+    if "://" in place:
+        return PurePosixPath(urlsplit(place).path).name or "gallery"
     return PurePosixPath(place.replace("\\", "/")).name or place
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import ipaddress
 import json
-from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 
 import anyio
 
 from fpmatch.web.access import LOCAL, digest_of
+from fpmatch.web.gate import BusyError, Gate
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -21,6 +21,8 @@ CLIENT: Final = "fpmatch.client"  # key of the client in the scope of a request
 RETRY_AFTER_S: Final = 5
 FORM_BYTES: Final = 64 * 1024  # of a request, besides its files
 MOST_FILES: Final = 2
+SMALL_BYTES: Final = 1_000_000  # a request of so many waits for nothing before it is read
+_CLOSE: Final = (b"connection", b"close")
 _DRAINED: Final = 4  # times the largest request is read and discarded before a refusal
 _POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -50,13 +52,41 @@ class _RefusedError(Exception):
 
 
 class _Exchange:
-    """One request and its response, which gets security headers or is replaced by a refusal."""
+    """One request and its response, which gets security headers or is replaced by a refusal.
 
-    def __init__(self, scope: Scope, send: Send) -> None:
+    It holds a place among the requests that are worked on, from its last byte to the first of its
+    response: neither a slow upload nor an answer that is not read keeps a place from others.
+    """
+
+    def __init__(self, scope: Scope, send: Send, places: Gate, patience: float) -> None:
         self._cache = b"no-cache" if _is_public(scope) else b"no-store"
         self._send = send
         self._begun = False
+        self._places, self._inside = places, False
+        self._patience = patience  # seconds that it may still wait for its turn
         self.refused: _RefusedError | None = None
+
+    async def wait_for(self, gate: Gate, amount: float) -> None:
+        """Take an amount of what a gate bounds; refused after the time that a request may wait."""
+        start = anyio.current_time()
+        try:
+            await gate.enter(amount, self._patience)
+        except BusyError:
+            retry = (b"retry-after", str(RETRY_AFTER_S).encode())
+            sentence = "too many requests at once: try again shortly"
+            raise self.refuse(_RefusedError(503, sentence, retry)) from None
+        self._patience = max(0.0, self._patience - (anyio.current_time() - start))
+
+    async def enter(self) -> None:
+        """Wait for a place."""
+        await self.wait_for(self._places, 1)
+        self._inside = True
+
+    def leave(self) -> None:
+        """Give the place back, if there is one."""
+        if self._inside:
+            self._inside = False
+            self._places.leave(1)
 
     def refuse(self, refused: _RefusedError) -> _RefusedError:
         """Make this the response, whatever the application makes of the exception."""
@@ -70,6 +100,7 @@ class _Exchange:
             return
         if message["type"] == "http.response.start":
             self._begun = True
+            self.leave()
             added = (*_HEADERS, (b"cache-control", self._cache))
             message = {**message, "headers": [*message.get("headers", ()), *added]}
         await self._send(message)
@@ -80,7 +111,8 @@ class Guard:
 
     Refused are: a host that is not a name of this server (DNS rebinding), a POST from the page of
     another site, a missing token, a body that is too large or too slow, and requests that waited
-    too long for their turn. While they wait, they are not read.
+    too long for their turn. Large requests wait unread until there is room for all their bytes, and
+    every request waits for a place when it has arrived.
 
     Parameters
     ----------
@@ -93,10 +125,9 @@ class Guard:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._settings = settings
-        self._inside = self._bytes = 0
-        self._queue: deque[tuple[int, anyio.Event]] = deque()  # of bytes, and what ends the wait
         limits = settings.limits
-        self._most_inside = settings.workers + limits.waiting
+        self._places = Gate(settings.workers + limits.waiting, limits.queue)
+        self._bytes = Gate(limits.megabytes_at_once * 1e6, limits.queue)
         self._most_bytes = int(MOST_FILES * limits.file_megabytes * 1e6) + FORM_BYTES
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -105,18 +136,13 @@ class Guard:
             if scope["type"] == "lifespan":
                 await self._app(scope, receive, send)
             return  # no web sockets here
-        exchange = _Exchange(scope, send)
+        exchange = _Exchange(scope, send, self._places, self._settings.limits.wait_seconds)
         try:
             self._check(scope)
             if _is_public(scope):
                 await self._app(scope, receive, exchange.send)
                 return
-            announced = self._announced_bytes(scope)
-            await self._enter(announced)
-            try:
-                await self._app(scope, self._bounded(receive, exchange), exchange.send)
-            finally:
-                self._leave(announced)
+            await self._pass_on(scope, receive, exchange)
             if exchange.refused is not None:
                 raise exchange.refused
         except _RefusedError as refused:
@@ -124,60 +150,30 @@ class Guard:
             exchange.refused = None
             await _answer(exchange.send, refused)
 
+    async def _pass_on(self, scope: Scope, receive: Receive, exchange: _Exchange) -> None:
+        """Let a request wait for its turn, then pass it on."""
+        announced = self._announced_bytes(scope)
+        large = announced if announced > SMALL_BYTES else 0
+        if large:
+            await exchange.wait_for(self._bytes, large)
+        try:
+            if not announced:
+                await exchange.enter()
+            await self._app(scope, self._bounded(receive, exchange, announced), exchange.send)
+        finally:
+            exchange.leave()
+            if large:
+                self._bytes.leave(large)
+
     @property
     def inside(self) -> int:
-        """Requests that are read or worked on."""
-        return self._inside
+        """Requests that are worked on, or wait for a worker."""
+        return int(self._places.taken)
 
     @property
     def waiting(self) -> int:
-        """Requests that wait before they are read."""
-        return len(self._queue)
-
-    async def _enter(self, announced: int) -> None:
-        """Wait until a request of so many bytes may be read, in the order of arrival."""
-        if not self._queue and self._has_room(announced):
-            self._admit(announced)
-            return
-        retry = (b"retry-after", str(RETRY_AFTER_S).encode())
-        refused = _RefusedError(503, "too many requests at once: try again shortly", retry)
-        limits = self._settings.limits
-        if len(self._queue) >= limits.queue:
-            raise refused
-        place = (announced, anyio.Event())
-        self._queue.append(place)
-        try:
-            with anyio.move_on_after(limits.wait_seconds):
-                await place[1].wait()
-        except BaseException:
-            self._abandon(place)
-            raise
-        if not place[1].is_set():
-            self._abandon(place)
-            raise refused
-
-    def _abandon(self, place: tuple[int, anyio.Event]) -> None:
-        """Give back what a request holds that ended while it waited."""
-        if place[1].is_set():
-            self._leave(place[0])
-        else:
-            self._queue.remove(place)
-            self._admit_waiting()
-
-    def _admit(self, announced: int) -> None:
-        self._inside += 1
-        self._bytes += announced
-
-    def _leave(self, announced: int) -> None:
-        self._inside -= 1
-        self._bytes -= announced
-        self._admit_waiting()
-
-    def _admit_waiting(self) -> None:
-        while self._queue and self._has_room(self._queue[0][0]):
-            announced, admitted = self._queue.popleft()
-            self._admit(announced)
-            admitted.set()
+        """Requests that wait for their turn."""
+        return self._places.waiting + self._bytes.waiting
 
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
@@ -214,34 +210,37 @@ class Guard:
             return self._most_bytes
         return int(headers.get(b"content-length", b"0"))
 
-    def _has_room(self, announced: int) -> bool:
-        most = self._settings.limits.megabytes_at_once * 1e6
-        fits = self._inside < self._most_inside and self._bytes + announced <= most
-        return fits or not self._inside
-
     def _is_ours(self, name: str) -> bool:
         if name in self._settings.hosts:
             return True
         return bool(self._settings.clients) and _is_address(name)
 
-    def _bounded(self, receive: Receive, exchange: _Exchange) -> Receive:
-        """Return a `receive` that refuses bodies that are too large or too slow."""
-        left = self._most_bytes
-        whole = False
-        deadline = anyio.current_time() + self._settings.limits.upload_seconds
+    def _bounded(self, receive: Receive, exchange: _Exchange, announced: int) -> Receive:
+        """Return a `receive` that refuses bodies that are too large or too slow.
+
+        It returns the end of the body when the request has a place.
+        """
+        limits = self._settings.limits
+        rate = 1000 * limits.kilobytes_per_second
+        size, whole = 0, not announced
+        start = last = anyio.current_time()
 
         async def receiving() -> Message:
-            nonlocal left, whole
+            nonlocal size, whole, last
             if whole:
                 return await receive()  # that the client has closed the connection
-            with anyio.move_on_at(deadline) as scope:
+            slowest = min(start + size / rate, last) + limits.stalled_seconds
+            with anyio.move_on_at(min(slowest, start + limits.upload_seconds)) as scope:
                 message = await receive()
             if scope.cancelled_caught:
-                raise exchange.refuse(_RefusedError(408, "the request took too long to arrive"))
-            left -= len(message.get("body", b""))
-            whole = not message.get("more_body", False)
-            if left < 0:
+                sentence = "the request took too long to arrive"
+                raise exchange.refuse(_RefusedError(408, sentence, _CLOSE))
+            size, last = size + len(message.get("body", b"")), anyio.current_time()
+            if size > self._most_bytes:
                 raise exchange.refuse(self._too_large())
+            whole = not message.get("more_body", False)
+            if whole and message["type"] == "http.request":
+                await exchange.enter()
             return message
 
         return receiving

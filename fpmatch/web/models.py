@@ -11,6 +11,8 @@ class Error(BaseModel):
     """An error, in one sentence."""
 
     error: str
+    id: str | None = None
+    """Where the server is the reason: under what its log has more."""
 
 
 class Transform(BaseModel):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import logging
 import secrets
-import sys
 import time
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
 
@@ -104,29 +103,3 @@ class Observer:
             seconds,
             extra=fields,
         )
-
-
-def set_up_logging(form: str, stream: Any = None) -> None:
-    """Let this process write its log as text or as JSON, a line an event.
-
-    Parameters
-    ----------
-    form : str
-        "none" (warnings and errors only, as text), "text" or "json".
-    stream : file, optional
-        Where to (default: stderr).
-    """
-    handler = logging.StreamHandler(stream or sys.stderr)
-    words = "%(asctime)s %(levelname)s %(name)s %(message)s"
-    if form == "json":
-        from pythonjsonlogger.json import JsonFormatter  # noqa: PLC0415
-
-        handler.setFormatter(JsonFormatter(words, timestamp="time"))
-    else:
-        handler.setFormatter(logging.Formatter(words))
-    root = logging.getLogger()
-    for former in root.handlers[:1]:
-        root.removeHandler(former)
-    root.addHandler(handler)
-    root.setLevel(logging.WARNING)
-    _log.setLevel(logging.WARNING if form == "none" else logging.INFO)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -27,7 +28,9 @@ class Pool:
     """Do the work of requests in a few processes, in the order of arrival.
 
     A process is killed, and replaced, when its client has closed the connection or the work takes
-    longer than `seconds`. Only the prepared gallery is kept from one request to the next.
+    longer than `seconds`. Work for which a process had ended before it began is given to another;
+    work during which its process ends is not done again: it may be the reason. Only the prepared
+    gallery is kept from one request to the next.
     """
 
     def __init__(self, workers: int, seconds: float) -> None:
@@ -82,10 +85,7 @@ class Pool:
             done = False
             try:
                 with anyio.fail_after(seconds):
-                    free = anyio.CapacityLimiter(1)  # this pool has limited the call already
-                    result = await to_process.run_sync(
-                        _on_one_thread, work, args, cancellable=True, limiter=free
-                    )
+                    result = await self._in_living_process(work, args)
                 done = True
             except TimeoutError as error:
                 late = f"this took longer than {seconds:g} seconds and was stopped"
@@ -100,6 +100,24 @@ class Pool:
                 if not done and self._replacements is not None:
                     self._replacements.start_soon(self._replace)
             return result
+
+    async def _in_living_process(
+        self, work: Callable[..., Result], args: tuple[Any, ...]
+    ) -> Result:
+        """Return ``work(*args)``; processes that ended without work are replaced."""
+        free = anyio.CapacityLimiter(1)  # this pool has limited the call already
+        for _ in range(self._workers):
+            try:
+                return await to_process.run_sync(
+                    _on_one_thread, work, args, cancellable=True, limiter=free
+                )
+            except anyio.BrokenWorkerProcess as error:
+                # what cannot be sent to a process has not been begun
+                if not isinstance(error.__cause__, anyio.BrokenResourceError):
+                    raise
+                if self._replacements is not None:
+                    self._replacements.start_soon(self._replace)
+        return await to_process.run_sync(_on_one_thread, work, args, cancellable=True, limiter=free)
 
     async def _replace(self) -> None:
         """Start a process in place of one that ended."""
@@ -117,6 +135,8 @@ def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result
         import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
         from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
+        # a service manager sends SIGTERM to all processes of the server, which ends this one later
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
         # libtiff writes to stderr about damaged files; the response contains the error
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         cv2.setNumThreads(1)

@@ -16,7 +16,7 @@ from fpmatch.printable import printable
 from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single, views
 from fpmatch.web.access import Role
-from fpmatch.web.errors import RequestError
+from fpmatch.web.errors import NotReadyError, RequestError
 from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
     Audit,
@@ -96,9 +96,8 @@ async def ready(run: Run, settings: ServerSettings) -> models.Health:
     """Return that a worker process answers and the gallery can be opened."""
     try:
         await run(gallery_work.check_gallery, settings.gallery)
-    except FpmatchError:
-        why = "the gallery cannot be opened, or no worker answers"
-        raise RequestError(why, status=503) from None
+    except FpmatchError as error:
+        raise NotReadyError(str(error)) from error
     return models.Health(status="ready")
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import ipaddress
 import secrets
+import signal
 import socket
+import threading
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -14,14 +17,13 @@ from fpmatch.output import reason
 from fpmatch.web.access import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from fpmatch.web.settings import Settings
 
-_BACKLOG: Final = 128
+_BACKLOG: Final = 128  # connections that wait to be accepted
 _TOKEN_BYTES: Final = 24
 _LAST_PORT: Final = 65_535
-_GRACE_S: Final = 5  # for requests to end when the server is stopped
 
 
 class ServeError(FpmatchError):
@@ -85,28 +87,33 @@ def serve(
 ) -> None:
     """Answer requests until SIGINT or SIGTERM; `ready` is called once, when they are answered.
 
-    `log` is the format of the log, as for `fpmatch.web.observer.set_up_logging`.
+    `log` is the format of the log, as for `fpmatch.web.logs.set_up_logging`.
     """
-    import uvicorn  # noqa: PLC0415
-
     from fpmatch.web.app import make_app  # noqa: PLC0415
-    from fpmatch.web.observer import set_up_logging  # noqa: PLC0415
-
-    class Server(uvicorn.Server):
-        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-            await super().startup(sockets)
-            ready()
+    from fpmatch.web.logs import set_up_logging  # noqa: PLC0415
+    from fpmatch.web.running import make_server  # noqa: PLC0415
 
     set_up_logging(log)
-    config = uvicorn.Config(
-        make_app(bound.settings),
-        log_config=None,
-        access_log=False,
-        server_header=False,
-        timeout_graceful_shutdown=_GRACE_S,
-    )
-    with interrupt_kept_from_children():  # the server stops its workers
-        Server(config).run(sockets=[bound.listener])
+    server = make_server(make_app(bound.settings), bound.settings, ready)
+    with interrupt_kept_from_children(), _ended_by_sigterm():  # the server stops its workers
+        server.run(sockets=[bound.listener])
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM end the process with status 0; uvicorn sends it again when it has stopped."""
+
+    def end(*_: object) -> None:
+        raise SystemExit(0)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    former = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, former)
 
 
 def _shown(host: str, own: str) -> str:

@@ -16,18 +16,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Bound what one request may cost."""
+    """Bound what one request, one client and all together may cost."""
 
     file_megabytes: float = 32.0  # of an upload
     megapixels: float = 32.0  # of an image, before it is decoded
     megapixels_at_500_dpi: float = 4.0  # four flat fingers side by side have 2.5
     seconds: float = 30.0  # of work on one request, without waiting
-    upload_seconds: float = 60.0  # of the transfer of a request
-    waiting: int = 32  # requests that are read and wait for a worker; others wait unread
-    wait_seconds: float = 30.0  # that a request waits unread; then it is refused
-    queue: int = 512  # requests that wait unread; others are refused
-    megabytes_at_once: float = 512.0  # of all requests; a single one is always accepted
+    waiting: int = 32  # requests that have arrived and wait for a worker; others wait before them
+    wait_seconds: float = 30.0  # that a request waits for its turn; then it is refused
+    queue: int = 512  # requests that wait for their turn; others are refused
+    megabytes_at_once: float = 512.0  # of all large requests; a single one is always accepted
     candidates: int = 100  # of one identification
+    header_seconds: float = 10.0  # until the header of a request has arrived
+    upload_seconds: float = 60.0  # until its body has
+    stalled_seconds: float = 10.0  # without a byte of a body, or of an answer being read
+    kilobytes_per_second: float = 4.0  # at least of a body or an answer, after these seconds
+    unread_megabytes: float = 24.0  # of all answers that clients have not read
+    connections: int = 512  # of all clients, and fewer where open files are short
+    connections_per_client: int = 64  # of one address
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from research.attacks.kinds import Attack
 
 _ACCEPTED_S: Final = 5.0  # that a connection may take to be accepted
-_BACK_S: Final = 0.2  # until an attacker comes back
+_REST_S: Final = 2.0  # to read an answer at the end
+_BACK_S: Final = 1.0  # until an attacker comes back
 _RESET: Final = struct.pack("ii", 1, 0)  # SO_LINGER: a close resets the connection
 _CHUNK: Final = 65_536
 
@@ -113,6 +114,8 @@ async def _connect_and_send(
     seconds = time.monotonic() - start
     if attack.leaves and sending.done() and not reading.done():
         one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
+    if not attack.reads:
+        sending.cancel()
     fate = await _fate(attack, one, reading, sending)
     for task in (sending, reading, ending):
         task.cancel()
@@ -168,10 +171,9 @@ async def _rest(one: socket.socket) -> str:
     answer = bytearray()
     one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
     with suppress(OSError, TimeoutError):
-        while data := await asyncio.wait_for(
-            asyncio.get_running_loop().sock_recv(one, _CHUNK), 1.0
-        ):
-            answer += data
+        async with asyncio.timeout(_REST_S):
+            while data := await asyncio.get_running_loop().sock_recv(one, _CHUNK):
+                answer += data
     head, _, body = answer.partition(b"\r\n\r\n")
     if not head:
         return "not answered"

@@ -71,7 +71,7 @@ Examples:
     help="Address of the attackers (repeatable); the ordinary client has 127.0.0.1.",
 )
 @click.option(
-    "--open-files", default=1024, show_default=True, help="Soft limit of files of the server."
+    "--open-files", default=1024, show_default=True, help="Limit of open files of the server."
 )
 @click.option(
     "--server",

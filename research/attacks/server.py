@@ -74,7 +74,7 @@ def started(words: Sequence[str], gallery: Path, log: Path, *, open_files: int) 
     OSError
         If it ends before that.
     """
-    limited = ["bash", "-c", f'ulimit -S -n {open_files}; exec "$0" "$@"']
+    limited = ["bash", "-c", f'ulimit -n {open_files}; exec "$0" "$@"']
     with log.open("wb") as file:
         process = subprocess.Popen(
             [*limited, *words, "--gallery", str(gallery)],
@@ -90,7 +90,9 @@ def started(words: Sequence[str], gallery: Path, log: Path, *, open_files: int) 
             raise OSError(f"the server did not start: {log.read_text('utf-8').strip()}")
         _, _, address, *pid = line.split()
         parts = urlsplit(address)
-        yield Server((str(parts.hostname), int(parts.port or 80)), int(*pid or [process.pid]), log)
+        yield Server(
+            (str(parts.hostname), int(parts.port or 80)), int(pid[0]) if pid else process.pid, log
+        )
     finally:
         process.send_signal(signal.SIGTERM)
         try:

@@ -306,7 +306,7 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
         gallery.write_bytes(b"no gallery")
         damaged = client.get("/gallery")
         assert damaged.status_code == 500
-        assert damaged.json()["error"].startswith("prints.db: not a gallery")
+        assert damaged.json()["error"].startswith("the gallery cannot be used: the log")
         assert str(gallery.parent) not in damaged.text
 
 

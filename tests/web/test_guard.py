@@ -156,9 +156,9 @@ class Wire:
         (replace(LIMITS, wait_seconds=0.01), (0, 0, 0, 0), [200, 200, 503, 503, 200]),
         (replace(LIMITS, queue=1), (0, 0, 0, 0), [200, 200, 200, 503, 200]),
         (LIMITS, (0, 0, 0, 0), [200, 200, 200, 200, 200]),
-        (replace(LARGE, wait_seconds=0.01), (1_600_000, 100_000), [200, 503, 200]),
-        (LARGE, (1_600_000, 100_000, 100_000), [200, 200, 200, 200]),
-        (Limits(upload_seconds=0.01), (0,), [408, 200]),
+        (replace(LARGE, wait_seconds=0.01), (1_600_000, 1_100_000), [200, 503, 200]),
+        (LARGE, (1_600_000, 1_100_000, 100_000), [200, 200, 200, 200]),
+        (Limits(upload_seconds=0.01), (1,), [408, 200]),
     ],
     ids=["number", "queue", "patience", "size", "patience for size", "time"],
 )

@@ -27,7 +27,7 @@ from fpmatch.minutiae import Minutiae, Template
 from fpmatch.web import gallery as served_gallery
 from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.app import make_app
-from fpmatch.web.observer import set_up_logging
+from fpmatch.web.logs import set_up_logging
 from fpmatch.web.settings import Limits, Settings
 
 from .conftest import served

@@ -1,14 +1,16 @@
 """The pool: work is done, stopped when nobody waits or it takes too long, and never lost."""
 
 import os
+import signal
 import time
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("anyio", reason="the extra `web` is not installed")
 
 import anyio
-from pool_work import end, modules, refuse, write_late
+from pool_work import end, modules, note_and_end, refuse, write_late
 
 from fpmatch.errors import ImageError
 from fpmatch.web.errors import ClientGoneError, TooLongError, WorkerError
@@ -98,6 +100,47 @@ def test_a_process_that_ends_is_replaced():
         return await pool.run(PATIENT, os.getpid)
 
     assert run(test)
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc")
+@pytest.mark.parametrize("pause", [0.0, 0.5])
+def test_a_process_that_was_killed_while_it_had_no_work_fails_no_request(pause):
+    async def test():
+        pool = Pool(2, 30)
+        async with pool.running():
+            first = await pool.run(PATIENT, os.getpid)
+            async with anyio.create_task_group() as group:
+                group.start_soon(pool.run, PATIENT, time.sleep, 0.3)
+                other = await pool.run(PATIENT, os.getpid)
+            for process in {first, other}:
+                os.kill(process, signal.SIGKILL)
+                wait_for_end(process)
+            await anyio.sleep(pause)
+            return {first, other}, [await pool.run(PATIENT, os.getpid) for _ in range(3)]
+
+    before, after = run(test)
+    assert not before & set(after)
+
+
+def wait_for_end(process):
+    """Wait until a process has ended, though nobody has asked for its exit status yet."""
+    state = Path(f"/proc/{process}/stat")
+    while state.exists() and state.read_text().rpartition(")")[2].split()[0] != "Z":
+        time.sleep(0.01)
+
+
+def test_work_that_ends_its_process_is_not_done_again(tmp_path):
+    file = tmp_path / "begun"
+
+    async def test():
+        pool = Pool(1, 30)
+        async with pool.running():
+            with pytest.raises(WorkerError):
+                await pool.run(PATIENT, note_and_end, str(file))
+            return await pool.run(PATIENT, os.getpid)
+
+    assert run(test)
+    assert file.read_text() == "begun\n"
 
 
 def test_a_process_that_was_stopped_is_replaced_before_it_is_needed():

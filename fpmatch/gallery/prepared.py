@@ -92,6 +92,7 @@ def prepare_gallery(
     `progress` is called with stage "prepare" and numbers of prints that are in no file; `note`,
     where a file cannot be used, with a line on it.
     """
+    gallery.check_keys()
     content = gallery.content_hash()
     folders = prepared_folders(gallery)
     faults: list[str] = []

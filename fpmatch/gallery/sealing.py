@@ -11,6 +11,7 @@ from __future__ import annotations
 import secrets
 import struct
 from dataclasses import dataclass
+from string import hexdigits
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,7 +19,7 @@ import numpy as np
 import sqlalchemy as sa
 
 from fpmatch.encryption.blocks import sealed_blocks, unseal_blocks
-from fpmatch.encryption.keys import KeyRing, keys_for
+from fpmatch.encryption.keys import ID_DIGITS, KeyRing, keys_for
 from fpmatch.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, FpmatchError
 from fpmatch.gallery.database import DamagedRowError
@@ -158,9 +159,14 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
     row = None
     if sa.inspect(connection).has_table(ENCRYPTION.name):
         row = connection.execute(sa.select(ENCRYPTION)).first()
-    if row is None or not isinstance(row.gallery, bytes) or not str(row.keys).split():
+    keys = str(row.keys).split() if row is not None else []
+    if row is None or not isinstance(row.gallery, bytes) or not keys or not all(map(_is_id, keys)):
         raise EncryptionError("damaged: the keys in use are missing", code="damaged")
-    return Sealing(row.gallery, tuple(str(row.keys).split()), given)
+    return Sealing(row.gallery, tuple(keys), given)
+
+
+def _is_id(text: str) -> bool:
+    return text == PLAIN or (len(text) == ID_DIGITS and not set(text) - set(hexdigits))
 
 
 def create_sealing(connection: sa.Connection, keys: tuple[str, ...]) -> None:

@@ -288,3 +288,30 @@ def test_a_key_that_was_removed_from_its_source_is_missed(encrypted, source):
     remove_key(source, first)
     with open_gallery(encrypted) as gallery, pytest.raises(GalleryError, match=first):
         gallery.template(1)
+
+
+@pytest.mark.parametrize("keys", ["", "zz", "plain " + "g" * 16, "\x1b[2J", b"\xff", None, 3])
+def test_damaged_keys_in_use_are_one_error(encrypted, keys):
+    changed(encrypted, "CREATE TABLE other (id, gallery, keys)")
+    changed(encrypted, "INSERT INTO other VALUES (1, ?, ?)", bytes(16), keys)
+    changed(encrypted, "DROP TABLE fpmatch_encryption")
+    with pytest.raises(GalleryError, match="the keys in use are missing") as caught:
+        open_gallery(encrypted)
+    assert caught.value.code == "damaged"
+    changed(encrypted, "ALTER TABLE other RENAME TO fpmatch_encryption")
+    with pytest.raises(GalleryError, match="the keys in use are missing"):
+        open_gallery(encrypted)
+
+
+def test_an_empty_gallery_is_not_searched_without_its_key(tmp_path, monkeypatch):
+    open_gallery(tmp_path / "g.db", create=True, encrypt=True).close()
+    monkeypatch.delenv("FPMATCH_KEY")
+    with open_gallery(tmp_path / "g.db") as gallery, pytest.raises(GalleryError, match=r"g\.db: "):
+        open_search(gallery, engine=serial())
+
+
+def test_an_encrypted_gallery_that_states_it_is_plain_shows_nothing(encrypted):
+    changed(encrypted, "UPDATE fpmatch_gallery SET version = 1")
+    with open_gallery(encrypted) as gallery:
+        assert list(gallery.templates()) == []
+        assert len(gallery.damaged) == len(PRINTS)

@@ -6,6 +6,7 @@ import os
 import statistics
 import time
 from dataclasses import asdict, dataclass
+from functools import partial
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any, Final
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.minutiae import Template
     from fpmatch.revocable.template import RevocableTemplate
 
@@ -65,8 +67,8 @@ def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
         ]
         made = [[protect(template, key) for template in templates] for key in keys]
         usual = [MATCHER.prepare(template) for template in templates]
-        same = _judge(fingers, lambda i, j, m=made: similarity(m[0][i], m[0][j]))
-        plain = _judge(fingers, lambda i, j, u=usual: MATCHER.compare(u[i], u[j]).similarity)
+        same = _judge(fingers, similarity, made[0], made[0])
+        plain = _judge(fingers, _default_similarity, usual, usual)
         rates.append(
             {
                 "name": one.dataset.name,
@@ -76,7 +78,7 @@ def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
         )
         judged[_SAME_KEY].append(same)
         for name, attack in ATTACKS.items():
-            judged[name].append(_judge(fingers, lambda i, j, m=made, f=attack: f(m[0][i], m[1][j])))
+            judged[name].append(_judge(fingers, attack, *made))
         every += templates
     return {
         "sets": rates,
@@ -88,12 +90,23 @@ def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
 _SAME_KEY: Final = "similarity, with one key for both (for comparison: linked by design)"
 
 
-def _judge(fingers: Sequence[object], judge: Callable[[int, int], float]) -> _Judged:
-    """Return the judgements of all pairs of impressions."""
-    mated, non_mated = [], []
+def _judge(
+    fingers: Sequence[object],
+    judge: Callable[[Any, Any], float],
+    left: Sequence[object],
+    right: Sequence[object],
+) -> _Judged:
+    """Return the judgements of all pairs of impressions, one of each sequence."""
+    mated: list[float] = []
+    non_mated: list[float] = []
     for i, j in combinations(range(len(fingers)), 2):
-        (mated if fingers[i] == fingers[j] else non_mated).append(judge(i, j))
+        of = mated if fingers[i] == fingers[j] else non_mated
+        of.append(judge(left[i], right[j]))
     return _Judged(np.array(mated), np.array(non_mated))
+
+
+def _default_similarity(a: PreparedTemplate, b: PreparedTemplate) -> float:
+    return MATCHER.compare(a, b).similarity
 
 
 def _linkability(parts: Sequence[_Judged]) -> dict[str, float]:
@@ -117,8 +130,8 @@ def _costs(templates: Sequence[Template], key: Key) -> dict[str, float]:
     for one in made:
         one.index  # noqa: B018  (sorted once for all comparisons)
     unit = _median_s([lambda: Delaunay(points)] * SPEED_PAIRS)
-    pairs = [lambda a=a, b=b: similarity(a, b) for a, b in pairwise(made)]
-    protected = [lambda t=t: protect(t, key) for t in some]
+    pairs = [partial(similarity, a, b) for a, b in pairwise(made)]
+    protected = [partial(protect, template, key) for template in some]
     return {
         "bytes": made[0].words.nbytes,
         "delaunay_us": unit * 1e6,

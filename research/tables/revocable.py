@@ -37,9 +37,11 @@ def format_revocable(results: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _rates(rates: Mapping[str, float]) -> str:
-    return " / ".join(f"{100 * rates[key]:.2f}" for _, key in _RATES)
+def _rates(rates: Mapping[str, float | None]) -> str:
+    cells = [rates[key] for _, key in _RATES]
+    return " / ".join("-" if cell is None else f"{100 * cell:.2f}" for cell in cells)
 
 
 def _mean(sets: list[Mapping[str, Any]], form: str) -> str:
-    return _rates({k: sum(one[form][k] for one in sets) / len(sets) for _, k in _RATES})
+    columns = {key: [one[form][key] for one in sets] for _, key in _RATES}
+    return _rates({k: None if None in c else sum(c) / len(c) for k, c in columns.items()})

@@ -333,8 +333,11 @@ class Template:
         object.__setattr__(self, "dpi", check_dpi(self.dpi))
         if self.dpi < STANDARD_DPI:  # else no position grows
             most = LARGEST * self.dpi / STANDARD_DPI
-            if not (np.abs(self.minutiae.xy) <= most).all():
-                raise MinutiaeError(f"a minutia is too far from the origin at {self.dpi:g} dpi")
+            farthest = np.abs(self.minutiae.xy).max(initial=0.0)
+            if not farthest <= most:
+                raise MinutiaeError(
+                    f"minutiae: a position of {farthest:g} px is too large at {self.dpi:g} dpi"
+                )
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -49,7 +49,7 @@ class _OneLineError(click.ClickException):
         """Print the line."""
         from fpmatch.cli.notes import say
 
-        say(f"error: {self.format_message()}")
+        say(f"error: {message_text(self.format_message())}")
 
 
 def _made_printable(error: click.ClickException) -> click.ClickException:

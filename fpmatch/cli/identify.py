@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -70,7 +71,7 @@ def _candidate_list_size(
     match value:
         case "auto" | "off":
             return value
-    if not value.isdecimal() or int(value) < 1:
+    if re.fullmatch("0{0,9}[1-9][0-9]{0,9}", value) is None:
         raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
     return int(value)
 

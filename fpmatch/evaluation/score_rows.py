@@ -187,7 +187,7 @@ class ScoreRows:
         numbers = [one for one in by_name if one is not None and one.isdecimal()]
         if len(numbers) == len(names):  # as the fingers of an evaluation are numbered
             lowest = np.full(int(finger.max()) + 1, np.inf)
-            np.minimum.at(lowest, finger, np.array(list(map(int, numbers)), np.float64))
+            np.minimum.at(lowest, finger, np.array(list(map(float, numbers))))
             finger = np.argsort(np.argsort(lowest, kind="stable"))[finger]
         return np.asarray(finger, np.intp)
 

@@ -149,6 +149,10 @@ class Database:
             raise self.error(_reason(error), "database") from error
         except UnicodeDecodeError as error:  # of a message about a damaged schema, too
             raise self.error("damaged: its text is not UTF-8", "damaged") from error
+        except OverflowError as error:  # of an int that SQLite cannot take
+            raise self.error("no entry has so large a number", "unknown") from error
+        except UnicodeError as error:  # of the name of a host, too
+            raise self.error("a name that is no text for a database", "database") from error
 
 
 def mark_overwritten(connection: sa.Connection) -> None:

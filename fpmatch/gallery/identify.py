@@ -187,7 +187,7 @@ def identify(
     best = _ranked(scores, similarities, search.numbers[places], finger[places])
     if subject_of is not None:
         best = _once_a_subject(best, search.numbers[places], subject_of)
-    for rank, k in enumerate(islice(best, count), start=1):
+    for rank, k in enumerate(islice(best, min(count, len(search))), start=1):
         score = float(scores[k])
         fmr = score_to_fmr(score)
         wanted = transforms and (score >= threshold or consolidated is not None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from functools import partial
@@ -329,3 +330,24 @@ def test_no_pair_is_farther_than_the_tolerance(matcher: PointMatcher) -> None:
         off = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
         # the transform is refitted to the pairs at the end, and moves them a little
         assert np.hypot(*off.T).max() < 1.3 * tolerance
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, 10**400, 1e308, -1e308, 3e38, 5e-324])
+@pytest.mark.parametrize("matcher", ["triangles", "van-wamelen", "paper"])
+def test_extreme_coordinates_and_tolerances_are_matched_or_refused(value, matcher):
+    points = np.random.default_rng(3).uniform(0, 100, (30, 2))
+    far = points.tolist()
+    far[4][0] = value
+    for one, other in ((far, points), (points, far)):
+        try:
+            match_points(one, other, matcher=matcher)
+        except PointSetError as error:
+            assert "\n" not in str(error)  # noqa: PT017
+    with contextlib.suppress(PointSetError):
+        match_points(points, points, matcher=matcher, tolerance=value)
+
+
+def test_names_of_matchers_of_another_type_are_unknown():
+    points = np.random.default_rng(3).uniform(0, 100, (30, 2))
+    with pytest.raises(PointSetError, match="unknown matcher 5"):
+        match_points(points, points, matcher=5)

@@ -14,7 +14,7 @@ from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.raw import decode_raw
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -67,6 +67,8 @@ def read_image(
     ImageError
         If the image is too small or too large, its values make no grey image, or the polarity is
         unknown.
+    ResolutionError
+        If `dpi` is outside 100 to 4000.
 
     Examples
     --------
@@ -96,6 +98,8 @@ def decode_image(
     dpi: float | None = None,
 ) -> GreyImage:
     """Decode the bytes of an image file as `read_image` does; errors start with `source`."""
+    if dpi is not None:
+        check_dpi(dpi)
     with name_errors(source):
         if len(data) > limits.max_file_megabytes * 1e6:
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")

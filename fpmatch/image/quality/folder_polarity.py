@@ -14,7 +14,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.quality.polarity import common_polarity, polarity_evidence
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -65,6 +65,8 @@ def find_polarities(
     folders of one finger each, are decided together. Raises DatasetError if a ``dataset.toml`` is
     malformed.
     """
+    if dpi is not None:
+        check_dpi(dpi)
     folders: dict[Path, list[Path]] = defaultdict(list)
     for path in map(Path, paths):
         folders[path.parent].append(path)

@@ -1,0 +1,222 @@
+"""Numbers and texts at the end of what can be written: one line, status 2, nothing written."""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+import time
+
+import pytest
+
+from .conftest import assert_refused, copied
+
+DIGITS = "9" * 5_000
+NUMBERS = ("nan", "inf", "-inf", "-1", "0", "1e308", "1e999", "5e-324", DIGITS)
+CONTROLS = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028-\u202e\ud800-\udfff]")
+
+
+def assert_one_line(result, reason=""):
+    """Check for status 2 and one error, by fpmatch or by click, that no terminal obeys."""
+    assert result.exit_code == 2, result.output
+    assert isinstance(result.exception, SystemExit)
+    assert result.stdout == ""
+    assert len([line for line in result.stderr.splitlines() if "rror: " in line]) == 1
+    assert not CONTROLS.search(result.stderr)
+    assert max(map(len, result.stderr.splitlines())) < 2_500
+    assert reason in result.stderr
+
+
+@pytest.mark.parametrize("value", NUMBERS)
+def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path, value):
+    one, other = prints / "1_1.png", prints / "1_2.png"
+    for words in (
+        ("verify", one, other, "--dpi", value),
+        ("verify", one, other, "--probe-dpi", value),
+        ("stages", one, "-o", tmp_path / "stages", "--dpi", value),
+        ("extract", one, "-o", tmp_path / "templates", "--dpi", value),
+        ("convert", one, tmp_path / "one.iso", "--dpi", value),
+        ("inspect", one, "--dpi", value),
+        ("identify", tmp_path / "none.db", one, "--dpi", value),
+        ("enrol", tmp_path / "new.db", one, "--dpi", value),
+        (
+            "score",
+            "--references",
+            prints,
+            "--probes",
+            prints,
+            "-o",
+            tmp_path / "s.csv",
+            "--dpi",
+            value,
+        ),
+    ):
+        assert_one_line(run(*words), "dpi")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("value", NUMBERS)
+def test_options_that_are_no_such_number_are_refused(run, prints, gallery, tmp_path, value):
+    one, other = prints / "1_1.png", prints / "1_2.png"
+    wrong = [("verify", one, other, "--fmr", value)]
+    if value != "0":
+        wrong.append(("gallery", "remove", gallery, "--", value))
+        wrong.append(("verify", one, other, "--threshold", value))
+    if value not in {"0", "5e-324"}:
+        wrong.append(("identify", gallery, one, "--threshold", value))
+    if value not in {DIGITS, "1e308"}:
+        wrong.append(("identify", gallery, one, "--candidate-list", value))
+    for words in wrong:
+        if words[0] == "verify" and value == "5e-324" and "--threshold" in words:
+            continue
+        assert_one_line(run(*words))
+
+
+def test_numbers_beyond_those_of_a_database(run, prints, gallery):
+    assert_refused(run("gallery", "remove", gallery, 10**20), "no entry has so large a number")
+    assert_one_line(run("gallery", "info", f"postgresql://{'a' * 5_000}/prints"))
+    found = run("identify", gallery, prints / "1_1.png", "-k", 10**20, "--workers", 1)
+    assert found.exit_code == 0
+    assert_one_line(run("identify", gallery, prints / "1_1.png", "--candidate-list", DIGITS))
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("a = " + "[" * 20_000, "nested too deeply"),
+        ("dpi = " + DIGITS, "a number has too many digits"),
+        ("dpi = nan", "resolution of nan dpi"),
+        ("dpi = 1e999", "resolution of inf dpi"),
+        ("dpi = 5e-324", "resolution of 4.94066e-324 dpi"),
+        ("dpi = true", "dpi must be a number"),
+        ('name = "\\u001b[2J"', "name must be text of one line"),
+        ('name = "  "', "name is empty"),
+        (b"\xff", "not text in UTF-8"),
+        (".".join("a" * 20_000) + " = 1", "a key with more than 1000 parts"),
+        ("# " + "x" * 2**20, "more than 1048576 bytes"),
+    ],
+    ids=range(11),
+)
+def test_a_description_of_a_folder_that_is_none(run, prints, tmp_path, content, reason):
+    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png")
+    path = folder / "dataset.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    out = tmp_path / "out"
+    for words in (
+        ("evaluate", folder, "--workers", 1, "--scores", out),
+        ("score", "--references", folder, "--probes", folder, "-o", f"{out}.csv"),
+        ("enrol", f"{out}.db", folder, "--workers", 1),
+        ("extract", folder / "1_1.png", "-o", out),
+    ):
+        result = run(*words)
+        assert_one_line(result, reason)
+        assert str(path) in result.stderr
+    assert not list(tmp_path.glob("out*.*"))
+
+
+@pytest.mark.parametrize("column", ["subject", "finger", "impression"])
+@pytest.mark.parametrize(
+    "text", ["a\0b", "\x1b[2J", '"a\nb"', "\x9b31m", "\u202eb", "a\u2028b", DIGITS]
+)
+def test_labels_in_a_manifest_are_short_text_of_one_line(run, prints, tmp_path, column, text):
+    manifest = tmp_path / "manifest.csv"
+    cells = {"path": prints / "1_1.png", "subject": "ada", "finger": "1", "impression": "1"}
+    cells[column] = text
+    manifest.write_text(",".join(cells) + "\n" + ",".join(map(str, cells.values())) + "\n")
+    result = run("enrol", tmp_path / "new.db", manifest, "--workers", 1)
+    assert_one_line(result, f"column {column}: ")
+    assert f"{manifest}: line " in result.stderr
+    assert not (tmp_path / "new.db").exists()
+
+
+@pytest.mark.parametrize("name", [" _1.png", "\t_1.png"])
+def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path, name):
+    folder = copied(prints, tmp_path / "set", "1_1.png")
+    (folder / "1_1.png").rename(folder / name)
+    pattern = r"(?P<subject>\s)_(?P<impression>.)" if name[0] == " " else "(?P<subject>.*)_."
+    result = run("enrol", tmp_path / "new.db", folder, "--pattern", pattern, "--workers", 1)
+    if name[0] == " ":
+        assert (result.exit_code, result.stderr.count("subject: is blank")) == (1, 1)
+    else:  # printed as \t, which is a name like any other
+        assert result.exit_code == 0
+        assert r"\t" in run("gallery", "list", tmp_path / "new.db").stdout
+
+
+@pytest.fixture
+def document(run, prints, tmp_path):
+    """Return the JSON template of a print."""
+    assert run("extract", prints / "1_1.png", "-o", tmp_path, "--format", "json").exit_code == 0
+    (path,) = tmp_path.glob("*.json")
+    return json.loads(path.read_text())
+
+
+def test_coordinates_that_overflow_are_refused_soon(run, document, prints, tmp_path):
+    """The coordinates of the report: 3e38 at 100 dpi, one of them and forty."""
+    for count in (1, 40):
+        document["dpi"] = 100
+        columns = document["minutiae"]
+        columns["x"] = [3e38] * min(count, len(columns["x"])) + columns["x"][count:]
+        path = tmp_path / "far.json"
+        path.write_text(json.dumps(document))
+        started = time.perf_counter()
+        for words in (
+            ("verify", path, prints / "1_1.png"),
+            ("verify", prints / "1_1.png", path, "--json"),
+            ("overlay", path, path, "-o", tmp_path / "overlay.svg"),
+            ("convert", path, tmp_path / "far.iso"),
+        ):
+            result = run(*words)
+            assert_one_line(result, "3e+38")
+            assert str(path) in result.stderr
+        assert time.perf_counter() - started < 5
+    assert not {"overlay.svg", "far.iso"} & {made.name for made in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    "text", [DIGITS, "5e-324", "1e999", "NaN", "[" * 20_000, r'"\ud800"', r'"\u001b[2J"', "-1"]
+)
+@pytest.mark.parametrize("place", ["dpi", "step", "width", "x", "version"])
+def test_hostile_values_of_templates(run, document, prints, tmp_path, place, text):
+    if place == "step":
+        document["ridge_field"]["step"] = "@"
+    elif place == "x":
+        document["minutiae"]["x"][0] = "@"
+    else:
+        document[place] = "@"
+    path = tmp_path / "odd.json"
+    path.write_text(json.dumps(document).replace('"@"', text))
+    result = run("verify", path, prints / "1_1.png")
+    if (place, text) in {("x", "-1"), ("x", "5e-324")}:
+        assert result.exit_code in {0, 1}
+    else:
+        assert_one_line(result, str(path))
+
+
+def test_a_label_of_an_older_gallery_reaches_no_terminal(run, gallery, tmp_path):
+    """Galleries of other versions may hold any text: it is shown escaped, JSON reads it back."""
+    path = tmp_path / "old.db"
+    path.write_bytes(gallery.read_bytes())
+    with sqlite3.connect(path) as database:
+        database.execute(
+            "UPDATE fpmatch_entry SET subject = 'a\x1b[2J\nb', finger = id, source = 'c\u202e\x9b'"
+        )
+    database.close()
+    shown = run("gallery", "list", path)
+    assert shown.exit_code == 0
+    assert not CONTROLS.search(shown.stdout)
+    assert len(shown.stdout.splitlines()) == 3
+    listed = json.loads(run("gallery", "list", path, "--json").stdout)
+    assert {(one["subject"], one["source"]) for one in listed} == {("a\x1b[2J\nb", "c\u202e\x9b")}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("verify", "--\x1b[2J"),
+        ("\x1b[2J",),
+        ("gallery", "\x9b"),
+        ("verify", "a", "b", "--dpi", "\x1b"),
+    ],
+)
+def test_what_a_command_line_repeats_is_escaped(run, words):
+    assert_one_line(run(*words))

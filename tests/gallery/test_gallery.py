@@ -11,7 +11,7 @@ import pytest
 from made_prints import entry_of, template_at
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import creation, tables
+from fpmatch.gallery import creation, reader, tables
 from fpmatch.gallery import gallery as gallery_module
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
@@ -53,7 +53,8 @@ def test_what_is_enrolled_is_there_when_opened_again(where):
 
 def test_rows_come_and_go_in_batches(where, monkeypatch):
     monkeypatch.setattr(tables, "PRINTS_PER_QUERY", 7)
-    monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 5)
+    monkeypatch.setattr(gallery_module, "SOURCES_PER_QUERY", 5)
+    monkeypatch.setattr(reader, "ROWS_PER_READ", 5)
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([entry_of(k) for k in range(20)]) == [None] * 20
         mixed = [entry_of(k) for k in range(10, 30)]

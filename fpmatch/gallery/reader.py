@@ -1,0 +1,208 @@
+"""Reading of a gallery: entries, templates and counts; damaged entries are skipped."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import sqlalchemy as sa
+
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.database import DamagedRowError
+from fpmatch.gallery.entry import Failure, GallerySummary
+from fpmatch.gallery.rows import as_entry, as_packed, as_template
+from fpmatch.gallery.sealed_database import SealedDatabase
+from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, PACKED, is_sound
+from fpmatch.printable import as_text, printable
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterator
+    from typing import Self
+
+    from fpmatch.encryption.keys import KeyRing
+    from fpmatch.gallery.entry import Entry
+    from fpmatch.minutiae import Template
+
+Converted = TypeVar("Converted")
+
+ROWS_PER_READ: Final = 1000
+_COUNT: Final = sa.select(sa.func.count())
+
+
+class GalleryReader(SealedDatabase):
+    """Read a gallery in transactions short enough to block no one for long.
+
+    Methods raise GalleryError where the database cannot be read. Those that yield skip entries that
+    are damaged; `damaged` has the reason of each, by its number.
+    """
+
+    def __init__(
+        self,
+        where: str | os.PathLike[str],
+        *,
+        create: bool = False,
+        key: KeyRing | str | None = None,
+    ) -> None:
+        super().__init__(where, create=create, key=key)
+        self.damaged: dict[int, str] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"Gallery({self.name!r})"
+
+    def __len__(self) -> int:
+        """Return the number of impressions."""
+        with self.reading() as connection:
+            return int(connection.scalar(_COUNT.select_from(ENTRY)) or 0)
+
+    def summary(self) -> GallerySummary:
+        """Count what is in the gallery."""
+        of_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
+        totals = sa.select(
+            sa.func.count(),
+            sa.func.count(ENTRY.c.subject.distinct()),
+            sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0),
+            sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
+        ).select_from(ENTRY)
+        with self.reading() as connection:
+            sealing = self.sealing(connection)
+            sound = is_sound(connection.dialect.name)
+            version = int(connection.scalar(sa.select(GALLERY.c.version)) or 0)
+            impressions, subjects, minutiae, size = map(
+                int, connection.execute(totals.where(sound)).one()
+            )
+            damaged = int(connection.scalar(_COUNT.select_from(ENTRY)) or 0) - impressions
+            by_dpi = {float(dpi): count for dpi, count in connection.execute(of_dpi.where(sound))}
+            failures = int(connection.scalar(_COUNT.select_from(FAILURE)) or 0)
+        sizes = impressions, subjects, minutiae, size, by_dpi
+        keys = () if sealing is None else sealing.keys
+        return GallerySummary(version, *sizes, failures, damaged, keys)
+
+    def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
+        """Yield the entries, or those of one subject, by ascending number.
+
+        A subject from the name of a file may be given as in that name, or as it is printed.
+        """
+        query = sa.select(*ABOUT)
+        if subject is not None:
+            query = query.where(_is_of(subject))
+        yield from self._rows(query, as_entry)
+
+    def numbers_of(self, subject: str) -> list[int]:
+        """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
+        query = sa.select(ENTRY.c.id).where(_is_of(subject)).order_by(ENTRY.c.id)
+        with self.reading() as connection:
+            numbers = list(connection.scalars(query))
+        if not numbers:
+            raise self.error(f"no impression of subject {subject}", "unknown")
+        return numbers
+
+    def entry(self, number: int) -> Entry:
+        """Return the entry of a number; GalleryError (code "unknown") if there is none."""
+        if self.encrypted:  # what is shown is what was enrolled
+            return self._one(PACKED, number, lambda row: as_entry(self.opened(row)))
+        return self._one(sa.select(*ABOUT), number, as_entry)
+
+    def template(self, number: int) -> Template:
+        """Return the template of an entry; GalleryError if there is none or it is damaged."""
+        return self._one(PACKED, number, lambda row: as_template(self.opened(row)))[1]
+
+    def find_entry(self, number: int) -> Entry | None:
+        """Return the entry of a number; None for one that is damaged, which is skipped."""
+        return self._unless_damaged(self.entry, number)
+
+    def find_template(self, number: int) -> Template | None:
+        """Return the template of an entry; None for one that is damaged, which is skipped."""
+        return self._unless_damaged(self.template, number)
+
+    def packed_templates(self, *, after: int | None = None) -> Iterator[tuple[int, bytes]]:
+        """Yield number and packed template of all entries, or of those of numbers over `after`."""
+        yield from self._rows(PACKED, lambda row: as_packed(self.opened(row)), after=after)
+
+    def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
+        """Yield number and template of all entries, or of those of numbers over `after`."""
+        yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
+
+    def fingers(self) -> dict[int, int]:
+        """Return for the number of each entry the lowest number of an entry of its finger."""
+        finger = [ENTRY.c.subject, ENTRY.c.finger]
+        query = sa.select(ENTRY.c.id, sa.func.min(ENTRY.c.id).over(partition_by=finger))
+        with self.reading() as connection:
+            return {int(row[0]): int(row[1]) for row in connection.execute(query)}
+
+    def failures(self) -> list[Failure]:
+        """Return what could not be enrolled, by source."""
+        with self.reading() as connection:
+            rows = connection.execute(sa.select(FAILURE).order_by(FAILURE.c.source)).all()
+        return [Failure(str(row.source), str(row.reason)) for row in rows]
+
+    def content_hash(self) -> str:
+        """Return a hash that differs whenever the entries have changed."""
+        with self.reading() as connection:
+            state = connection.scalar(sa.select(GALLERY.c.state))
+            query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
+            count, last = connection.execute(query).one()
+        return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
+
+    def unknown(self, number: int) -> GalleryError:
+        """Return the error about a number that no entry has."""
+        return self.error(f"no entry has the number {number}", "unknown")
+
+    def _one(
+        self, query: sa.Select[Any], number: int, convert: Callable[[Any], Converted]
+    ) -> Converted:
+        """Return the row of a number."""
+        with self.reading() as connection:
+            row = connection.execute(query.where(ENTRY.c.id == number)).first()
+            if row is None:
+                raise self.unknown(number)
+            try:
+                return convert(row)
+            except DamagedRowError as error:
+                self.damaged[number] = error.why
+                raise
+
+    def _unless_damaged(self, read: Callable[[int], Converted], number: int) -> Converted | None:
+        try:
+            return read(number)
+        except GalleryError as error:
+            if error.code != "damaged" or number not in self.damaged:
+                raise
+            return None
+
+    def _rows(
+        self,
+        query: sa.Select[Any],
+        convert: Callable[[Any], Converted],
+        *,
+        after: int | None = None,
+    ) -> Iterator[Converted]:
+        """Yield rows by number, in transactions short enough to block no one for long.
+
+        Damaged ones are skipped.
+        """
+        query = query.order_by(ENTRY.c.id).limit(ROWS_PER_READ)
+        while True:
+            further = query if after is None else query.where(ENTRY.c.id > after)
+            with self.reading() as connection:
+                rows = connection.execute(further).all()
+            for row in rows:
+                try:
+                    converted = convert(row)
+                except DamagedRowError as error:
+                    self.damaged[row.id] = error.why
+                    continue
+                yield converted
+            if len(rows) < ROWS_PER_READ:
+                return
+            after = rows[-1].id
+
+
+def _is_of(subject: str) -> sa.ColumnElement[bool]:
+    return ENTRY.c.subject.in_({as_text(subject), printable(subject)})

@@ -176,7 +176,7 @@ async def _rest(one: socket.socket) -> str:
                 answer += data
     head, _, body = answer.partition(b"\r\n\r\n")
     if not head:
-        return "not answered"
+        return "cut off"
     length = re.search(rb"(?i)content-length: *(\d+)", head)
     if length and len(body) < int(length[1]):
         return "cut off"

@@ -103,8 +103,13 @@ def stored(place, images):
         table.writerow(["path", "subject"])
         for k, image in enumerate(images):
             table.writerow([printable(image), f"s{k}"])
+    key, protected = file_in(folder, b"k\xff\x1b", b""), file_in(folder, b"r\xff\x1b", b".rev")
+    run("key", "new", key)
+    run("revocable", "protect", images[0], "-o", protected, "--key", f"file:{key}")
     return {
         "gallery": gallery,
+        "key": key,
+        "revocable": protected,
         "templates": sorted((folder / "templates").glob("*.json")),
         "scores": scores,
         "points": points,
@@ -125,6 +130,7 @@ def leaves(command, path=()):
 # What each command is run with: names of fixtures and of files in `out`; expected exit statuses.
 CASES = {
     "verify": [
+        ("{0} {1} --key file:{key}", {0, 1}),
         ("{0} {1} --overlay {out}/o.png --case-report {out}/c.html", {0, 1}),
         ("{0} {1} --json --overlay {out}/o.svg --view side-by-side", {0, 1}),
         ("{template} {1} --ridge-map --json", {0, 1}),
@@ -180,8 +186,26 @@ CASES = {
     ],
     "gallery remove": [("{copy} --subject {subject}", {0}), ("{copy} --subject {missing}", {2})],
     "gallery export": [
+        ("{gallery} -o {out}/e --key file:{key}", {0}),
         ("{gallery} -o {out}/e", {0}),
         ("{gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
+    ],
+    "gallery compact": [("{copy}", {0}), ("{copy} --json", {0}), ("{missing}", {2})],
+    "gallery rotate": [
+        ("{copy} --key file:{key}", {0}),
+        ("{copy} --key file:{key} --json", {0}),
+        ("{copy} --key file:{missing}", {2}),
+    ],
+    "revocable protect": [
+        ("{0} -o {out}/a.rev --key file:{key}", {0}),
+        ("{missing} -o {out}/a.rev --key file:{key}", {2}),
+        ("{0} -o {out}/a.rev --key file:{missing}", {2}),
+    ],
+    "revocable compare": [
+        ("{revocable} {revocable}", {0, 1}),
+        ("{revocable} {revocable} --json", {0, 1}),
+        ("{revocable} {missing}", {2}),
+        ("{scores} {revocable}", {2}),
     ],
     "gallery audit": [("{missing}", {2}), ("{scores}", {2})],
     "score": [

@@ -131,10 +131,12 @@ class GalleryReader(SealedDatabase):
 
     def fingers(self) -> dict[int, int]:
         """Return for the number of each entry the lowest number of an entry of its finger."""
-        finger = [ENTRY.c.subject, ENTRY.c.finger]
-        query = sa.select(ENTRY.c.id, sa.func.min(ENTRY.c.id).over(partition_by=finger))
+        # with a column that is in no index: a damaged index would give other fingers
+        columns = (ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.minutiae)
+        first: dict[tuple[object, object], int] = {}
         with self.reading() as connection:
-            return {int(row[0]): int(row[1]) for row in connection.execute(query)}
+            rows = connection.execute(sa.select(*columns).order_by(ENTRY.c.id))
+            return {row[0]: first.setdefault((row[1], row[2]), row[0]) for row in rows}
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""

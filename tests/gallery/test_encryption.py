@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections import namedtuple
 from contextlib import closing
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.errors import EncryptionError, GalleryError
 from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.database import DamagedRowError
+from fpmatch.gallery.entry import Label
 from fpmatch.gallery.export import export_templates
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
@@ -315,3 +317,22 @@ def test_an_encrypted_gallery_that_states_it_is_plain_shows_nothing(encrypted):
     with open_gallery(encrypted) as gallery:
         assert list(gallery.templates()) == []
         assert len(gallery.damaged) == len(PRINTS)
+
+
+def test_a_changed_label_in_table_or_index_regroups_no_impressions(tmp_path):
+    labels = [Label(str(k // 2), "thumb", str(k)) for k in range(6)]
+    with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
+        gallery.add(entries_of(*PRINTS[:6], labels=labels))
+        expected, data = gallery.fingers(), (tmp_path / "g.db").read_bytes()
+    at = data.index(b"2thumb4")
+    assert data.count(b"2thumb4") > 1  # in the table and in an index
+    for place in (at, data.index(b"2thumb4", at + 1)):
+        changed_data = bytearray(data)
+        changed_data[place] ^= 1
+        (tmp_path / "g.db").write_bytes(changed_data)
+        with open_gallery(tmp_path / "g.db") as gallery:
+            read = [number for number, _ in gallery.packed_templates()]
+            fingers = gallery.fingers()
+        assert len(read) > 4
+        for one, other in combinations(read, 2):
+            assert (fingers[one] == fingers[other]) == (expected[one] == expected[other])

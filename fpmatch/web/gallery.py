@@ -50,9 +50,10 @@ def open_served_gallery(where: str) -> Iterator[Gallery]:
     try:
         with open_gallery(where) as gallery:
             yield gallery
-    except (EncryptionError, OSError, SQLAlchemyError) as error:
-        code = getattr(error, "code", "") or ""
-        raise GalleryError(str(error), path=short_name(where), code=code) from error
+    except EncryptionError as error:  # the source of the keys cannot be read
+        raise GalleryError(str(error), path=short_name(where), code="missing key") from error
+    except (OSError, SQLAlchemyError) as error:
+        raise GalleryError(str(error), path=short_name(where)) from error
 
 
 @contextmanager

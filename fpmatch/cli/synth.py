@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import show
+from fpmatch.cli.notes import first_of, say_note, show
 from fpmatch.cli.options import FILE, Name, json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text, printable
@@ -108,7 +108,7 @@ def synth(
 
     No person's finger is among them. The same options give the same files, to the last byte; a run
     that was interrupted goes on where it stopped, and more fingers may be added later. Files that
-    are not its own are never overwritten.
+    are damaged are made again; those that are not its own are never overwritten.
     """
     from fpmatch.synthesis.database import make_database
 
@@ -117,11 +117,14 @@ def synth(
     with ProgressBars(_STAGES) as bars:
         made = make_database(out, sensors=chosen, progress=bars.show, **plan)
     seconds = time.perf_counter() - start
+    if made.faults:
+        say_note(f"{first_of(made.faults)}: made again")
     document = {
         "folder": str(made.folder),
         "fingers": made.fingers,
         "impressions": made.impressions,
         "made": made.made,
+        "faults": list(made.faults),
         "bytes": made.size,
         "seconds": round(seconds, 3),
     }

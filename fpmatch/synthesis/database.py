@@ -2,7 +2,8 @@
 
 A database is a folder of images ``FFF_M.tif`` (finger FFF, impression M), a file ``dataset.toml``
 that describes their parameters, and a folder ``truth`` with one file ``FFF.json`` a finger, which
-is written last: a finger that has it is complete.
+is written last, with the digests of the images: a finger that has these is complete. What is
+damaged or of another database is made again.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.engine.workers import no_progress, run_chunks
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.output import atomic_write_bytes, reason, remove_unfinished
+from fpmatch.synthesis.check import fault, is_damaged_copy, read
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import (
     DEFAULT_SENSOR,
@@ -52,6 +54,7 @@ class DatabaseMade:
     impressions: int  # of each
     made: int  # fingers that this call made
     size: int  # bytes of all their files
+    faults: tuple[str, ...] = ()  # of files that were there, and were made again
 
 
 def make_database(
@@ -126,21 +129,28 @@ def make_database(
     _make_folder(folder)
     with _alone_in(folder):
         _claim(folder, plan)
-        missing = [n for n in numbers if not all(p.is_file() for p in _files(folder, n, plan))]
+        faults = {
+            n: fault(_files(folder, n, plan), n, plan)
+            for n in numbers
+            if all(path.is_file() for path in _files(folder, n, plan))
+        }
+        missing = [n for n in numbers if faults.get(n, "missing")]
         progress(STAGE, fingers - len(missing), fingers)
         finished = iter(range(fingers - len(missing) + 1, fingers + 1))
         if missing:
             run_chunks(
-                partial(_make_finger, folder), plan, missing, workers=workers,
+                partial(_make_finger, folder, {n for n in missing if n in faults}), plan,
+                missing, workers=workers,
                 finished=lambda _: progress(STAGE, next(finished), fingers),
             )  # fmt: skip
     files = [folder / DESCRIPTION_FILE, *(p for n in numbers for p in _files(folder, n, plan))]
     size = sum(path.stat().st_size for path in files)
-    return DatabaseMade(folder, fingers, impressions, len(missing), size)
+    found = tuple(text for text in faults.values() if text)
+    return DatabaseMade(folder, fingers, impressions, len(missing), size, found)
 
 
-def _make_finger(folder: Path, plan: Plan, number: int) -> None:
-    """Write a finger's images, then its truth."""
+def _make_finger(folder: Path, faulty: set[int], plan: Plan, number: int) -> None:
+    """Write a finger's images, then its truth; those of a `faulty` one are replaced."""
     from fpmatch.synthesis.impression import make_impression  # noqa: PLC0415
     from fpmatch.synthesis.master import make_master  # noqa: PLC0415
 
@@ -152,10 +162,10 @@ def _make_finger(folder: Path, plan: Plan, number: int) -> None:
         sensor = plan.sensor_of(m)
         impression = make_impression(master, m, preset, sensor)
         content = _tiff(impression)
-        _write(path, content)
+        _write(path, content, replace=number in faulty)
         digest = hashlib.sha256(content).hexdigest()
         truths[path.stem] = impression_truth(impression, sensor, digest)
-    _write(truth, finger_truth(master, truths))
+    _write(truth, finger_truth(master, truths), replace=number in faulty)
 
 
 def _files(folder: Path, number: int, plan: Plan) -> list[Path]:
@@ -173,17 +183,17 @@ def _tiff(impression: Impression) -> bytes:
     return stream.getvalue()
 
 
-def _write(path: Path, content: bytes) -> None:
-    """Write a new file, leave an identical one, refuse to replace another."""
-    try:
-        existing = path.read_bytes()
-    except FileNotFoundError:
-        atomic_write_bytes(path, content, public=True)
+def _write(path: Path, content: bytes, *, replace: bool = False) -> None:
+    """Write a new file or one that is damaged, leave an identical one, refuse to replace another.
+
+    With `replace` another one is replaced, too.
+    """
+    existing = read(path) if path.exists() else None
+    if existing == content:
         return
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be read: {reason(error)}") from error
-    if existing != content:
+    if existing is not None and not replace and not is_damaged_copy(existing, content):
         raise DatasetError(f"{path}: is in the way: it is not what would be made there")
+    atomic_write_bytes(path, content, public=True)
 
 
 def _make_folder(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from typing import TYPE_CHECKING, Any, Final
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
     from fpmatch.synthesis.sensor import Sensor
 
 TRUTH_FOLDER: Final = "truth"
+_DIGEST_KEY: Final = b',"sha256":"'  # of the truth, before its last two characters
 NODE_EVERY_PX: Final = 12  # of the displacement field, at 500 dpi
 POSITION_DIGITS: Final = 2
 FACTOR_DIGITS: Final = 8  # of scale and radians: a millionth of a pixel across a picture
 
 
 def finger_truth(master: Master, impressions: Mapping[str, dict[str, Any]]) -> bytes:
-    """Return the content of a finger's truth file: JSON in one line.
+    """Return the content of a finger's truth file: JSON in one line, with a digest of the rest.
 
     `impressions` holds the result of `impression_truth` by the stem of each image's name.
     """
@@ -43,7 +45,16 @@ def finger_truth(master: Master, impressions: Mapping[str, dict[str, Any]]) -> b
         "deltas": _rounded(master.deltas),
         "impressions": dict(impressions),
     }
-    return (json.dumps(truth, separators=(",", ":"), allow_nan=False) + "\n").encode("ascii")
+    text = json.dumps(truth, separators=(",", ":"), allow_nan=False).encode("ascii")[:-1]
+    return text + _DIGEST_KEY + hashlib.sha256(text).hexdigest().encode() + b'"}\n'
+
+
+def is_intact(content: bytes) -> bool:
+    """Return whether a truth file is as it was written; older ones have no digest and count so."""
+    text, key, digest = content.rpartition(_DIGEST_KEY)
+    if not key or b"}" in digest[:-2]:
+        return content.endswith(b"}}\n")
+    return digest == hashlib.sha256(text).hexdigest().encode() + b'"}\n'
 
 
 def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dict[str, Any]:

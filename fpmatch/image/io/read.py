@@ -14,6 +14,7 @@ from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.raw import decode_raw
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
+from fpmatch.image.quality.ridge_scale import contradiction
 from fpmatch.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
@@ -52,13 +53,15 @@ def read_image(
         "dark": the grey values stay; "white": they are inverted; "auto": they are inverted where
         the print certainly shows white ridges.
     dpi : float, optional
-        Resolution for finding the polarity; by default the file's own, and 500 where it has none.
+        Resolution that replaces the file's own, for finding the polarity; by default the file's
+        own, and 500 where it has none.
 
     Returns
     -------
     GreyImage
         `dpi` is None unless the file gives one value for both axes above 100 and up to 4000 dpi;
-        lower ones (1, 72, 96) are defaults of programs.
+        lower ones (1, 72, 96) are defaults of programs. It is None too where the distance of the
+        ridges clearly contradicts the file's value, which a note names, unless `dpi` is given.
 
     Raises
     ------
@@ -106,6 +109,8 @@ def decode_image(
         if not data:
             raise ImageReadError("the file is empty")
         image = replace(_decode(data, limits, raw_sizes), source=source)
+    if image.dpi is not None and dpi is None and (why := contradiction(image.pixels, image.dpi)):
+        image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
         inverted = is_inverted(image.pixels, dpi or image.dpi or STANDARD_DPI)

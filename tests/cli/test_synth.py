@@ -75,7 +75,7 @@ def test_help_tells_of_every_preset_and_sensor_in_words(run):
 
 
 def test_a_full_disk_is_one_line(run, tmp_path, monkeypatch):
-    def full(path, _):
+    def full(path, _, *, public):
         raise OutputError(f"{path}: cannot be written: no space left on device")
 
     monkeypatch.setattr(database, "atomic_write_bytes", full)

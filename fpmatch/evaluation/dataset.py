@@ -235,6 +235,7 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
 
     with open_gallery(place) as gallery:
         entries, title = list(gallery.entries()), gallery.name
+        lost = tuple(f"entry {k} is left out: damaged: {why}" for k, why in gallery.damaged.items())
     if not entries:
         raise DatasetError("the gallery is empty", path=title, code="empty")
     found = {
@@ -244,7 +245,7 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
         for entry, name in zip(entries, entry_names(entries), strict=True)
     }
     name = title if "://" in title else Path(title).stem
-    return Dataset(csv_cell(name), None, "", tuple(_numbered(found)), str(place))
+    return Dataset(csv_cell(name), None, "", tuple(_numbered(found)), str(place), lost)
 
 
 def _unlabelled(place: str | os.PathLike[str]) -> Dataset | None:

@@ -18,6 +18,8 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
 from fpmatch.evaluation.batch.sources import open_source
+from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim
@@ -163,6 +165,10 @@ def test_claims_exports_checks_and_sources_skip_it(place: Path, tmp_path: Path) 
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
         assert gallery.summary().impressions + gallery.summary().damaged == PRINTS
+    dataset = load_dataset(place)
+    (made,) = extract_datasets([dataset])
+    assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)
+    assert len(made.extractions) + len(dataset.notes) == PRINTS
     source = open_source(place)
     items = list(source.templates(serial(), range(len(source.names))))
     assert sum(item.data is not None for item in items) == len(SOUND)

@@ -19,11 +19,13 @@ if TYPE_CHECKING:
 
 FS, GS, RS, US = b"\x1c", b"\x1d", b"\x1e", b"\x1f"
 IMAGE_FIELD: Final = 999  # the last field of a text record; its image may contain separators
+_WITHOUT_IMAGE: Final = frozenset({1, 2, 9})  # text records without an image, whatever the field
 BINARY_TYPES: Final = frozenset(range(3, 9))
 MAX_RECORDS: Final = 2000
 MAX_FIELDS: Final = 10_000  # of one record
 START: Final = re.compile(rb"1\.0?01:(\d{1,9})\x1d")
 _RECORD_START: Final = re.compile(rb"(\d{1,2})\.0?01:(\d{1,9})\x1d")
+_IMAGE_AGAIN: Final = re.compile(rb"\d{1,2}\.999:")
 _TAG: Final = re.compile(rb"(\d{1,2})\.(\d{2,4}):")
 
 
@@ -78,7 +80,7 @@ class Record(NamedTuple):
         for _ in range(MAX_FIELDS):
             tag = _TAG.match(self.data, at)
             number = int(tag[2]) if tag else 0
-            if tag and number >= IMAGE_FIELD:
+            if tag and number >= IMAGE_FIELD and self.type not in _WITHOUT_IMAGE:
                 found[number] = self.data[tag.end() : -1]
                 break
             end = self.data.find(GS, at)
@@ -89,6 +91,17 @@ class Record(NamedTuple):
                 break
             at = end + 1
         return found
+
+    def images(self) -> list[bytes]:
+        """Return the images of a text record, none if it has no image field.
+
+        The standard allows one, which reaches to the end of the record. Where software has written
+        the field again, each is returned, without those that are empty.
+        """
+        if IMAGE_FIELD not in (fields := self.fields()):
+            return []
+        again = rb"[\x1c\x1d]0?%d\.%d:" % (self.type, IMAGE_FIELD)
+        return [image for image in re.split(again, fields[IMAGE_FIELD]) if image]
 
 
 def table(value: bytes) -> list[list[bytes]]:
@@ -138,6 +151,8 @@ def _length(reader: ByteReader, kind: int, error: Callable[[str], FpmatchError])
         length = int.from_bytes(reader.data[reader.at : reader.at + 4], "big")
     else:
         start = _RECORD_START.match(reader.data, reader.at)
+        if again := _IMAGE_AGAIN.match(reader.data, reader.at):
+            raise error(f"a second field {again[0][:-1].decode()} lies outside its record's length")
         if start is None or int(start[1]) != kind:
             raise error(f"no record of type {kind} at byte {reader.at}, where one is listed")
         length = int(start[2])

@@ -13,6 +13,7 @@ from made_files import (
     wsq,
 )
 
+from fpmatch.binary_records import Record
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.limits import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage
@@ -55,6 +56,64 @@ def test_what_is_odd_about_a_transaction_is_noted():
     image = decoded(an2(tagged_print(GREY[:60], PNG, compression=b"PNG")))
     assert image.pixels.shape == GREY.shape
     assert image.notes == ("its record gives a size of 60 x 60 pixels, but its image has 60 x 72",)
+
+
+SEPARATED = [b"\x1d", b"\x1c"]
+
+
+def with_image_again(first: bytes, second: bytes, separator: bytes, **options):
+    """Return a record of type 14 whose image field is written twice."""
+    return tagged_print(GREY, first + separator + b"14.999:" + second, **options)
+
+
+@pytest.mark.parametrize("separator", SEPARATED)
+@pytest.mark.parametrize(
+    ("first", "second", "note"),
+    [
+        (b"", PNG, ()),
+        (PNG, b"", ()),
+        (PNG, PNG, ("its record has 2 images in fields 14.999, the same",)),
+        (
+            PNG,
+            saved(255 - GREY, "PNG"),
+            ("its record has 2 images in fields 14.999, different ones: the first was read",),
+        ),
+    ],
+)
+def test_a_record_whose_image_field_is_written_twice(first, second, note, separator):
+    image = decoded(an2(with_image_again(first, second, separator, compression=b"PNG")))
+    assert np.array_equal(image.pixels, GREY)
+    assert image.notes == note
+
+
+@pytest.mark.parametrize("separator", SEPARATED)
+def test_bare_pixels_in_two_fields_and_pixels_like_a_field(separator):
+    pixels = GREY.tobytes()
+    for first, second in ((b"", pixels), (pixels, b""), (pixels, pixels)):
+        image = decoded(an2(with_image_again(first, second, separator)))
+        assert np.array_equal(image.pixels, GREY)
+    odd = GREY.copy()
+    odd[3, :8] = np.frombuffer(separator + b"14.999:", np.uint8)
+    image = decoded(an2(tagged_print(odd)))
+    assert np.array_equal(image.pixels, odd)
+    assert image.notes == ()
+
+
+def test_a_field_999_ends_only_records_of_images():
+    assert Record(9, 0, b"9.999:xy\x1d9.012:abc\x1c").fields() == {999: b"xy", 12: b"abc"}
+    record = Record(14, 0, b"14.999:x\x1d14.012:abc\x1c")
+    assert record.fields() == {999: b"x\x1d14.012:abc"}
+    assert record.images() == [b"x\x1d14.012:abc"]
+    assert Record(14, 0, b"14.012:8\x1c").images() == []
+
+
+def test_image_fields_that_cannot_be_read_are_one_line():
+    with pytest.raises(ImageReadError, match="pixels are missing"):
+        decoded(an2(with_image_again(b"", b"", b"\x1d")))
+    whole = an2(tagged_print(GREY, PNG, compression=b"PNG"), tagged_print(GREY))
+    at = whole.index(PNG) + len(PNG) + 1
+    with pytest.raises(ImageReadError, match=r"a second field 14\.999 lies outside"):
+        decoded(whole[:at] + b"14.999:" + PNG + b"\x1c" + whole[at:])
 
 
 def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside():

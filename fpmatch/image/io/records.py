@@ -50,6 +50,7 @@ class _RecordImage(NamedTuple):
     height: int
     depth: int  # bits of a pixel
     dpi: float | None
+    note: str = ""
 
 
 def decode_an2(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> GreyImage:
@@ -67,6 +68,8 @@ def decode_an2(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> Gre
     is_binary = record.type == _GREY_FINGER
     found = _binary_print(record.data, first) if is_binary else _tagged_print(record)
     image = _decode(found, f"ANSI/NIST type {record.type}", limits, decode_file)
+    if found.note:
+        image = replace(image, notes=(*image.notes, found.note))
     if len(prints) == 1:
         return image
     return replace(image, notes=(*image.notes, f"the first of its {len(prints)} images was read"))
@@ -88,13 +91,20 @@ def _binary_print(data: bytes, first: Record) -> _RecordImage:
 
 
 def _tagged_print(record: Record) -> _RecordImage:
-    fields = record.fields()
+    fields, images = record.fields(), record.images()
     if IMAGE_FIELD not in fields:
         raise _damaged_an2(f"type {record.type} without an image")
     width, height, units, across, down = (_number(fields.get(n, b"0")) for n in range(6, 11))
     name = fields.get(11, b"NONE").decode("latin-1").strip().upper()
     depth, dpi = _number(fields.get(12, b"8")), dpi_in_units(units, across, down)
-    return _RecordImage(fields[IMAGE_FIELD], name, width, height, depth, dpi)
+    data = fields[IMAGE_FIELD]
+    if len(images) == 0 or (name == _UNCOMPRESSED and len(data) == width * height):
+        return _RecordImage(data, name, width, height, depth, dpi)
+    note = ""
+    if len(images) > 1:
+        same = "the same" if len(set(images)) == 1 else "different ones: the first was read"
+        note = f"its record has {len(images)} images in fields {record.type}.{IMAGE_FIELD}, {same}"
+    return _RecordImage(images[0], name, width, height, depth, dpi, note)
 
 
 def _per_mm(text: bytes) -> float | None:

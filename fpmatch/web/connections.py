@@ -13,6 +13,7 @@ import time
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
+import h11
 from prometheus_client import Counter as Measurement
 from prometheus_client import Gauge
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -117,9 +118,13 @@ class Connections:
         else:
             self._close(new, "too many, the latest", 503)
 
-    def _close(self, one: Connection, reason: str, status: int = 0) -> None:
+    def note(self, reason: str) -> None:
+        """Count and log that a connection is closed."""
         self._closed.labels(reason).inc()
-        _log.warning("a connection was closed: %s", reason, extra={"address": one.address})
+        _log.warning("a connection was closed: %s", reason)
+
+    def _close(self, one: Connection, reason: str, status: int = 0) -> None:
+        self.note(reason)
         self.leave(one)
         one.end(status)
 
@@ -204,8 +209,14 @@ class Connection(H11Protocol):
             self.since = time.monotonic()
 
     def on_response_complete(self) -> None:
-        """Wait for the next header."""
+        """Wait for the next header; close the connection if it has come before the response.
+
+        A client that sends requests without waiting would keep the server from others.
+        """
         self.since, self._received = time.monotonic(), False
+        if self.conn.their_state is h11.DONE and self.conn.trailing_data[0].strip():
+            self._connections.note("pipelined")
+            self.transport.close()
         super().on_response_complete()
 
     def end(self, status: int) -> None:

@@ -270,6 +270,13 @@ def test_odd_requests_are_answered_or_refused_and_end(data):
         assert served.status() == 200
 
 
+def test_requests_that_do_not_wait_for_the_response_are_not_served_in_a_row():
+    with serving() as served:
+        assert rest(served.connect(100 * (HEAD + b"\r\n"))).count(b"HTTP/1.1 200") == 1
+        assert served.app.closed("pipelined") == 1
+        assert served.status(data=HEAD + b"\r\n\r\n") == 200
+
+
 SERVE = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0", "--workers", "1"]
 LIMITED = ["bash", "-c", 'ulimit -n 96; exec "$0" "$@"', *SERVE]
 

@@ -33,7 +33,7 @@ def check_bounds(template: Template) -> None:
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae
+    >>> from fpmatch.minutiae import Minutiae, Template
     >>> check_bounds(Template(Minutiae(x=[4e4], y=[10], angle=[0]), width=300, height=400))
     Traceback (most recent call last):
     fpmatch.errors.TemplateError: minutiae: an x of 40000 is beyond 32767 pixels at 500 dpi

@@ -54,7 +54,7 @@ class _OneLineError(click.ClickException):
 
 def _made_printable(error: click.ClickException) -> click.ClickException:
     """Return an error about a command line, which repeats parts of it, as it may be shown."""
-    error.message = message_text(error.message)
+    error.message = message_text(error.message)  # type: ignore[misc]
     return error
 
 

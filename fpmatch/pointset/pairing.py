@@ -47,7 +47,7 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
         raise PointSetError(f"tolerance must be 0 or more, not {number_text(tolerance)}")
     with np.errstate(over="ignore"):  # points too far apart for float64 are no pair
         i, j = _within(a, b, tolerance)
-    distance, middle = np.hypot(*(a[i] - b[j]).T), a[i] / 2 + b[j] / 2
+        distance, middle = np.hypot(*(a[i] - b[j]).T), a[i] / 2 + b[j] / 2
     order = np.lexsort((middle[:, 1], middle[:, 0], distance))
     partner: dict[int, int] = {}
     taken: set[int] = set()

@@ -8,16 +8,9 @@ from __future__ import annotations
 
 READING_CALLS = frozenset(
     {
-        *("read_bytes", "read_text", "open", "loads", "np.load", "fromfile", "memmap", "connect"),
-        *(
-            "parse_json",
-            "parse_toml",
-            "frombuffer",
-            "create_engine",
-            "unpack_from",
-            "imdecode",
-            "readNetFromONNX",
-        ),
+        *("read_bytes", "read_text", "open", "loads", "np.load", "fromfile", "frombuffer"),
+        *("memmap", "connect", "create_engine", "parse_json", "parse_toml", "unpack_from"),
+        *("imdecode", "readNetFromONNX"),
     }
 )
 """Calls by which bytes from outside become values."""

@@ -13,6 +13,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.kinds import SQLITE_HEADER
 from fpmatch.output import create_private, make_private, reason
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os
@@ -138,6 +139,14 @@ class Database:
         plain = self._engine.execution_options(isolation_level="AUTOCOMMIT", autocommit=True)
         with self._translating_errors(), plain.connect() as connection:
             yield connection
+
+    def structure_fault(self) -> str:
+        """Return what is wrong with the tables and indices of a SQLite file; "" if nothing is."""
+        if self.file is None:
+            return ""
+        with self.reading() as connection:
+            found = str(connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar())
+        return "" if found == "ok" else printable(found.splitlines()[-1].strip())
 
     @contextmanager
     def _translating_errors(self) -> Iterator[None]:

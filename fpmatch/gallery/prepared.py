@@ -90,7 +90,7 @@ def prepare_gallery(
     """Return the prepared prints of a gallery by number, from a file where it has not changed.
 
     `progress` is called with stage "prepare" and numbers of prints that are in no file; `note`,
-    where a file cannot be used, with a line on it.
+    where a file cannot be used or the database is damaged, with a line on it.
     """
     gallery.check_keys()
     content = gallery.content_hash()
@@ -106,6 +106,9 @@ def prepare_gallery(
     old = _first_whole(_newest_first(folders, matcher, content), read, faults)
     if faults:
         note(f"prepared prints of {gallery.name} {_STATES[faults[0]]}: prepared again")
+    if fault := gallery.structure_fault():
+        what = "entries may be missing, or under other names"
+        note(f"{gallery.name}: the database is damaged ({fault}): {what}; restore a copy")
     prepared = _renew(gallery, matcher, old, engine or processes(), progress)
     name = content
     if gallery.content_hash() != content:

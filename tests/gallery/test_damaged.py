@@ -279,3 +279,22 @@ def test_a_schema_that_is_no_text_is_damaged(tmp_path: Path) -> None:
     path.write_bytes(content.replace(statement, statement[:-1] + b"\xac"))
     with pytest.raises(GalleryError, match="damaged: its text is not UTF-8"), open_gallery(path):
         pass
+
+
+@pytest.mark.parametrize("occurrence", [0, 1])  # in the table, and in its index
+def test_a_search_of_a_database_whose_index_does_not_fit_has_a_note(
+    tmp_path: Path, occurrence: int
+) -> None:
+    place, subject = tmp_path / "g.db", b"a-subject-of-its-own"
+    with open_gallery(place, create=True) as gallery:
+        labels = [Label(subject.decode()), Label("another")]
+        gallery.add([entry_of(k, scattered(k, 30), label) for k, label in enumerate(labels, 1)])
+    data = place.read_bytes()
+    at = data.index(subject) if occurrence else data.rindex(subject)
+    place.write_bytes(data[:at] + b"b" + data[at + 1 :])
+    notes: list[str] = []
+    with open_gallery(place) as gallery:
+        assert "missing from index" in gallery.structure_fault()
+        open_search(gallery, engine=serial(), note=notes.append)
+    (note,) = notes
+    assert note.startswith(f"{place}: the database is damaged (row 1 missing from index")

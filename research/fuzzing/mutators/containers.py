@@ -165,7 +165,7 @@ def sqlite_schema(rng: random.Random, data: bytes) -> bytes:
         way = rng.randrange(4)
         if way == 0:
             page = rng.choice((0, 1, 2, 3, 999, -1))
-            change = ("rootpage = ?", page)
+            change: tuple[str, object] = ("rootpage = ?", page)
         elif way == 1 and text:
             word = rng.choice(
                 ("INTEGER", "TEXT", "BLOB", "NOT NULL", "UNIQUE", "PRIMARY KEY", "id")

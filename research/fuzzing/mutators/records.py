@@ -112,7 +112,7 @@ def png_chunk(rng: random.Random, data: bytes) -> bytes:
     return PNG + b"".join(_png_chunk(*chunk) for chunk in chunks)
 
 
-def with_right_sums(png: bytes) -> bytes:
+def with_right_sums(png: bytes | bytearray) -> bytes:
     """Return a PNG with right checksums, which otherwise stop nearly all damage."""
     file, at = bytearray(png), len(PNG)
     while at + 12 <= len(file):
@@ -168,5 +168,5 @@ def _an2_record(fields: list[bytes]) -> bytes:
     return tag + colon + str(length).encode() + rest
 
 
-def _png_chunk(name: bytes, body: bytes) -> bytes:
+def _png_chunk(name: bytes, body: bytes | bytearray) -> bytes:
     return struct.pack(">L", len(body)) + name + body + struct.pack(">L", zlib.crc32(name + body))

@@ -88,6 +88,7 @@ def _template() -> Reader:
     for template in templates().values():
         m, field = template.minutiae, template.field
         assert field is not None
+        assert field.ridges is not None
         stream = io.BytesIO()
         frame = np.array([template.width, template.height, template.dpi, field.step])
         np.savez(

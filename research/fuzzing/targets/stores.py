@@ -215,7 +215,7 @@ def _unfinished() -> Reader:
         database.execute("VACUUM")
     data = (state / "state.db").read_bytes()
 
-    def read(data: bytes) -> None:
+    def read(data: bytes) -> list[str]:
         own = scratch() / "scores.csv"
         folder = own.with_name("scores.csv.unfinished")
         shutil.rmtree(folder, ignore_errors=True)
@@ -223,8 +223,6 @@ def _unfinished() -> Reader:
         (folder / "rows.csv").write_bytes(rows)
         (folder / "state.db").write_bytes(data)
         done = score(made, made, own, pairs=plan)
-        for one in (*done.failures, *done.dpi_assumed):
-            if not isinstance(one, str):
-                str(one.reason)
+        return [*(one.reason for one in done.failures), *done.dpi_assumed]
 
     return Reader([data], read)

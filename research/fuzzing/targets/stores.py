@@ -1,8 +1,9 @@
 """Targets: galleries, their prepared files, and runs that are resumed, with the searches of them.
 
-Byte by byte damage must be noticed: the candidates are the same to the last bit, or the search
-fails with an error. Where values were changed through SQLite, or checksums were corrected, other
-candidates are right; then the search must only end well.
+Byte by byte damage must be noticed: the candidates are the same to the last bit, or there is an
+error or a note. Where values were changed through SQLite, or checksums were corrected, other
+candidates are right; the search must only end well. In an encrypted gallery entries can then be
+missing, but none has another name.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fpmatch.encryption.keys import load_keys
 from fpmatch.engine.engine import serial
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
@@ -32,10 +34,13 @@ from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.printable import printable
+from fpmatch.revocable.compare import similarity
+from fpmatch.revocable.template import RevocableTemplate, protect
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import packed_template
+from research.fuzzing.mutators.sealed import use_key
 from research.fuzzing.targets.tables import SAMPLES
-from research.fuzzing.targets.target import Reader, Target, scratch
+from research.fuzzing.targets.target import Reader, Target, scratch, written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -56,11 +61,13 @@ def store_targets() -> list[Target]:
     return [
         Target("gallery", lambda: _gallery(strict=True), **stores),
         Target("gallery-cells", lambda: _gallery(strict=False), SQLITE, **stores),
+        Target("gallery-sealed", lambda: _gallery(strict=False, encrypt=True), SQLITE, **stores),
         Target("prepared", lambda: _prepared(strict=True), **stores),
         Target("prepared-forged", lambda: _prepared(strict=False), ARRAYS, **stores),
         Target("packed-template", _packed, (packed_template,), kernels=True),
         Target("stored-template", _stored, (zip_member,), kernels=True),
         Target("unfinished-run", _unfinished, SQLITE),
+        Target("revocable", _revocable, ARRAYS),
     ]
 
 
@@ -79,12 +86,13 @@ def templates() -> dict[str, Template]:
 
 
 @cache
-def gallery_file() -> Path:
+def gallery_file(*, encrypt: bool = False) -> Path:
     """Return a gallery of the prints, with its prepared files beside it."""
-    path = scratch() / "made" / "prints.db"
+    use_key()
+    path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()
     new = [_entry(name, template) for name, template in templates().items() if name != PROBE]
-    with open_gallery(path, create=True) as gallery:
+    with open_gallery(path, create=True, encrypt=encrypt) as gallery:
         gallery.add(new)
         open_search(gallery, engine=serial())
     return path
@@ -96,11 +104,13 @@ def _entry(name: str, template: Template) -> NewEntry:
     return NewEntry(Label(subject, "", impression), f"{name}.tif", digest, template)
 
 
-def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
-    """Return the candidates of the probe in a gallery, as a search states them, and its notes."""
+def _candidates(
+    gallery: Gallery, *, impressions: bool = False
+) -> tuple[list[tuple[Any, ...]], list[str]]:
+    """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
     search = open_search(gallery, engine=serial(), note=notes.append)
-    found = identify(search, templates()[PROBE], count=10)
+    found = identify(search, templates()[PROBE], count=10, impressions=impressions)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
     label = {entry.id: str(entry.label) for entry in gallery.entries()}
     return [
@@ -109,10 +119,11 @@ def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
     ], notes
 
 
-def _gallery(*, strict: bool) -> Reader:
-    made = gallery_file()
+def _gallery(*, strict: bool, encrypt: bool = False) -> Reader:
+    made = gallery_file(encrypt=encrypt)
     with open_gallery(made) as gallery:
         expected, _ = _candidates(gallery)
+        single = {(one[0], one[2]) for one in _candidates(gallery, impressions=True)[0]}
 
     def read(data: bytes) -> list[str]:
         path = scratch() / "prints.db"
@@ -128,6 +139,8 @@ def _gallery(*, strict: bool) -> Reader:
                 shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
         if strict and found != expected and not notes:
             raise AssertionError(RESULTS)
+        if encrypt and not {(one[0], one[2]) for one in found} <= single:
+            raise AssertionError("a template under another name, without an error or a note")
         return [*map(printable, shown), *notes]
 
     return Reader([made.read_bytes()], read)
@@ -173,9 +186,9 @@ def _compare(template: Template) -> None:
     """Prepare a template and compare it with a good one, both ways."""
     matcher = get_matcher("unit-circle")
     one, other = matcher.prepare(template), matcher.prepare(templates()[PROBE])
-    similarity = [matcher.compare(*pair).similarity for pair in ((one, other), (other, one))]
-    if not np.isfinite(similarity).all():
-        raise AssertionError(f"similarities {similarity}")
+    found = [matcher.compare(*pair).similarity for pair in ((one, other), (other, one))]
+    if not np.isfinite(found).all():
+        raise AssertionError(f"similarities {found}")
 
 
 def _packed() -> Reader:
@@ -192,6 +205,19 @@ def _stored() -> Reader:
         _compare(unpack(data))
 
     return Reader([pack(template) for template in templates().values()], read)
+
+
+def _revocable() -> Reader:
+    path = scratch() / "made.revocable"
+    use_key()
+    good = protect(templates()[PROBE], load_keys().current)
+    good.save(path)
+
+    def read(data: bytes) -> None:
+        if not 0 <= similarity(RevocableTemplate.load(written("it.revocable", data)), good) < 1e9:
+            raise AssertionError("no similarity")
+
+    return Reader([path.read_bytes()], read)
 
 
 class _StopError(Exception):

@@ -71,6 +71,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "pointset/points_csv.py": ("points",),
     "reading.py": _OUT,
     "revocable/template.py": ("revocable",),
+    "synthesis/check.py": ("truth-check",),
     "synthesis/database.py": "compares files with what it would write",
     "synthesis/plan.py": ("dataset-info",),
     "web/access.py": ("clients",),

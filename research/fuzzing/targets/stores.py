@@ -85,9 +85,13 @@ def templates() -> dict[str, Template]:
     return found
 
 
-@cache
 def gallery_file(*, encrypt: bool = False) -> Path:
     """Return a gallery of the prints, with its prepared files beside it."""
+    return _made_gallery(encrypt)
+
+
+@cache
+def _made_gallery(encrypt: bool) -> Path:
     use_key()
     path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()

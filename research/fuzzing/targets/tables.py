@@ -22,7 +22,8 @@ from fpmatch.gallery.manifest import is_manifest, read_manifest
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.pointset.points_csv import load_points
-from fpmatch.synthesis.database import make_database
+from fpmatch.synthesis.check import fault
+from fpmatch.synthesis.database import FIRST_FINGER, make_database
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
 from fpmatch.web.access import load_clients
@@ -72,6 +73,7 @@ def text_targets() -> list[Target]:
         Target("dataset-info", _dataset_info, TOML, (b"dpi", b"polarity", b'"""', b"inf")),
         Target("clients", lambda: _of_file("c.toml", load_clients, [_TOML_CLIENTS]), (toml_line,)),
         Target("truth", _truth, JSON, (b'"visible"', b'"displacement"')),
+        Target("truth-check", _truth_check, JSON),
         Target("calibration", _calibration, JSON),
         Target("points-results", _points_results, JSON),
         Target("audit-log", _audit_log, (json_line,)),
@@ -157,19 +159,37 @@ def _dataset_info() -> Reader:
     return Reader(corpus, read)
 
 
-def _truth() -> Reader:
+def _synthetic() -> tuple[Path, Plan]:
+    """Make a database of two small prints; return its folder and its plan."""
     folder = scratch() / "synthetic"
-    small = MasterParameters(shape=(96, 96))
-    sensors = [plain_sensor(64, 64)]
-    make_database(folder, fingers=1, impressions=2, master=small, sensors=sensors, workers=1)
-    (made,) = sorted((folder / "truth").iterdir())
+    plan = Plan(0, "normal", (plain_sensor(64, 64),), 2, MasterParameters(shape=(96, 96)))
+    given = {"impressions": plan.impressions, "master": plan.master, "sensors": plan.sensors}
+    make_database(folder, fingers=1, workers=1, **given)
+    return folder, plan
+
+
+def _truth_check() -> Reader:
+    folder, plan = _synthetic()
+    images = sorted(folder.glob("*.tif"))
+    (made,) = (folder / "truth").iterdir()
+
+    def read(data: bytes) -> list[str]:
+        found = fault([*images, written("truth.json", data)], FIRST_FINGER, plan)
+        return [found] if found else []
+
+    return Reader([made.read_bytes()], read)
+
+
+def _truth() -> Reader:
+    folder, _ = _synthetic()
+    (made,) = (folder / "truth").iterdir()
     document = json.loads(made.read_text())
     for one in document["impressions"].values():  # fewer nodes: a smaller file
         grid = one["displacement"]
         grid |= {key: [row[:4] for row in grid[key][:4]] for key in ("dx", "dy")}
     names = list(document["impressions"])
     root = scratch() / "database"
-    (root / "truth").mkdir(parents=True)
+    (root / "truth").mkdir(parents=True, exist_ok=True)
     finger = names[0].partition("_")[0]
     images = [SimpleNamespace(path=root / f"{name}.tif") for name in names]
     dataset: Any = SimpleNamespace(impressions=images)

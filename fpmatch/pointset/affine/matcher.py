@@ -61,7 +61,7 @@ class AffineParameters(SearchParameters):
 
     extra_proposals: int = 200_000
     """Pairs of triangles that are tested after a match of fewer points."""
-    max_visits: int = 60_000_000
+    max_visits: int = 100_000_000
     """Points tested and overlaid, and triangles compared, at most."""
     max_anisotropy: float = 6.0
     """Most by which a transform between the widened sets stretches one direction more than

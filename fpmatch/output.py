@@ -31,10 +31,10 @@ _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield the path of an unfinished file, and remove it; an OSError becomes an OutputError."""
     target = Path(path)
-    if target.is_dir():
-        raise OutputError(f"{path}: cannot be written: it is a folder")
     unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
+        if target.is_dir():  # an OSError for a name that is too long
+            raise OutputError(f"{path}: cannot be written: it is a folder")
         yield unfinished
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {reason(error)}") from error

@@ -106,6 +106,8 @@ def test_places_that_cannot_be_written(tmp_path):
         check_writable(tmp_path)
     with pytest.raises(OutputError, match="cannot be written"):
         check_writable(tmp_path / "nowhere" / "scores.csv")
+    with pytest.raises(OutputError, match="name too long"):
+        atomic_write_bytes(tmp_path / ("x" * 5000), b"")
     check_writable(tmp_path / "scores.csv")
     assert list(tmp_path.iterdir()) == []
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
 
+_LONGEST_NAME: Final = 240  # without suffix; file systems have 255 bytes
 _KEPT_IN_NAMES: Final = " +,=@"  # besides letters, digits and _.-~; others are written as %XX
 
 
@@ -34,8 +35,9 @@ def export_templates(
     """Write the templates of a gallery into a folder, under their labels; return their number.
 
     They are written in the formats of some `suffixes`, as of `save_template`; `subject` selects
-    those of one; damaged entries are skipped. `progress` is called with stage "export" and numbers
-    of templates, `noted` with a file and each note on what its format cannot hold.
+    those of one; damaged entries are skipped, as `gallery.damaged` states. `progress` is called
+    with stage "export" and numbers of templates, `noted` with a file and each note on what its
+    format cannot hold.
 
     Raises
     ------
@@ -45,6 +47,9 @@ def export_templates(
         If the gallery cannot be read.
     """
     names = _names(gallery.entries(subject=subject))
+    for number in [number for number, name in names.items() if len(name) > _LONGEST_NAME]:
+        gallery.damaged[number] = "its label is too long for the name of a file"
+        del names[number]
     gallery.record("export", entries=ranges(names))
     make_folder(folder)
     progress("export", 0, len(names))

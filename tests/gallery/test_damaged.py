@@ -231,6 +231,14 @@ def test_text_that_is_not_utf_8_is_damage_of_one_entry(tmp_path: Path) -> None:
         assert list(gallery.damaged) == [DAMAGED]
 
 
+def test_a_label_that_no_file_can_have_stops_no_export(tmp_path: Path) -> None:
+    fill(tmp_path / "g.db")
+    mutate(tmp_path / "g.db", "impression", "x" * 5000)
+    with open_gallery(tmp_path / "g.db") as gallery:
+        assert export_templates(gallery, tmp_path / "out") == len(SOUND)
+        assert list(gallery.damaged) == [DAMAGED]
+
+
 def test_a_claim_all_of_which_is_damaged_says_so(tmp_path: Path) -> None:
     fill(tmp_path / "g.db")
     for number in (3, 4):

@@ -8,7 +8,6 @@ that a spreadsheet computes. Each such character becomes a backslash escape, ``\
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 
@@ -116,6 +115,8 @@ def json_text(document: object, *, indent: int | None = 2) -> str:
     >>> print(json_text({"name": "é\x7f\udcff"}, indent=None))
     {"name": "\u00e9\u007f\\xff"}
     """
+    import json  # noqa: PLC0415  (most errors need none)
+
     text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
     return _NOT_ASCII.sub(_json_escape, text)
 

@@ -86,7 +86,7 @@ def is_damaged_copy(found: bytes, original: bytes) -> bool:
         return True
     common = min(len(found), len(original))
     a, b = (np.frombuffer(data, np.uint8, common) for data in (found, original))
-    return np.count_nonzero(a == b) >= _LEAST_ALIKE * len(found)
+    return bool(np.count_nonzero(a == b) >= _LEAST_ALIKE * len(found))
 
 
 def read(path: Path) -> bytes:

@@ -108,8 +108,9 @@ def _waves() -> _Waves:
     radius = np.hypot(x, y)
     inside = (radius > 1.0 / _PERIODS_PX[1]) & (radius < 1.0 / _PERIODS_PX[0])
     taper = np.hanning(_WINDOW_PX + 2)[1:-1].astype(np.float32)
-    planes = (x, y, radius, np.where(inside, radius**2, 0.0))
-    return _Waves(*(plane.astype(np.float32) for plane in planes), np.outer(taper, taper))
+    weight = np.where(inside, radius**2, 0.0)
+    planes = (x, y, radius, weight, np.outer(taper, taper))
+    return _Waves(*(plane.astype(np.float32) for plane in planes))
 
 
 def _within(value: float, span: tuple[float, float]) -> bool:

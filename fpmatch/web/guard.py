@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import anyio
 
+from fpmatch.printable import printable
 from fpmatch.web.access import LOCAL, digest_of
 from fpmatch.web.gate import BusyError, Gate
 
@@ -48,7 +49,7 @@ class _RefusedError(Exception):
 
     def __init__(self, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:
         super().__init__(sentence)
-        self.status, self.sentence, self.headers = status, sentence, headers
+        self.status, self.sentence, self.headers = status, printable(sentence), headers
 
 
 class _Exchange:

@@ -59,6 +59,11 @@ def test_other_names_are_refused(client, host):
     assert "not called" in answer.json()["error"]
 
 
+def test_a_name_that_acts_on_a_terminal_is_escaped(client):
+    answer = client.get("/about", headers={"host": b"\x9b31mevil"})
+    assert answer.json()["error"] == r"this server is not called \u009b31mevil"
+
+
 @pytest.mark.parametrize(
     ("headers", "status"),
     [

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 PRINTS = ("101_1", "101_2", "102_1", "103_1")
 PROBE = "101_3"
-RENEWED_ONE_IN = 8  # of the prepared files that are refused: that takes longer
+RENEWED_ONE_IN = 30  # of the prepared files that are refused: that takes longer
 MINUTIAE = 16  # of each print: fewer are compared faster
 RESULTS = "other candidates than before the damage, without an error or a note"
 

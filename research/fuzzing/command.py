@@ -135,7 +135,7 @@ def _choose(targets: Sequence[Target], names: Sequence[str], *, kernels: bool) -
     if unknown := set(names) - set(known):
         raise click.BadParameter(f"{min(unknown)!r} is none of {', '.join(known)}")
     if names:
-        return [known[name] for name in names]
+        return [known[name] for name in dict.fromkeys(names)]
     return [target for target in targets if target.kernels or not kernels]
 
 

@@ -163,8 +163,14 @@ def _synthetic() -> tuple[Path, Plan]:
     """Make a database of two small prints; return its folder and its plan."""
     folder = scratch() / "synthetic"
     plan = Plan(0, "normal", (plain_sensor(64, 64),), 2, MasterParameters(shape=(96, 96)))
-    given = {"impressions": plan.impressions, "master": plan.master, "sensors": plan.sensors}
-    make_database(folder, fingers=1, workers=1, **given)
+    make_database(
+        folder,
+        fingers=1,
+        impressions=plan.impressions,
+        master=plan.master,
+        sensors=plan.sensors,
+        workers=1,
+    )
     return folder, plan
 
 

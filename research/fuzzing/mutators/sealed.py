@@ -6,7 +6,7 @@ import os
 from functools import cache
 from typing import TYPE_CHECKING
 
-from fpmatch.encryption.keys import KEY_VARIABLE, load_keys, new_key
+from fpmatch.encryption.keys import KEY_VARIABLE, Key, load_keys
 from fpmatch.encryption.records import seal, unseal
 from fpmatch.formats.sealed import _PURPOSE as TEMPLATE
 from research.fuzzing.mutators.octets import any_bytes
@@ -20,8 +20,8 @@ _VARIABLE = "FPMATCH_FUZZING_KEY"
 
 @cache
 def use_key() -> None:
-    """Set a random key for the files of this run."""
-    os.environ |= {KEY_VARIABLE: f"env:{_VARIABLE}", _VARIABLE: new_key().as_line()}
+    """Set the key of encrypted files, always the same: a finding is replayed with it."""
+    os.environ |= {KEY_VARIABLE: f"env:{_VARIABLE}", _VARIABLE: Key(bytes(range(32))).as_line()}
 
 
 def resealed(rng: random.Random, data: bytes) -> bytes:

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import hashlib
 import os
+import random
+import secrets
 import shutil
 import sqlite3
 import zlib
 from contextlib import closing, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -96,7 +99,12 @@ def _made_gallery(encrypt: bool) -> Path:
     path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()
     new = [_entry(name, template) for name, template in templates().items() if name != PROBE]
-    with open_gallery(path, create=True, encrypt=encrypt) as gallery:
+    seeded = random.Random(0)
+    with (
+        patch.object(secrets, "token_hex", lambda size=32: seeded.randbytes(size).hex()),
+        patch.object(os, "urandom", seeded.randbytes),
+        open_gallery(path, create=True, encrypt=encrypt) as gallery,
+    ):
         gallery.add(new)
         open_search(gallery, engine=serial())
     return path

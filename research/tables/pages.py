@@ -26,7 +26,7 @@ from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
 from research.tables.searching import format_searching
-from research.tables.serving import format_serving
+from research.tables.serving import format_attacks, format_serving
 from research.tables.synthesis import format_synthesis, preset_rows
 
 if TYPE_CHECKING:
@@ -187,8 +187,16 @@ PAGES: Final = {
         },
     ),
     "serving": Page(
-        {"load": Part("benchmarks/serve_load.py --json", "serving.json", alone=True)},
-        {(DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"])},
+        {
+            "load": Part("benchmarks/serve_load.py --json", "serving.json", alone=True),
+            "attacks": Part("scripts/attack_server --json", "attacks.json", alone=True),
+        },
+        {
+            (DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"]),
+            (DOCS / "how-to" / "deploy.md", "attacks"): lambda results: format_attacks(
+                results["attacks"]
+            ),
+        },
     ),
     "synthesis": Page(
         {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 
 def format_serving(load: Mapping[str, Any]) -> str:
@@ -24,3 +24,17 @@ def format_serving(load: Mapping[str, Any]) -> str:
         ["memory of server and workers before and after them", f"{before}, {after}"],
     ]
     return markdown_table(rows)
+
+
+def format_attacks(outcomes: Sequence[Mapping[str, Any]]) -> str:
+    """Format the results of ``scripts/attack_server --json`` as a Markdown table."""
+    kinds = list(outcomes[0]["median_ms"])
+    head = ["attack", "from", *(f"{kind}, ms" for kind in kinds), "refused", "wrong"]
+    rows = [[*head, "memory, MB", "log, kB"]]
+    for one in outcomes:
+        times = [f"{one['median_ms'][kind]:.0f}, {one['p95_ms'][kind]:.0f}" for kind in kinds]
+        before, most = one["memory_before_mb"], one["memory_most_mb"]
+        row = [one["attack"], one["source"], *times]
+        row += [f"{one['refused']} of {one['requests']}", str(one["wrong"])]
+        rows.append([*row, f"{before:.0f} + {most - before:.0f}", f"{one['log_bytes'] / 1000:.0f}"])
+    return markdown_table(rows, left=2)

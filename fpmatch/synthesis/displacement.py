@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     Points = NDArray[np.float64]  # shape (N, 2), x and y
 
 FEWEST_NODES: Final = 4  # along a side, so that a cubic fits
+LEAST_STEP: Final = 1e-3  # pixels: places in nodes do not overflow
 SOLVED_PX: Final = 1e-6  # largest step of a point when `stretched` stops
 
 
@@ -45,8 +46,9 @@ class DisplacementField:
         shift = np.array(self.shift, dtype=np.float64)
         if shift.ndim != 3 or min(shift.shape[:2]) < FEWEST_NODES or shift.shape[2] != 2:
             raise ImageError("a displacement field needs at least 4 x 4 nodes with dx and dy")
-        if not (np.isfinite(self.step) and self.step > 0 and np.isfinite(shift).all()):
-            raise ImageError("a displacement field needs a step above zero and finite shifts")
+        if not (np.isfinite(self.step) and self.step >= LEAST_STEP and np.isfinite(shift).all()):
+            least = f"a step of {LEAST_STEP:g} pixels at least"
+            raise ImageError(f"a displacement field needs {least} and finite shifts")
         shift.setflags(write=False)
         object.__setattr__(self, "step", float(self.step))
         object.__setattr__(self, "shift", shift)

@@ -108,6 +108,7 @@ def test_malformed_minutiae_are_refused(tmp_path, changes, reason):
     ("changes", "reason"),
     [
         ({"step": 0}, "a displacement field needs"),
+        ({"step": 5e-324}, "a displacement field needs a step of 0.001 pixels at least"),
         ({"dx": [[1.0] * 4] * 4}, "same shape"),
         ({"dx": [[1.0]], "dy": [[1.0]]}, "at least 4 x 4 nodes"),
         ({"dy": "up"}, "could not convert"),

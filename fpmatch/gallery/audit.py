@@ -25,7 +25,7 @@ from fpmatch.gallery.tables import ENTRY, GALLERY
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
 
-    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.database import Database
 
 ON: Final = "audit on"
 OFF: Final = "audit off"
@@ -68,7 +68,7 @@ def lock(connection: sa.Connection) -> None:
     connection.execute(sa.select(GALLERY.c.id).with_for_update())
 
 
-def turn_on(gallery: Gallery) -> bool:
+def turn_on(gallery: Database) -> bool:
     """Let a gallery keep an audit from now on; return whether it did not before."""
     with gallery.writing() as connection:
         lock(connection)
@@ -83,7 +83,7 @@ def turn_on(gallery: Gallery) -> bool:
     return True
 
 
-def turn_off(gallery: Gallery) -> bool:
+def turn_off(gallery: Database) -> bool:
     """Let a gallery keep no audit any more, as its last event; return whether it did before."""
     with gallery.writing() as connection:
         lock(connection)
@@ -143,7 +143,7 @@ def labels_of(
     return found
 
 
-def audit_lines(gallery: Gallery) -> Iterator[bytes]:
+def audit_lines(gallery: Database) -> Iterator[bytes]:
     """Yield the lines of a gallery's audit; GalleryError (code "no audit") if it never kept one."""
     after = 0
     while True:
@@ -160,7 +160,7 @@ def audit_lines(gallery: Gallery) -> Iterator[bytes]:
             return
 
 
-def check_audit(gallery: Gallery, *, expect: tuple[int, str] | None = None) -> AuditState:
+def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> AuditState:
     """Check the audit of a gallery, as `check_chain`, and that each change has its event.
 
     Raises

@@ -1,35 +1,15 @@
-"""Erasure of what was removed from a gallery: in its file, and in the prepared prints."""
+"""Compaction of a gallery: no free space in its database, no outdated prepared prints."""
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from fpmatch._version import __version__
-from fpmatch.errors import FpmatchError, GalleryError
-from fpmatch.gallery.prepared import (
-    SUFFIX,
-    Prepared,
-    load_prepared,
-    prepared_folders,
-    prepared_name,
-    save_prepared,
-)
+from fpmatch.gallery.erasure import delete_outdated, size_of_prepared
 from fpmatch.gallery.tables import TABLES
-from fpmatch.matching.matchers import get_matcher
-from fpmatch.output import reason
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from fpmatch.gallery.gallery import Gallery
-
-_PATTERNS: Final = (f"*{SUFFIX}", "*.prints", "*.npy", ".*.part")
-"""Files of prepared prints: of this version, of earlier ones, and unfinished ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,77 +51,9 @@ def compact_gallery(gallery: Gallery) -> Compaction:
     >>> sizes.database_after <= sizes.database_before, sizes.prepared_after
     (True, 0)
     """
-    before = gallery.size(TABLES), _size_of_prepared(gallery)
+    before = gallery.size(TABLES), size_of_prepared(gallery)
     gallery.record("compact")
     gallery.vacuum(TABLES)
-    _delete_outdated(gallery)
-    after = gallery.size(TABLES), _size_of_prepared(gallery)
+    delete_outdated(gallery)
+    after = gallery.size(TABLES), size_of_prepared(gallery)
     return Compaction(before[0], after[0], before[1], after[1])
-
-
-def erase_traces(gallery: Gallery, before: str) -> None:
-    """Erase what is left of entries that were just removed.
-
-    `before` is the content hash from before: prepared prints of it are copied without those of the
-    removed entries. What is deleted from a SQLite file is overwritten at once; one that an earlier
-    version has changed, which did not, is rewritten. Raises GalleryError (code "traces") if that
-    cannot be done.
-    """
-    try:
-        _renew(gallery, before)
-        _delete_outdated(gallery)
-        if gallery.file is not None and not gallery.is_overwritten():
-            gallery.vacuum(TABLES)
-    except FpmatchError as error:
-        why = error.detail or str(error)
-        raise gallery.error(
-            f"removed, but traces may be left: {why}; `fpmatch gallery compact` erases them",
-            "traces",
-        ) from error
-
-
-def _renew(gallery: Gallery, before: str) -> None:
-    """Copy the prepared prints of the content `before` that are still enrolled."""
-    ending = f"-{__version__}-{before}{SUFFIX}"
-    found = [path for path in _files(gallery) if path.name.endswith(ending)]
-    if not found:
-        return
-    content, sealing, fingers = gallery.content_hash(), gallery.sealing(), gallery.fingers()
-    for path in found:
-        with suppress(FpmatchError):  # then the next search prepares all
-            matcher = get_matcher(path.name.removesuffix(ending))
-            old = load_prepared(path, matcher, sealing)
-            left = np.flatnonzero(np.isin(old.numbers, list(fingers)))
-            numbers = old.numbers[left]
-            of_fingers = np.array([fingers[number] for number in numbers.tolist()], np.int64)
-            new = Prepared(numbers, of_fingers, old.digests[left], old.prints.take(left))
-            save_prepared(path.with_name(prepared_name(matcher, content)), new, matcher, sealing)
-
-
-def _delete_outdated(gallery: Gallery) -> None:
-    """Delete all prepared prints but those of the present content, and folders left empty."""
-    ending = f"-{__version__}-{gallery.content_hash()}{SUFFIX}"
-    for path in _files(gallery):
-        if not path.name.endswith(ending):
-            try:
-                path.unlink(missing_ok=True)
-            except OSError as error:
-                why = f"cannot be deleted: {reason(error)}"
-                raise GalleryError(f"{path.name}: {why}", path=gallery.name) from error
-    for folder in prepared_folders(gallery):
-        with suppress(OSError):
-            folder.rmdir()
-
-
-def _files(gallery: Gallery) -> Iterator[Path]:
-    for folder in prepared_folders(gallery):
-        for pattern in _PATTERNS:
-            yield from folder.glob(pattern)
-
-
-def _size_of_prepared(gallery: Gallery) -> int:
-    sizes = 0
-    for path in _files(gallery):
-        with suppress(OSError):
-            sizes += path.stat().st_size
-    return sizes

@@ -12,10 +12,10 @@ from fpmatch.gallery.sealing import ENCRYPTED_VERSION, create_sealing
 from fpmatch.gallery.tables import GALLERY, VERSION, create_tables
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.sealed_database import SealedDatabase
 
 
-def check_or_create(gallery: Gallery, *, create: bool, encrypt: bool) -> None:
+def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> None:
     """Check that there is a gallery of a known version, or make an empty one.
 
     One that is made to `encrypt` is encrypted with the current key; another must be encrypted.

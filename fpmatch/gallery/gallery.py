@@ -135,7 +135,7 @@ class Gallery(GalleryReader):
         one of the numbers is unknown, none is removed: GalleryError (code "unknown"). If traces may
         be left, GalleryError (code "traces") is raised after the removal.
         """
-        from fpmatch.gallery.compaction import erase_traces  # noqa: PLC0415  (imports matchers)
+        from fpmatch.gallery.erasure import erase_traces  # noqa: PLC0415  (imports matchers)
 
         before = self.content_hash()
         with self.changing() as connection:

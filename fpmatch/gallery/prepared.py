@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
-    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.reader import GalleryReader
     from fpmatch.gallery.sealing import Sealing
     from fpmatch.matching.result import Matcher
 
@@ -80,7 +80,7 @@ class Prepared:
 
 
 def prepare_gallery(
-    gallery: Gallery,
+    gallery: GalleryReader,
     matcher: Matcher,
     *,
     engine: Engine | None,
@@ -124,7 +124,7 @@ def prepare_gallery(
     return prepared
 
 
-def _find_damaged(gallery: Gallery, kept: Prepared) -> None:
+def _find_damaged(gallery: GalleryReader, kept: Prepared) -> None:
     """Add to `gallery.damaged` the entries that are not among its prepared prints."""
     if len(gallery) > len(kept.numbers):
         for number in gallery.fingers().keys() - set(kept.numbers.tolist()):
@@ -160,7 +160,7 @@ def save_prepared(
     write_arrays(path, arrays, COLUMNS, _about(path, matcher), seal=_seal(sealing))
 
 
-def seal_files(gallery: Gallery) -> None:
+def seal_files(gallery: GalleryReader) -> None:
     """Encrypt all files of a gallery as it is encrypted now; those that cannot be are removed."""
     sealing = gallery.sealing()
     seal = _seal(sealing)
@@ -191,7 +191,7 @@ def _content(path: Path, sealing: Sealing | None) -> bytes | memoryview | None:
         return stream.read() if sealing is None or PLAIN in sealing.keys else None
 
 
-def prepared_folders(gallery: Gallery) -> list[Path]:
+def prepared_folders(gallery: GalleryReader) -> list[Path]:
     """Return the folders for prepared prints, the preferred one first."""
     from platformdirs import user_cache_path  # noqa: PLC0415
 
@@ -248,7 +248,11 @@ def _remove_others(kept: Path, matcher: Matcher) -> None:
 
 
 def _renew(
-    gallery: Gallery, matcher: Matcher, old: Prepared | None, engine: Engine, progress: Progress
+    gallery: GalleryReader,
+    matcher: Matcher,
+    old: Prepared | None,
+    engine: Engine,
+    progress: Progress,
 ) -> Prepared:
     """Return the prints of a gallery, copied from the old ones where they are there."""
     numbers, digests = [], []

@@ -9,9 +9,9 @@ import numpy as np
 from fpmatch.matching.bit_descriptors import UNKNOWN_BIN
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Mapping
 
-    from fpmatch.matching.packed_templates import PackedTemplates
+    from numpy.typing import NDArray
 
 MAX_MINUTIAE: Final = 256  # that a byte can number
 # Beyond what is ever packed, and far from where a kernel's numbers would overflow:
@@ -23,35 +23,35 @@ SCALES: Final = (1e-2, 1e2)  # 500 / dpi
 UNIT_TOLERANCE: Final = 1e-3  # of the square of a unit vector's length
 
 
-def is_sound(prints: PackedTemplates) -> bool:
-    """Return whether every index and every size lies within the arrays."""
-    minutiae, cells = prints.minutiae_start, prints.cell_start
-    n, of_print, size = np.diff(minutiae), np.diff(cells), prints.neighbour.shape[1]
+def is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
+    """Return whether every index and size in the arrays of `PackedTemplates` lies within them."""
+    minutiae, cells = arrays["minutiae_start"], arrays["cell_start"]
+    n, of_print, size = np.diff(minutiae), np.diff(cells), arrays["neighbour"].shape[1]
     for starts, length, most, array in (
-        (minutiae, n, MAX_MINUTIAE, prints.xy),
-        (cells, of_print, MAX_CELLS, prints.cell),
+        (minutiae, n, MAX_MINUTIAE, arrays["xy"]),
+        (cells, of_print, MAX_CELLS, arrays["cell"]),
     ):
-        if len(starts) != len(prints) + 1 or starts[0] or starts[-1] != len(array):
+        if len(starts) != len(arrays["step"]) + 1 or starts[0] or starts[-1] != len(array):
             return False
         if (length < 0).any() or (length > most).any():
             return False
-    shape = prints.shape.astype(np.int64)
-    rising = np.diff(prints.index, prepend=-1) > 0
+    shape = arrays["shape"].astype(np.int64)
+    rising = np.diff(arrays["index"], prepend=-1) > 0
     rising[minutiae[:-1][n > 0]] = True  # the first minutia of a print
     checks = (
         (shape >= 0) & (shape <= MAX_CELLS),
         shape[:, 0] * shape[:, 1] == of_print,
-        (prints.inside >= 0) & (prints.inside <= of_print),
-        np.abs(prints.xy) <= MAX_PX,
-        _is_unit(prints.direction),
-        _is_within(prints.step, STEPS_PX),
-        _is_within(prints.to_500dpi, SCALES),
-        (prints.index >= 0) & (prints.index < MAX_INDEX) & rising,
-        prints.count <= size,
-        _most_of_each(prints.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
-        prints.orientation_bins <= UNKNOWN_BIN,
-        prints.has_flow <= 1,
-        prints.has_ridges <= 1,
+        (arrays["inside"] >= 0) & (arrays["inside"] <= of_print),
+        np.abs(arrays["xy"]) <= MAX_PX,
+        _is_unit(arrays["direction"]),
+        _is_within(arrays["step"], STEPS_PX),
+        _is_within(arrays["to_500dpi"], SCALES),
+        (arrays["index"] >= 0) & (arrays["index"] < MAX_INDEX) & rising,
+        arrays["count"] <= size,
+        _most_of_each(arrays["neighbour"].ravel(), size * minutiae) < np.maximum(n, 1),
+        arrays["orientation_bins"] <= UNKNOWN_BIN,
+        arrays["has_flow"] <= 1,
+        arrays["has_ridges"] <= 1,
     )
     return all(bool(check.all()) for check in checks)
 

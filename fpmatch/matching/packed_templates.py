@@ -192,10 +192,9 @@ class PackedTemplates:
 
         Raises MatcherError if a number would lead out of an array, or of what `pack` packs.
         """
-        found = cls(**{name: arrays[name] for name in COLUMNS})
-        if not is_sound(found):
+        if not is_sound(arrays):
             raise MatcherError("damaged", code="damaged")
-        return found
+        return cls(**{name: arrays[name] for name in COLUMNS})
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name."""

@@ -21,7 +21,7 @@ from fpmatch.encryption.keys import given_source, keys_for, load_keys
 from fpmatch.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
 from fpmatch.output import PRIVATE_FOLDER, create_private, make_private, reason
-from fpmatch.parsing import parse_json
+from fpmatch.parsing import ParseError, parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
@@ -237,7 +237,14 @@ class Store:
     def notes(self, side: str) -> dict[int, list[str]]:
         """Return the notes on reading prints of a side, by number."""
         found = self._items(side, "notes", "notes != ''")
-        return {number: parse_json(notes) for number, notes in found.items()}
+        try:
+            parsed = {number: parse_json(notes) for number, notes in found.items()}
+        except (TypeError, ParseError) as error:
+            raise self._damaged() from error
+        for notes in parsed.values():
+            if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+                raise self._damaged()
+        return parsed
 
     def qualities(self, side: str) -> dict[int, int]:
         """Return the quality of the images of a side, by number."""

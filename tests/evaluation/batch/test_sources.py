@@ -11,7 +11,15 @@ from fpmatch import extract, verify
 from fpmatch.engine.engine import serial
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.evaluation.batch.score import score
-from fpmatch.evaluation.batch.sources import FolderSource, GallerySource, open_source, pack, unpack
+from fpmatch.evaluation.batch.sources import (
+    FolderSource,
+    GallerySource,
+    StoredTemplate,
+    open_source,
+    pack,
+    unpack,
+)
+from fpmatch.evaluation.batch.store import Store
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
@@ -119,3 +127,12 @@ def test_scores_are_those_of_verify(folder, tmp_path):
         if ",9_1.png,10_1.png," in line
     )
     assert float(line.split(",")[6]) == verify(probe, reference).score
+
+
+@pytest.mark.parametrize("notes", ["1.5", "[1]", "[", "null"])
+def test_notes_of_a_damaged_state_are_one_error(tmp_path, notes):
+    with Store(tmp_path / "scores.csv", {}) as store:
+        list(store.add_items("probes", [(0, StoredTemplate(None, "no print"))]))
+        store._database.execute("UPDATE item SET notes = ?", [notes])
+        with pytest.raises(ScoringError, match="damaged; delete the folder and start again"):
+            store.notes("probes")

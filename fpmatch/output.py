@@ -31,7 +31,7 @@ _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield the path of an unfinished file, and remove it; an OSError becomes an OutputError."""
     target = Path(path)
-    unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
+    unfinished = target.parent / f".{secrets.token_hex(8)}.part"
     try:
         if target.is_dir():  # an OSError for a name that is too long
             raise OutputError(f"{path}: cannot be written: it is a folder")

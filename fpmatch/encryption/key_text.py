@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -16,8 +15,8 @@ from fpmatch.encryption.keys import (
     split_source,
     write_keyring,
 )
-from fpmatch.errors import EncryptionError
-from fpmatch.output import reason
+from fpmatch.errors import EncryptionError, OutputError, without_path
+from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -81,17 +80,11 @@ def _write(source: str, keys: Iterable[Key]) -> KeyRing:
 
 def _write_private(path: Path, content: bytes, source: str) -> None:
     """Write a file that no other user could read at any moment; it appears whole."""
-    unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
     try:
-        handle = os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
-    except OSError as error:
-        why = f"cannot be written: {reason(error)}"
+        with atomic_write(path) as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OutputError as error:
+        why = without_path(str(error), path)
         raise EncryptionError(why, path=source, code="output") from error

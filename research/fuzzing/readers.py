@@ -30,7 +30,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "cli/group.py": _OUT,
     "cli/verify.py": "hashes the files that were compared",
     "client.py": "sends files as they are",
-    "encryption/key_text.py": _OUT,
     "encryption/keys.py": ("keys",),
     "engine/cluster.py": "a Dask scheduler is trusted; see docs/security.md",
     "engine/local.py": "reads the script that was started",

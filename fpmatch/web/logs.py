@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import secrets
 import sys
-import time
+from time import monotonic
 from typing import Any, Final
 
 _PAUSE_S: Final = 1.0  # between two lines of a kind
@@ -29,7 +29,7 @@ class OncePerSecond(logging.Filter):
             return True
         error = record.exc_info[0] if record.exc_info else None
         kind = record.name, record.levelno, str(record.msg), error
-        now = time.monotonic()
+        now = monotonic()
         written, left_out = self._latest.get(kind, (-_PAUSE_S, 0))
         if now - written < _PAUSE_S:
             self._latest[kind] = written, left_out + 1
@@ -55,7 +55,7 @@ class Incidents:
 
     def report(self, reason: str, error: BaseException | None = None) -> str:
         """Return the identifier under which the log has a reason."""
-        now = time.monotonic()
+        now = monotonic()
         self._latest = {
             known: entry for known, entry in self._latest.items() if now - entry[0] < _PAUSE_S
         }

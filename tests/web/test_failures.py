@@ -168,7 +168,7 @@ def test_a_kind_of_line_is_written_once_a_second_with_a_count(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     now = [0.0]
-    monkeypatch.setattr("fpmatch.web.logs.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("fpmatch.web.logs.monotonic", lambda: now[0])
     bound = OncePerSecond()
 
     def write(level: int, text: str, *values: object) -> str | None:

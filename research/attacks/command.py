@@ -19,6 +19,7 @@ from research.attacks.kinds import ATTACKS
 from research.attacks.requests import KINDS, OrdinaryClient, Times
 from research.attacks.server import Memory, Server, enrol_samples, started
 from research.commands import Command, json_file, write_json
+from research.tables.serving import OTHER_SERVERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,7 +77,7 @@ Examples:
 @click.option(
     "--server",
     "other",
-    type=click.Choice(["uvicorn", "hypercorn", "granian"]),
+    type=click.Choice(OTHER_SERVERS),
     help="Run the application by this server, without what `fpmatch serve` adds to it.",
 )
 @json_file

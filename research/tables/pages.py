@@ -26,7 +26,12 @@ from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
 from research.tables.searching import format_searching
-from research.tables.serving import format_attacks, format_serving
+from research.tables.serving import (
+    OTHER_SERVERS,
+    format_attacks,
+    format_other_servers,
+    format_serving,
+)
 from research.tables.synthesis import format_synthesis, preset_rows
 
 if TYPE_CHECKING:
@@ -190,11 +195,18 @@ PAGES: Final = {
         {
             "load": Part("benchmarks/serve_load.py --json", "serving.json", alone=True),
             "attacks": Part("scripts/attack_server --json", "attacks.json", alone=True),
+            **{
+                name: Part(f"scripts/attack_server --main --server {name} --json", "servers.json")
+                for name in OTHER_SERVERS
+            },
         },
         {
             (DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"]),
             (DOCS / "how-to" / "deploy.md", "attacks"): lambda results: format_attacks(
                 results["attacks"]
+            ),
+            (DOCS / "how-to" / "deploy.md", "servers"): lambda results: format_other_servers(
+                {name: results[name] for name in OTHER_SERVERS}
             ),
         },
     ),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+OTHER_SERVERS: Final = ("uvicorn", "hypercorn", "granian")
 
 
 def format_serving(load: Mapping[str, Any]) -> str:
@@ -38,3 +40,21 @@ def format_attacks(outcomes: Sequence[Mapping[str, Any]]) -> str:
         row += [f"{one['refused']} of {one['requests']}", str(one["wrong"])]
         rows.append([*row, f"{before:.0f} + {most - before:.0f}", f"{one['log_bytes'] / 1000:.0f}"])
     return markdown_table(rows, left=2)
+
+
+def format_other_servers(results: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+    """Format what ``scripts/attack_server --main --server NAME --json`` measured, by server."""
+    rows = [["server", "attack", "from", "verify, ms", "memory, MB", "log, kB", "connections"]]
+    for server, outcomes in results.items():
+        for one in outcomes:
+            fates = [f"{number} {fate}" for fate, number in list(one["fates"].items())[:2]]
+            rows.append(
+                [
+                    *(server, one["attack"], one["source"]),
+                    f"{one['median_ms']['verify']:.0f}, {one['p95_ms']['verify']:.0f}",
+                    f"{one['memory_most_mb'] - one['memory_before_mb']:+.0f}",
+                    f"{one['log_bytes'] / 1000:.0f}",
+                    ", ".join(fates) or "-",
+                ]
+            )
+    return markdown_table(rows, left=3)

@@ -35,6 +35,7 @@ _PLACES = [
     re.compile(pattern) for pattern in (r"(\w+_kernel)\.c:(\d+)", r"(\w+_kernel)\.cpython()")
 ]
 _KERNELS = ("_*_kernel.py", "*.pxd")
+_BUILD_FILES = ("setup.py", "pyproject.toml", "README.md", "LICENSE")
 
 
 def run_sanitized(arguments: Sequence[str]) -> None:
@@ -124,16 +125,19 @@ def _compile(folder: Path, library: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     click.echo(f"building sanitized kernels in {folder} (some minutes)", err=True)
     environment = os.environ | {"FPMATCH_SANITIZE": "1", "FPMATCH_REQUIRE_KERNELS": "1"}
-    base, temporary = folder / "base", folder / "temp"
-    words = ["--build-base", base, "--build-lib", library, "--build-temp", temporary]
+    source = folder / "source"  # a copy: nothing that was compiled before is taken
+    others = shutil.ignore_patterns("*.so", "*.pyd", "*.c", "__pycache__")
+    shutil.copytree(ROOT / "fpmatch", source / "fpmatch", ignore=others)
+    for name in _BUILD_FILES:
+        shutil.copy(ROOT / name, source)
+    words = ["-m", "pip", "install", "-q", "--no-deps", "--target", str(library), str(source)]
     done = subprocess.run(
-        [sys.executable, "setup.py", "-q", "build", *map(str, words)],
-        cwd=ROOT, env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [sys.executable, *words], env=environment, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         last = "\n".join(done.stderr.splitlines()[-_SHOWN_LINES:])
         raise FpmatchError(f"the sanitized kernels cannot be built: {last}")
-    shutil.rmtree(temporary, ignore_errors=True)
+    shutil.rmtree(source, ignore_errors=True)
     (folder / "whole").touch()
 
 

@@ -31,7 +31,7 @@ def main(folders: tuple[Path, ...], json_file: Path | None, workers: int | None)
 
     All impressions of a database are compared, those of one finger as genuine pairs: as revocable
     templates of one key, and by the default matcher. Templates of two random keys are judged by
-    each attack; D_sys (ISO/IEC 30136) is 0 where pairs of one finger cannot be told from others.
+    each attack; D_sys (ISO/IEC 30136) is 0 where mated and non-mated pairs are judged alike.
 
     --json writes what ``python -m research tables revocable --measured`` reads.
     """

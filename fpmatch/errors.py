@@ -134,7 +134,7 @@ class GalleryError(FpmatchError):
 
 
 class EncryptionError(FpmatchError):
-    """A key is missing or malformed, or encrypted data are damaged or not where they belong."""
+    """A key is missing or malformed, or encrypted data are damaged or were moved."""
 
 
 class ScoringError(FpmatchError):

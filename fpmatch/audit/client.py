@@ -42,10 +42,9 @@ def act_as(client: str, work: Callable[..., Result], *args: Any) -> Result:
 
 def current_client() -> str:
     """Return who requests this: of `acting_as`, else $FPMATCH_OPERATOR, else user and host."""
-    named = _client.get()
-    system = f"{_system_user()}@{platform.node() or 'localhost'}"
-    if named is not None:
+    if (named := _client.get()) is not None:
         return named
+    system = f"{_system_user()}@{platform.node() or 'localhost'}"
     operator = os.environ.get(OPERATOR, "").strip()
     return f"{operator} ({system})" if operator else system
 

@@ -87,7 +87,8 @@ class ReadingOptions:
     limits : ReadLimits
         Files beyond them are refused.
     unseal : bool
-        Whether sealed templates are opened; not those of strangers, who would see the content.
+        Whether sealed templates are opened; not those that clients of a server send, who would
+        see the content.
     """
 
     dpi: float | None = None

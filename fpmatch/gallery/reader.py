@@ -16,11 +16,9 @@ from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, PACKED, is_so
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Iterator
     from typing import Self
 
-    from fpmatch.encryption.keys import KeyRing
     from fpmatch.gallery.entry import Entry
     from fpmatch.minutiae import Template
 
@@ -36,16 +34,6 @@ class GalleryReader(SealedDatabase):
     Methods raise GalleryError where the database cannot be read. Those that yield skip entries that
     are damaged; `damaged` has the reason of each, by its number.
     """
-
-    def __init__(
-        self,
-        where: str | os.PathLike[str],
-        *,
-        create: bool = False,
-        key: KeyRing | str | None = None,
-    ) -> None:
-        super().__init__(where, create=create, key=key)
-        self.damaged: dict[int, str] = {}
 
     def __enter__(self) -> Self:
         return self

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 
 class SealedDatabase(Database):
-    """A `Database` whose rows are opened with `key`: keys, or their source."""
+    """A `Database` whose rows are opened with `key`: keys, or their source.
+
+    `damaged` has the reason of each row that was skipped as damaged, by its number.
+    """
 
     def __init__(
         self,
@@ -34,6 +37,7 @@ class SealedDatabase(Database):
         super().__init__(where, create=create)
         self._given = key
         self._sealing: Sealing | None = None
+        self.damaged: dict[int, str] = {}
 
     def sealing(self, connection: sa.Connection | None = None) -> Sealing | None:
         """Return how this gallery is encrypted now; None if it is not."""

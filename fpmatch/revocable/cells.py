@@ -9,7 +9,6 @@ grid lies within a cell in another.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -23,45 +22,29 @@ MINUTIAE: Final = 48  # of a print; of more, those of best quality
 NEIGHBOURS: Final = 12  # of a minutia, at most
 GRIDS: Final = 4
 PAIRS: Final = NEIGHBOURS * (NEIGHBOURS - 1) // 2  # of neighbours of a minutia, at most
+REACH_PX: Final = 160.0  # of neighbours, at 500 dpi
+FIRST_PX: Final = 4.0  # distance at which the cells of distance begin
+RATIO: Final = 0.25  # logarithm of the ratio of distances at the ends of a cell
+DISTANCES: Final = math.ceil(math.log(REACH_PX / FIRST_PX) / RATIO) + 1  # cells of distance
+SECTORS: Final = 25  # of the angle at which a neighbour lies, in a turn
+DIRECTION_SECTORS: Final = 14  # of the relative direction of a neighbour, in a turn
 _TURN: Final = 2 * math.pi
 _GOLDEN: Final = 1.1347241384015194  # the positive root of x**7 = x + 1
 
 
-@dataclass(frozen=True, slots=True)
-class CellParameters:
-    """Set the cells; lengths in pixels at 500 dpi."""
-
-    reach_px: float = 160.0  # of neighbours
-    first_px: float = 4.0  # distance at which the cells of distance begin
-    ratio: float = 0.25  # logarithm of the ratio of distances at the ends of a cell
-    sectors: int = 25  # of the angle at which a neighbour lies, in a turn
-    direction_sectors: int = 14  # of the relative direction of a neighbour, in a turn
-
-    @property
-    def distances(self) -> int:
-        """Number of cells of distance."""
-        return math.ceil(math.log(self.reach_px / self.first_px) / self.ratio) + 1
-
-
-_USUAL: Final = CellParameters()
-
-
-def pair_cells(
-    prepared: PreparedTemplate, parameters: CellParameters | None = None
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def pair_cells(prepared: PreparedTemplate) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the different cells of a print, and for each the minutia it was first found at.
 
     Minutiae are numbered by descending quality.
     """
-    p = parameters or _USUAL
     order = np.argsort(-prepared.quality, kind="stable")[:MINUTIAE]
     count = prepared.neighbourhoods.count[order]
     u, v, c, s = prepared.neighbourhoods.frame[order, :4].astype(np.float64).transpose(1, 0, 2)
     distance = np.hypot(u, v)
     angle, turn = np.arctan2(v, u) % _TURN, np.arctan2(s, c) % _TURN
-    near = (np.arange(u.shape[1]) < count[:, None]) & (distance < p.reach_px)
+    near = (np.arange(u.shape[1]) < count[:, None]) & (distance < REACH_PX)
     around = np.argsort(np.where(near, angle, np.inf), axis=1, kind="stable")
-    log = np.log(np.maximum(distance, p.first_px) / p.first_px) / p.ratio
+    log = np.log(np.maximum(distance, FIRST_PX) / FIRST_PX) / RATIO
     log, angle, turn, near = (np.take_along_axis(a, around, 1) for a in (log, angle, turn, near))
     first, second = np.triu_indices(u.shape[1], 1)
     there = near[:, first] & near[:, second]
@@ -70,9 +53,9 @@ def pair_cells(
         code = np.full(there.shape, grid, np.int64)
         shifts = [((grid + 1) / _GOLDEN ** (k + 1)) % 1.0 for k in range(6)]
         for one, at in ((first, shifts[:3]), (second, shifts[3:])):
-            code = code * p.distances + np.floor(log + at[0]).astype(np.int64)[:, one]
-            code = code * p.sectors + _sector(angle, p.sectors, at[1])[:, one]
-            code = code * p.direction_sectors + _sector(turn, p.direction_sectors, at[2])[:, one]
+            code = code * DISTANCES + np.floor(log + at[0]).astype(np.int64)[:, one]
+            code = code * SECTORS + _sector(angle, SECTORS, at[1])[:, one]
+            code = code * DIRECTION_SECTORS + _sector(turn, DIRECTION_SECTORS, at[2])[:, one]
         grids.append(code[there])
     cells, place = np.unique(np.concatenate(grids), return_index=True)
     return cells, np.tile(there.nonzero()[0], GRIDS)[place]

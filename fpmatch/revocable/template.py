@@ -3,8 +3,8 @@
 The words of a minutia are its cells (see `fpmatch.revocable.cells`), each encrypted as a block of
 AES-256 and cut to 32 bits. A cell occurs once in a template, rows without enough cells are filled
 with encrypted numbers that no other print has, and rows and words are sorted: without the key, what
-is stored cannot be told from random numbers, of which there are as many for every print. Under
-another key the words are others.
+is stored is indistinguishable from random numbers, of which there are as many for every print.
+Under another key the words are others.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,7 +10,7 @@ from anyio import to_thread
 
 from fpmatch.audit.chain import AuditError
 from fpmatch.audit.log import AuditLog
-from fpmatch.web.errors import RequestError
+from fpmatch.web.errors import RequestError, send_error
 from fpmatch.web.guard import CLIENT
 
 if TYPE_CHECKING:
@@ -21,6 +20,7 @@ AUDITED: Final = "fpmatch.audited"  # key of what the audit log states, in the s
 REQUEST: Final = "fpmatch.request"  # key of the number of a request, in its scope
 AUDITOR: Final = "fpmatch.auditor"
 _REFUSAL: Final = "the audit log cannot be written"
+_HEADERS: Final = ((b"cache-control", b"no-store"), (b"x-content-type-options", b"nosniff"))
 _log: Final = logging.getLogger(__name__)
 
 
@@ -79,7 +79,7 @@ class Auditor:
                     await self.store(scope, status=message["status"])
                 except AuditError:
                     refused = True
-                    await _refuse(send)
+                    await send_error(send, 503, _REFUSAL, *_HEADERS)
             if not refused:
                 await send(message)
 
@@ -89,15 +89,3 @@ class Auditor:
 def route_of(scope: Scope) -> str:
     """Return the address of the API that a request is for."""
     return getattr(scope.get("route"), "path", "other")
-
-
-async def _refuse(send: Send) -> None:
-    content = json.dumps({"error": _REFUSAL}).encode()
-    headers = {
-        b"content-type": b"application/json",
-        b"content-length": str(len(content)).encode(),
-        b"cache-control": b"no-store",
-        b"x-content-type-options": b"nosniff",
-    }
-    await send({"type": "http.response.start", "status": 503, "headers": [*headers.items()]})
-    await send({"type": "http.response.body", "body": content})

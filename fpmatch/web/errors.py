@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from typing import TYPE_CHECKING
+
 from fpmatch.errors import FpmatchError, GalleryError
+
+if TYPE_CHECKING:
+    from starlette.types import Send
 
 
 class RequestError(FpmatchError):
@@ -37,3 +43,15 @@ def status_of(error: FpmatchError) -> int:
         return 400
     is_our_fault = isinstance(error, GalleryError) and error.code != "label"
     return 500 if is_our_fault else 422
+
+
+async def send_error(send: Send, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:
+    """Send the whole response to a request that is refused."""
+    content = json.dumps({"error": sentence}).encode()
+    described = (
+        (b"content-type", b"application/json"),
+        (b"content-length", str(len(content)).encode()),
+    )
+    start = {"type": "http.response.start", "status": status, "headers": [*described, *headers]}
+    await send(start)
+    await send({"type": "http.response.body", "body": content})

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ipaddress
-import json
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import anyio
 
 from fpmatch.printable import printable
 from fpmatch.web.access import LOCAL, digest_of
+from fpmatch.web.errors import send_error
 from fpmatch.web.gate import BusyError, Gate
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ class Guard:
         except _RefusedError as refused:
             await _drain(scope, receive, _DRAINED * self._most_bytes)
             exchange.refused = None
-            await _answer(exchange.send, refused)
+            await send_error(exchange.send, refused.status, refused.sentence, *refused.headers)
 
     async def _pass_on(self, scope: Scope, receive: Receive, exchange: _Exchange) -> None:
         """Let a request wait for its turn, then pass it on."""
@@ -296,19 +296,3 @@ async def _drain(scope: Scope, receive: Receive, most: int) -> None:
             most -= len(message.get("body", b""))
             if message["type"] == "http.disconnect" or not message.get("more_body", False):
                 return
-
-
-async def _answer(send: Any, refused: _RefusedError) -> None:
-    content = json.dumps({"error": refused.sentence}).encode()
-    await send(
-        {
-            "type": "http.response.start",
-            "status": refused.status,
-            "headers": [
-                (b"content-type", b"application/json"),
-                (b"content-length", str(len(content)).encode()),
-                *refused.headers,
-            ],
-        }
-    )
-    await send({"type": "http.response.body", "body": content})

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import statistics
-import time
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import combinations, pairwise
+from timeit import timeit
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,18 +15,18 @@ from scipy.spatial import Delaunay
 
 from fpmatch.encryption.keys import Key
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.revocable.compare import shared_words, similarity
 from fpmatch.revocable.template import protect
+from research.all_pairs import compare_all_pairs
 from research.unlinkability import d_sys
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from typing import Self
 
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.minutiae import Template
     from fpmatch.revocable.template import RevocableTemplate
 
@@ -51,6 +51,11 @@ class _Judged:
     mated: NDArray[np.float64]
     non_mated: NDArray[np.float64]
 
+    @classmethod
+    def of(cls, values: NDArray[np.float64], mated: NDArray[np.bool_]) -> Self:
+        """Divide the judgements of all pairs."""
+        return cls(values[mated], values[~mated])
+
 
 def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
     """Return error rates by database, linkability by attack, sizes and times."""
@@ -59,16 +64,16 @@ def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
     judged: dict[str, list[_Judged]] = {name: [] for name in (*ATTACKS, _SAME_KEY)}
     every: list[Template] = []
     for one in sets:
-        templates = [e.template for e in one.extractions if e.template is not None]
-        fingers = [
-            impression.finger
+        found = [
+            (impression.finger, e.template)
             for impression, e in zip(one.dataset.impressions, one.extractions, strict=True)
             if e.template is not None
         ]
+        templates = [template for _, template in found]
         made = [[protect(template, key) for template in templates] for key in keys]
-        usual = [MATCHER.prepare(template) for template in templates]
-        same = _judge(fingers, similarity, made[0], made[0])
-        plain = _judge(fingers, _default_similarity, usual, usual)
+        mated = np.array([a == b for (a, _), (b, _) in combinations(found, 2)])
+        same = _Judged.of(_judge(similarity, made[0], made[0]), mated)
+        plain = _Judged.of(compare_all_pairs(templates), mated)
         rates.append(
             {
                 "name": one.dataset.name,
@@ -78,7 +83,7 @@ def measure_revocable(sets: Sequence[ExtractedSet]) -> dict[str, Any]:
         )
         judged[_SAME_KEY].append(same)
         for name, attack in ATTACKS.items():
-            judged[name].append(_judge(fingers, attack, *made))
+            judged[name].append(_Judged.of(_judge(attack, *made), mated))
         every += templates
     return {
         "sets": rates,
@@ -91,22 +96,12 @@ _SAME_KEY: Final = "similarity, with one key for both (for comparison: linked by
 
 
 def _judge(
-    fingers: Sequence[object],
-    judge: Callable[[Any, Any], float],
-    left: Sequence[object],
-    right: Sequence[object],
-) -> _Judged:
+    judge: Callable[[RevocableTemplate, RevocableTemplate], float],
+    left: Sequence[RevocableTemplate],
+    right: Sequence[RevocableTemplate],
+) -> NDArray[np.float64]:
     """Return the judgements of all pairs of impressions, one of each sequence."""
-    mated: list[float] = []
-    non_mated: list[float] = []
-    for i, j in combinations(range(len(fingers)), 2):
-        of = mated if fingers[i] == fingers[j] else non_mated
-        of.append(judge(left[i], right[j]))
-    return _Judged(np.array(mated), np.array(non_mated))
-
-
-def _default_similarity(a: PreparedTemplate, b: PreparedTemplate) -> float:
-    return MATCHER.compare(a, b).similarity
+    return np.array([judge(left[i], right[j]) for i, j in combinations(range(len(left)), 2)])
 
 
 def _linkability(parts: Sequence[_Judged]) -> dict[str, float]:
@@ -141,12 +136,7 @@ def _costs(templates: Sequence[Template], key: Key) -> dict[str, float]:
 
 
 def _median_s(calls: Sequence[Callable[[], object]]) -> float:
-    taken = []
-    for call in calls:
-        start = time.perf_counter()
-        call()
-        taken.append(time.perf_counter() - start)
-    return statistics.median(taken)
+    return statistics.median(timeit(call, number=1) for call in calls)
 
 
 def _row_quantiles(template: RevocableTemplate) -> NDArray[np.float64]:

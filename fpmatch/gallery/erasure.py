@@ -9,14 +9,8 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError, GalleryError
-from fpmatch.gallery.prepared import (
-    SUFFIX,
-    Prepared,
-    load_prepared,
-    prepared_folders,
-    prepared_name,
-    save_prepared,
-)
+from fpmatch.gallery.kept_files import PREPARED, kept_folders
+from fpmatch.gallery.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.tables import TABLES
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.output import reason
@@ -27,7 +21,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.reader import GalleryReader
 
-_PATTERNS: Final = (f"*{SUFFIX}", "*.prints", "*.npy", ".*.part")
+_PATTERNS: Final = (f"*{PREPARED}", "*.prints", "*.npy", ".*.part")
 """Files of prepared prints: of this version, of earlier ones, and unfinished ones."""
 
 
@@ -54,7 +48,7 @@ def erase_traces(gallery: GalleryReader, before: str) -> None:
 
 def _renew(gallery: GalleryReader, before: str) -> None:
     """Copy the prepared prints of the content `before` that are still enrolled."""
-    ending = f"-{__version__}-{before}{SUFFIX}"
+    ending = f"-{__version__}-{before}{PREPARED}"
     found = [path for path in _files(gallery) if path.name.endswith(ending)]
     if not found:
         return
@@ -72,7 +66,7 @@ def _renew(gallery: GalleryReader, before: str) -> None:
 
 def delete_outdated(gallery: GalleryReader) -> None:
     """Delete all prepared prints but those of the present content, and folders left empty."""
-    ending = f"-{__version__}-{gallery.content_hash()}{SUFFIX}"
+    ending = f"-{__version__}-{gallery.content_hash()}{PREPARED}"
     for path in _files(gallery):
         if not path.name.endswith(ending):
             try:
@@ -80,13 +74,13 @@ def delete_outdated(gallery: GalleryReader) -> None:
             except OSError as error:
                 why = f"cannot be deleted: {reason(error)}"
                 raise GalleryError(f"{path.name}: {why}", path=gallery.name) from error
-    for folder in prepared_folders(gallery):
+    for folder in kept_folders(gallery):
         with suppress(OSError):
             folder.rmdir()
 
 
 def _files(gallery: GalleryReader) -> Iterator[Path]:
-    for folder in prepared_folders(gallery):
+    for folder in kept_folders(gallery):
         for pattern in _PATTERNS:
             yield from folder.glob(pattern)
 

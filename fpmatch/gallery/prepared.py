@@ -1,38 +1,41 @@
 """Prepared prints of a gallery, kept in a file that later searches map into memory.
 
-The file is beside the gallery, in ``prints.db.prepared/``, or in the user's cache folder where that
-is impossible, as for PostgreSQL. It may be deleted at any time. It is renewed when the gallery or
-the matcher has changed, when it is damaged, or another one stands in its place; prints that are in
-an old, whole file are copied.
+Where it is, `fpmatch.gallery.kept_files` states. It is renewed when the gallery or the matcher has
+changed, when it is damaged, or another one stands in its place; prints that are in an old, whole
+file are copied.
 """
 
 from __future__ import annotations
 
 import hashlib
 import secrets
-from contextlib import closing, nullcontext, suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.array_file import Column, read_arrays, write_arrays
-from fpmatch.encryption.blocks import MAGIC
 from fpmatch.engine.engine import processes
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.compact import unpack_template
-from fpmatch.gallery.sealing import PLAIN
+from fpmatch.gallery.kept_files import (
+    FAULTS,
+    PREPARED,
+    STALE_S,
+    kept_folders,
+    seal_of,
+    unseal_of,
+)
 from fpmatch.matching import packed_templates
 from fpmatch.matching.packed_templates import PRINT, PackedTemplates
-from fpmatch.output import atomic_write, make_folder, remove_unfinished
+from fpmatch.output import make_folder, remove_unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-    from contextlib import AbstractContextManager
     from pathlib import Path
-    from typing import BinaryIO
 
     from numpy.typing import NDArray
 
@@ -43,8 +46,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 64
-STALE_S: Final = 3600.0  # age of an unfinished file that no process writes any more
-SUFFIX: Final = ".arrays"
 COLUMNS: Final = {
     "number": Column("<i8", (PRINT,)),
     "finger": Column("<i8", (PRINT,)),
@@ -52,12 +53,6 @@ COLUMNS: Final = {
     **packed_templates.COLUMNS,
 }
 """The arrays of a file."""
-
-_STATES: Final = {
-    "damaged": "are damaged",
-    "other": "are of another version or gallery",
-    "unreadable": "cannot be read",
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +89,7 @@ def prepare_gallery(
     """
     gallery.check_keys()
     content = gallery.content_hash()
-    folders = prepared_folders(gallery)
+    folders = kept_folders(gallery)
     faults: list[str] = []
     sealing = gallery.sealing()
     read = partial(load_prepared, matcher=matcher, sealing=sealing)
@@ -105,7 +100,7 @@ def prepare_gallery(
         return kept
     old = _first_whole(_newest_first(folders, matcher, content), read, faults)
     if faults:
-        note(f"prepared prints of {gallery.name} {_STATES[faults[0]]}: prepared again")
+        note(f"prepared prints of {gallery.name} {FAULTS[faults[0]]}: prepared again")
     if fault := gallery.structure_fault():
         what = "entries may be missing, or under other names"
         note(f"{gallery.name}: the database is damaged ({fault}): {what}; restore a copy")
@@ -141,8 +136,7 @@ def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) 
     FpmatchError
         With the codes of `fpmatch.array_file.read_arrays`.
     """
-    unseal = sealing.unsealed_file if sealing is not None and sealing.encrypts else None
-    arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal)
+    arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
     prints = PackedTemplates.of_arrays(arrays)
     numbers, fingers = arrays["number"], arrays["finger"]
     if not ((np.diff(numbers) > 0).all() and (fingers <= numbers).all()):
@@ -157,54 +151,12 @@ def save_prepared(
     make_folder(path.parent, narrow=True)
     arrays = prepared.prints.arrays()
     arrays |= {"number": prepared.numbers, "finger": prepared.fingers, "digest": prepared.digests}
-    write_arrays(path, arrays, COLUMNS, _about(path, matcher), seal=_seal(sealing))
-
-
-def seal_files(gallery: GalleryReader) -> None:
-    """Encrypt all files of a gallery as it is encrypted now; those that cannot be are removed."""
-    sealing = gallery.sealing()
-    seal = _seal(sealing)
-    for path in (path for folder in prepared_folders(gallery) for path in folder.glob("*")):
-        try:
-            content = _content(path, sealing) if path.suffix == SUFFIX else None
-            if content is not None:
-                with atomic_write(path) as stream, seal(stream) as sealed:
-                    sealed.write(content)
-        except (FpmatchError, OSError):
-            content = None
-        if content is None:
-            with suppress(OSError):
-                path.unlink()
-
-
-def _seal(sealing: Sealing | None) -> Callable[[BinaryIO], AbstractContextManager[Any]]:
-    """Return what yields the stream to write the content of a file to."""
-    return nullcontext if sealing is None or not sealing.encrypts else sealing.sealed_file
-
-
-def _content(path: Path, sealing: Sealing | None) -> bytes | memoryview | None:
-    """Return the content of a file, None for one that is not encrypted but should be."""
-    with path.open("rb") as stream:
-        if sealing is not None and stream.read(len(MAGIC)) == MAGIC:
-            return sealing.unsealed_file(stream)
-        stream.seek(0)
-        return stream.read() if sealing is None or PLAIN in sealing.keys else None
-
-
-def prepared_folders(gallery: GalleryReader) -> list[Path]:
-    """Return the folders for prepared prints, the preferred one first."""
-    from platformdirs import user_cache_path  # noqa: PLC0415
-
-    file = gallery.file
-    name = gallery.name if file is None else str(file.absolute())
-    cache = user_cache_path("fpmatch") / "galleries"
-    beside = [] if file is None else [file.with_name(f"{file.name}.prepared")]
-    return [*beside, cache / hashlib.sha256(name.encode("utf-8", "replace")).hexdigest()[:32]]
+    write_arrays(path, arrays, COLUMNS, _about(path, matcher), seal=seal_of(sealing))
 
 
 def prepared_name(matcher: Matcher, content: str) -> str:
     """Return the name of the file for a matcher and the content hash of a gallery."""
-    return f"{matcher.name}-{__version__}-{content}{SUFFIX}"
+    return f"{matcher.name}-{__version__}-{content}{PREPARED}"
 
 
 def _about(path: Path, matcher: Matcher) -> dict[str, str]:

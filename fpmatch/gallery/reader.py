@@ -135,10 +135,7 @@ class GalleryReader(SealedDatabase):
     def content_hash(self) -> str:
         """Return a hash that differs whenever the entries have changed."""
         with self.reading() as connection:
-            state = connection.scalar(sa.select(GALLERY.c.state))
-            query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
-            count, last = connection.execute(query).one()
-        return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
+            return content_of(connection)
 
     def unknown(self, number: int) -> GalleryError:
         """Return the error about a number that no entry has."""
@@ -192,6 +189,14 @@ class GalleryReader(SealedDatabase):
             if len(rows) < ROWS_PER_READ:
                 return
             after = rows[-1].id
+
+
+def content_of(connection: sa.Connection) -> str:
+    """Return the content hash of a gallery within a transaction."""
+    state = connection.scalar(sa.select(GALLERY.c.state))
+    query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
+    count, last = connection.execute(query).one()
+    return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
 
 
 def _is_of(subject: str) -> sa.ColumnElement[bool]:

@@ -16,7 +16,7 @@ from fpmatch.encryption.records import MAGIC, record_head
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.gallery import audit
 from fpmatch.gallery.database import DamagedRowError
-from fpmatch.gallery.prepared import seal_files
+from fpmatch.gallery.kept_files import seal_files
 from fpmatch.gallery.sealing import ENCRYPTED_VERSION, PLAIN, create_sealing, set_keys
 from fpmatch.gallery.tables import ENTRY, GALLERY, TABLES, VERSION
 

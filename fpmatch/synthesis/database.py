@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.workers import no_progress, run_chunks
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.output import atomic_write_bytes, reason, remove_unfinished
+from fpmatch.output import atomic_write_bytes, folder_lock, reason, remove_unfinished
 from fpmatch.synthesis.check import fault, is_damaged_copy, read
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import (
@@ -227,19 +227,7 @@ def _claim(folder: Path, plan: Plan) -> None:
 def _alone_in(folder: Path) -> Iterator[None]:
     """Lock the folder against other processes; the system releases the lock at the end."""
     try:
-        import fcntl  # noqa: PLC0415
-        import os  # noqa: PLC0415
-    except ImportError:  # no such locks here
-        yield
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise DatasetError(f"{folder}: another process is making it") from error
-        except OSError:  # a file system without locks
-            pass
-        yield
-    finally:
-        os.close(handle)
+        with folder_lock(folder, wait=False):
+            yield
+    except BlockingIOError as error:
+        raise DatasetError(f"{folder}: another process is making it") from error

@@ -79,7 +79,7 @@ def same(one, other):
 def afresh(gallery):
     """Return the prints prepared without those that are kept."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(prepared_module, "prepared_folders", lambda _: [])
+        patch.setattr(prepared_module, "kept_folders", lambda _: [])
         return prepare(gallery)[0]
 
 

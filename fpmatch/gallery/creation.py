@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from fpmatch.gallery.database import mark_overwritten
+from fpmatch.gallery.history import keep_history
 from fpmatch.gallery.sealing import ENCRYPTED_VERSION, create_sealing
 from fpmatch.gallery.tables import GALLERY, VERSION, create_tables
 
@@ -30,6 +31,7 @@ def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> 
         with gallery.creating() as connection:
             if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
                 create_tables(connection, secrets.token_hex(16))
+                keep_history(connection)
                 mark_overwritten(connection)
                 if encrypt:
                     create_sealing(connection, (gallery.current_key(),))

@@ -11,6 +11,7 @@ from fpmatch.errors import GalleryError
 from fpmatch.gallery import audit
 from fpmatch.gallery.creation import check_or_create
 from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure
+from fpmatch.gallery.history import keep_history
 from fpmatch.gallery.reader import GalleryReader
 from fpmatch.gallery.rows import pack_entry, to_row
 from fpmatch.gallery.sealed_database import as_keys
@@ -82,6 +83,8 @@ class Gallery(GalleryReader):
     program leaves nothing half-written, and two may enrol at the same time. Methods raise
     GalleryError where the database cannot be read or written.
     """
+
+    _kept = False  # whether its history was looked for
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
@@ -177,7 +180,10 @@ class Gallery(GalleryReader):
         """Open a transaction during which no other one writes."""
         with self.writing() as connection:
             audit.lock(connection)
+            if not self._kept:
+                keep_history(connection)
             yield connection
+        self._kept = True
 
 
 def _mark_changed(connection: sa.Connection) -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery import history
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Failure, GallerySummary
+from fpmatch.gallery.history import UNKNOWN
 from fpmatch.gallery.rows import as_entry, as_packed, as_template
 from fpmatch.gallery.sealed_database import SealedDatabase
 from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, PACKED, is_sound
@@ -20,12 +23,20 @@ if TYPE_CHECKING:
     from typing import Self
 
     from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.history import Removal, Revision
     from fpmatch.minutiae import Template
 
 Converted = TypeVar("Converted")
 
 ROWS_PER_READ: Final = 1000
 _COUNT: Final = sa.select(sa.func.count())
+_OTHER: Final = ENTRY.alias()
+_FINGERS: Final = sa.select(
+    ENTRY.c.id,
+    sa.select(sa.func.min(_OTHER.c.id))
+    .where(_OTHER.c.subject == ENTRY.c.subject, _OTHER.c.finger == ENTRY.c.finger)
+    .scalar_subquery(),
+)
 
 
 class GalleryReader(SealedDatabase):
@@ -117,14 +128,38 @@ class GalleryReader(SealedDatabase):
         """Yield number and template of all entries, or of those of numbers over `after`."""
         yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
 
-    def fingers(self) -> dict[int, int]:
-        """Return for the number of each entry the lowest number of an entry of its finger."""
+    def fingers(self, *, after: int | None = None) -> dict[int, int]:
+        """Return for the number of each entry the lowest number of an entry of its finger.
+
+        Those of numbers over `after` take a time that does not depend on the size of the gallery.
+        """
+        if after is not None:
+            return dict(self._rows(_FINGERS, lambda row: (row[0], row[1]), after=after))
         # with a column that is in no index: a damaged index would give other fingers
         columns = (ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.minutiae)
         first: dict[tuple[object, object], int] = {}
         with self.reading() as connection:
             rows = connection.execute(sa.select(*columns).order_by(ENTRY.c.id))
             return {row[0]: first.setdefault((row[1], row[2]), row[0]) for row in rows}
+
+    def revision(self) -> Revision:
+        """Return the present revision, in a time that does not depend on the size of the gallery.
+
+        A gallery that an earlier version made, and that was not changed since, has no history: the
+        time grows with its size, and of later revisions the changes are not known.
+        """
+        with self.reading() as connection:
+            return _revision_of(connection)
+
+    def removals_since(self, before: Revision) -> list[Removal] | None:
+        """Return what was removed since a revision, in order; None if that is not known.
+
+        It is not known of a revision of another gallery, or of a copy that was changed since. The
+        entries that were added are those of numbers over ``before.last``.
+        """
+        with self.reading() as connection:
+            found = history.removals_since(connection, before)
+        return [] if found is None and before == self.revision() else found
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
@@ -193,10 +228,18 @@ class GalleryReader(SealedDatabase):
 
 def content_of(connection: sa.Connection) -> str:
     """Return the content hash of a gallery within a transaction."""
-    state = connection.scalar(sa.select(GALLERY.c.state))
-    query = sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
-    count, last = connection.execute(query).one()
-    return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
+    found = _revision_of(connection)
+    removals = () if found.removals == UNKNOWN else (found.removals,)
+    values = (found.state, found.last or None, *removals)
+    return hashlib.sha256(" ".join(map(str, values)).encode()).hexdigest()[:32]
+
+
+def _revision_of(connection: sa.Connection) -> Revision:
+    found = history.revision(connection)
+    if found.removals != UNKNOWN:
+        return found
+    count = connection.scalar(_COUNT.select_from(ENTRY))
+    return replace(found, state=f"{found.state} {count}")
 
 
 def _is_of(subject: str) -> sa.ColumnElement[bool]:

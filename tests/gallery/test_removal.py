@@ -168,9 +168,9 @@ def test_prepared_prints_are_copied_without_those_removed(
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path: Path) -> None:
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
-        gallery.add([random_entry(k) for k in range(30)])
+        gallery.add([random_entry(k) for k in range(60)])
         open_search(gallery, engine=serial())
-        gallery.remove(range(1, 26))
+        gallery.remove(range(1, 56))
         open_search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.identify_fused import identify_by_fingers
 from fpmatch.cli.notes import (
     say_damaged,
     say_errors,
@@ -97,6 +98,7 @@ Examples:
   fpmatch identify prints.db probe.tif --all
   fpmatch identify prints.db probe.tif --impressions
   fpmatch identify touches.db probe.tif --consolidate
+  fpmatch identify people.db left.png --with right.png --finger left-index --finger right-index
 
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
 """,
@@ -135,6 +137,22 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="Compare each candidate also with the consolidated template of its impressions, and rank "
     "the candidates again.",
 )
+@file_option(
+    "--with",
+    "others",
+    metavar="SECOND",
+    multiple=True,
+    help="Search for the subject whose fingers match PROBE and SECOND, a print of another of the "
+    "subject's fingers, best together; repeatable.",
+)
+@click.option(
+    "--finger",
+    "positions",
+    metavar="NAME",
+    multiple=True,
+    help="With --with: which finger PROBE is of, then each SECOND, as it was named at enrolment "
+    "(default: not known, any finger of the subject).",
+)
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
 @polarity_option
 @raw_option
@@ -168,6 +186,8 @@ def identify(
     all_fingers: bool,
     impressions: bool,
     consolidate: bool,
+    others: tuple[Path, ...],
+    positions: tuple[str, ...],
     as_json: bool,
     workers: int | None,
     **limits: Any,
@@ -193,6 +213,18 @@ def identify(
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     curve = load_calibration(matcher_name(matcher), calibration)
     files = find_prints(probes, dpi)
+    if others or positions:
+        if all_fingers or impressions or consolidate or limits.pop("transforms"):
+            raise click.UsageError(
+                "--with lists subjects: it excludes --all, --impressions, --consolidate and "
+                "--transform"
+            )
+        with_reader = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+        where = {"matcher": matcher, "curve": curve, "workers": workers, "as_json": as_json}
+        seconds = find_prints(others, dpi)
+        return identify_by_fingers(
+            gallery, files, seconds, positions, with_reader, **where, **limits
+        )
     reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
     done: list[_Found] = []
     failures: list[FpmatchError] = []

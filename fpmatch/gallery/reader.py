@@ -15,11 +15,19 @@ from fpmatch.gallery.entry import Failure, GallerySummary
 from fpmatch.gallery.history import UNKNOWN
 from fpmatch.gallery.rows import as_entry, as_packed, as_template
 from fpmatch.gallery.sealed_database import SealedDatabase
-from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, PACKED, is_sound
+from fpmatch.gallery.tables import (
+    ABOUT,
+    ENTRY,
+    FAILURE,
+    GALLERY,
+    PACKED,
+    PRINTS_PER_QUERY,
+    is_sound,
+)
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from typing import Self
 
     from fpmatch.gallery.entry import Entry
@@ -101,6 +109,23 @@ class GalleryReader(SealedDatabase):
         if not numbers:
             raise self.error(f"no impression of subject {subject}", "unknown")
         return numbers
+
+    def subjects(self) -> int:
+        """Return the number of subjects."""
+        query = sa.select(sa.func.count(ENTRY.c.subject.distinct())).select_from(ENTRY)
+        with self.reading() as connection:
+            return int(connection.scalar(query) or 0)
+
+    def entries_of_subjects(self, numbers: Sequence[int]) -> Iterator[Entry]:
+        """Yield all entries of the subjects that the entries of some numbers are of."""
+        found: set[int] = set()
+        for k in range(0, len(numbers), PRINTS_PER_QUERY):
+            some = ENTRY.c.id.in_(numbers[k : k + PRINTS_PER_QUERY])
+            theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(some))
+            for entry in self._rows(sa.select(*ABOUT).where(theirs), as_entry):
+                if entry.id not in found:
+                    found.add(entry.id)
+                    yield entry
 
     def entry(self, number: int) -> Entry:
         """Return the entry of a number; GalleryError (code "unknown") if there is none."""

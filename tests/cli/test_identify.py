@@ -118,3 +118,67 @@ def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):
     assert (again.exit_code, again.stderr) == (0, line)
     assert candidates(again) == candidates(whole)
     assert run(*words).stderr == ""
+
+
+@pytest.fixture
+def people(run, prints, tmp_path):
+    """Return a gallery of two people, of whose fingers one is of both."""
+    folder = tmp_path / "people"
+    folder.mkdir()
+    sources = {"ada_left": "1_1", "ada_right": "2_1", "bob_left": "2_1", "bob_right": "1_1"}
+    for name, source in sources.items():
+        data = (prints / f"{source}.png").read_bytes() + name.encode()
+        (folder / f"{name}.png").write_bytes(data)
+    db = tmp_path / "people.db"
+    pattern = r"(?P<subject>[a-z]+)_(?P<finger>[a-z]+)"
+    assert run("enrol", db, folder, "--pattern", pattern, "--workers", 1).exit_code == 0
+    return db
+
+
+def test_two_fingers_are_searched_together(run, people, prints):
+    words = ("identify", people, prints / "1_1.png", "--with", prints / "2_1.png", "--workers", 1)
+    result = run(*words, "--finger", "left", "--finger", "right")
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, columns, first, second, note = result.stdout.splitlines()
+    assert head.startswith(f"{prints}/1_1.png with {prints}/2_1.png: 4 prints compared in ")
+    assert columns.split() == ["rank", "score", "FMR", "by", "chance", "subject", "fingers"]
+    assert first.split()[-6:-4] != second.split()[-6:-4]
+    assert first.split()[-4:][::2] == ["ada_left", "ada_right"]
+    assert second.split()[-4::2] == ["bob_left", "bob_right"]
+    assert note.strip().startswith("* extrapolated: measured up to 1 in ")
+    document = json.loads(run(*words, "--json").stdout)
+    assert (document["subjects"], document["fingers"]) == (2, ["", ""])
+    assert document["probes"] == [f"{prints}/1_1.png", f"{prints}/2_1.png"]
+    tied = [(one["rank"], one["subject"], one["score"]) for one in document["candidates"]]
+    assert tied == [(1, "ada", tied[0][2]), (2, "bob", tied[0][2])]
+    found = document["candidates"][1]["fingers"]
+    assert [(f["probe"], f["finger"]) for f in found] == [
+        (document["probes"][0], "right"),
+        (document["probes"][1], "left"),
+    ]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--finger", "left"),
+        ("--with", "1_2.png", "--finger", "left"),
+        ("--with", "1_2.png", "--all"),
+        ("--with", "1_2.png", "--impressions"),
+        ("--with", "1_2.png", "--consolidate"),
+        ("--with", "1_2.png", "--transform"),
+        ("2_1.png", "--with", "1_2.png"),
+        ("--with", "1_2.png", "--finger", "left", "--finger", "left"),
+    ],
+)
+def test_what_two_fingers_exclude_is_refused(run, gallery, prints, words):
+    given = [str(prints / word) if word.endswith("png") else word for word in words]
+    result = run("identify", gallery, prints / "1_1.png", *given)
+    assert (result.exit_code, result.stdout) == (2, "")
+
+
+def test_a_second_finger_that_cannot_be_read_ends_the_search(run, gallery, prints, tmp_path):
+    (tmp_path / "empty.png").touch()
+    result = run("identify", gallery, prints / "1_1.png", "--with", tmp_path / "empty.png")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"fpmatch: error: {tmp_path}/empty.png: the file is empty\n"

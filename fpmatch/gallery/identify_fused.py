@@ -1,0 +1,262 @@
+"""Identification by several fingers: the subjects whose fingers match those of the probes best.
+
+Each probe is searched alone. The subjects that are among the best of any probe are compared by all
+their fingers, and the scores of a subject's fingers are fused (`fpmatch.matching.fused_fingers`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.identify import identify
+from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.matching.finger import fused_scores
+from fpmatch.matching.fused_fingers import assign_fingers
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.identify import CandidateListSize
+    from fpmatch.gallery.search import Search
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.minutiae import Template
+
+CONSIDERED: Final = 1_000
+"""Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
+
+In a gallery of a million fingers, two that are in neither list have a fused false match rate of at
+least 1 in 70,000 or so: a dozen other subjects score as high.
+"""
+
+
+class Subjects(Protocol):
+    """The subjects of enrolled prints."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+
+    def fingers_of(self, numbers: Sequence[int]) -> Mapping[str, Mapping[str, Sequence[int]]]:
+        """Return the subjects of the entries of some numbers.
+
+        Of each all fingers, and of these the numbers of all entries; "" is a finger whose position
+        is not known.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedFinger:
+    """Hold the comparison of a probe, by its number from 0, with a finger of a subject.
+
+    `score` is that of all `impressions` of the finger together; `number` is the entry of the most
+    similar one.
+    """
+
+    probe: int
+    number: int
+    score: float
+    impressions: int
+
+
+@dataclass(frozen=True, slots=True)
+class SubjectCandidate:
+    """Hold one subject whose fingers may be the probes'; rank 1 scores highest.
+
+    `fmr` is the rate at which other subjects score as high, and `score` is ``-10·log10(fmr)``, 0 to
+    100. `expected_false` is `fmr` times the number of subjects.
+    """
+
+    rank: int
+    subject: str
+    score: float
+    fmr: float
+    expected_false: float
+    fingers: tuple[ComparedFinger, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FusedIdentification:
+    """Hold the outcome of a search by several fingers; candidates come best first.
+
+    Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
+    then the one enrolled first. `compared` is the most prints that a probe was compared with before
+    subjects were compared by all fingers, of those `enrolled`.
+    """
+
+    enrolled: int
+    compared: int
+    subjects: int
+    candidates: tuple[SubjectCandidate, ...]
+    matcher: str
+    smallest_measured_fmr: float
+
+    @property
+    def preselected(self) -> bool:
+        """Whether only the prints on candidate lists were compared."""
+        return self.compared < self.enrolled
+
+    def candidate_dicts(
+        self, entries: Mapping[int, Entry], probes: Sequence[str]
+    ) -> list[dict[str, Any]]:
+        """Return the candidates as ``fpmatch identify --with --json`` prints them.
+
+        `entries` are those of the fingers by number, `probes` the names of the probes.
+        """
+        return [
+            {
+                "rank": one.rank,
+                "subject": one.subject,
+                "score": one.score,
+                "fmr": one.fmr,
+                "extrapolated": one.fmr < self.smallest_measured_fmr,
+                "expected_false_matches": one.expected_false,
+                "fingers": [
+                    {
+                        "probe": probes[f.probe],
+                        "id": f.number,
+                        **asdict(entries[f.number].label),
+                        "source": entries[f.number].source,
+                        "score": f.score,
+                        "impressions": f.impressions,
+                    }
+                    for f in one.fingers
+                ],
+            }
+            for one in self.candidates
+        ]
+
+
+def identify_fused(
+    search: Search,
+    probes: Sequence[Template],
+    subjects: Subjects,
+    *,
+    positions: Sequence[str] = (),
+    count: int = 10,
+    threshold: float = 0.0,
+    calibration: Calibration | None = None,
+    candidate_list: CandidateListSize = "auto",
+    skipped: Collection[int] = (),
+) -> FusedIdentification:
+    """Find the subjects whose fingers match several probes, of different fingers, best.
+
+    Each probe is compared with a finger of its own of the subject: with that of its position, or,
+    where the position of either is not known, with the fingers that remain, which is accounted for
+    in the score. Probes without such a finger are left out.
+
+    Parameters
+    ----------
+    search : Search
+        From `fpmatch.gallery.search.open_search`.
+    probes : sequence of Template
+        A print of each finger, in any order.
+    subjects : Subjects
+        The subjects of the prints, as `fpmatch.gallery.candidates.GallerySubjects`.
+    positions : sequence of str
+        Which finger each probe is of, named as when it was enrolled, "" where it is not known
+        (default: none is known).
+    count, threshold, calibration, candidate_list, skipped
+        As for `fpmatch.gallery.identify.identify`; of subjects.
+
+    Raises
+    ------
+    MatcherError
+        If there are no probes, or not as many positions, or two of the same; and as `identify`.
+    GalleryError
+        If the subjects cannot be read.
+
+    Examples
+    --------
+    >>> with open_gallery("prints.db") as gallery:  # doctest: +SKIP
+    ...     search, subjects = open_search(gallery), GallerySubjects(gallery)
+    ...     found = identify_fused(search, [left, right], subjects, positions=["left", "right"])
+    """
+    named = list(positions) or [""] * len(probes)
+    known = [one for one in named if one]
+    if not probes or len(named) != len(probes):
+        raise MatcherError("each of one or more probes has a position, or none has")
+    if len(set(known)) < len(known):
+        raise MatcherError("two probes are of the same finger")
+    chosen = load_calibration(search.matcher.name) if calibration is None else calibration
+    considered: dict[str, Any] = {"count": max(count, CONSIDERED), "skipped": skipped}
+    considered |= {"calibration": chosen, "candidate_list": candidate_list}
+    alone = [identify(search, probe, **considered) for probe in probes]
+    listed = sorted({candidate.number for one in alone for candidate in one.candidates})
+    total = len(subjects)
+    found = []
+    for subject, fingers in _compare(search, probes, subjects.fingers_of(listed), chosen, skipped):
+        may = [[not (p and f.position) or p == f.position for f in fingers] for p in named]
+        scores = np.array([f.scores for f in fingers]).T
+        score, pairs = assign_fingers(scores, np.array(may))
+        if pairs:
+            compared = tuple(fingers[f].compared(i) for i, f in pairs)
+            total_score = math.fsum(one.score for one in compared)
+            order = -score, -total_score, min(one.number for one in compared)
+            found.append((order, subject, score, compared))
+    found.sort()
+    return FusedIdentification(
+        enrolled=alone[0].enrolled,
+        compared=max(one.compared for one in alone),
+        subjects=total,
+        candidates=tuple(
+            SubjectCandidate(
+                rank, subject, score, fmr := score_to_fmr(score), fmr * total, compared
+            )
+            for rank, (_, subject, score, compared) in enumerate(found[:count], start=1)
+            if score >= threshold
+        ),
+        matcher=search.matcher.name,
+        smallest_measured_fmr=score_to_fmr(chosen.largest_measured_score),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Finger:
+    """Hold an enrolled finger: its scores, and most similar entries, one a probe."""
+
+    position: str
+    scores: NDArray[np.float64]
+    numbers: NDArray[np.int64]
+    impressions: int
+
+    def compared(self, probe: int) -> ComparedFinger:
+        """Return the comparison with a probe."""
+        number, score = int(self.numbers[probe]), float(self.scores[probe])
+        return ComparedFinger(probe, number, score, self.impressions)
+
+
+def _compare(
+    search: Search,
+    probes: Sequence[Template],
+    subjects: Mapping[str, Mapping[str, Sequence[int]]],
+    calibration: Calibration,
+    skipped: Collection[int],
+) -> Iterator[tuple[str, list[_Finger]]]:
+    """Compare all probes with all fingers of some subjects; yield those with a print searched."""
+    named = [(s, p) for s, fingers in subjects.items() for p in fingers]
+    rows = [(n, k) for k, (s, p) in enumerate(named) for n in subjects[s][p] if n not in skipped]
+    numbers, finger = np.array(sorted(rows), np.int64).reshape(-1, 2).T
+    places = np.searchsorted(search.numbers, numbers)
+    there = np.append(search.numbers, -1)[places] == numbers
+    numbers, finger, places = numbers[there], finger[there], places[there]
+    if not numbers.size:
+        return
+    kept, finger, sizes = np.unique(finger, return_inverse=True, return_counts=True)
+    finger = finger.ravel()
+    scores, best = [], []
+    for probe in probes:
+        similarities = search.similarities(search.matcher.prepare(probe), places)
+        scores.append(fused_scores(calibration.scores(similarities), finger, sizes))
+        order = np.lexsort((numbers, -similarities, finger))
+        best.append(numbers[order[np.cumsum(sizes) - sizes]])
+    of_finger = zip(kept.tolist(), np.array(scores).T, np.array(best).T, sizes, strict=True)
+    for subject, group in groupby(of_finger, key=lambda one: named[one[0]][0]):
+        yield subject, [_Finger(named[k][1], s, n, int(size)) for k, s, n, size in group]

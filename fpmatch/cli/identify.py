@@ -219,12 +219,10 @@ def identify(
                 "--with lists subjects: it excludes --all, --impressions, --consolidate and "
                 "--transform"
             )
-        with_reader = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
-        where = {"matcher": matcher, "curve": curve, "workers": workers, "as_json": as_json}
-        seconds = find_prints(others, dpi)
-        return identify_by_fingers(
-            gallery, files, seconds, positions, with_reader, **where, **limits
-        )
+        limits |= {"matcher": matcher, "curve": curve, "workers": workers, "as_json": as_json}
+        reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+        both = files, find_prints(others, dpi)
+        return identify_by_fingers(gallery, *both, positions, reading, **limits)
     reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
     done: list[_Found] = []
     failures: list[FpmatchError] = []

@@ -30,7 +30,8 @@ from fpmatch.gallery.kept_files import (
     unseal_of,
 )
 from fpmatch.matching import packed_templates
-from fpmatch.matching.packed_templates import PRINT, PackedTemplates
+from fpmatch.matching.packed_arrays import PRINT
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.output import make_folder, remove_unfinished
 
 if TYPE_CHECKING:

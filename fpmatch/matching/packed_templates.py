@@ -6,13 +6,12 @@ change.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.matching._template_view_kernel import PackedView, TemplateView
 from fpmatch.matching.bit_descriptors import (
@@ -22,33 +21,27 @@ from fpmatch.matching.bit_descriptors import (
     BitDescriptors,
 )
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.packed_arrays import PRINT, START, PackedArrays, of_each
 from fpmatch.matching.packed_checks import MAX_MINUTIAE, is_sound
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, content_key
 from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS, root_weight_codes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
 _SIZE: Final = NeighbourhoodParameters().size
 
-# dimensions: one entry a print; one more than that; one a minutia, or a cell, of all prints
-PRINT: Final = "print"
-START: Final = "start"
+# dimensions of entries that are of a minutia, or of a cell, of all prints
 MINUTIA: Final = "minutiae_start"
 CELL: Final = "cell_start"
 
 
-def _of(what: str, dtype: str, *shape: int) -> dict[str, Column]:
-    """Return of what the entries of an array are, its type, and the shape of an entry."""
-    return {"column": Column(dtype, (what, *shape))}
-
-
 @dataclass(frozen=True, eq=False)
-class PackedTemplates:
+class PackedTemplates(PackedArrays):
     """Hold prepared prints in flat arrays, whose entries are of minutiae, of cells, or of prints.
 
     Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``, and its cells
@@ -59,26 +52,26 @@ class PackedTemplates:
     orientation, or the binary images of the ridges, are not known.
     """
 
-    minutiae_start: NDArray[np.int64] = field(metadata=_of(START, "<i8"))
-    cell_start: NDArray[np.int64] = field(metadata=_of(START, "<i8"))
-    xy: NDArray[np.float32] = field(metadata=_of(MINUTIA, "<f4", 2))
-    direction: NDArray[np.float32] = field(metadata=_of(MINUTIA, "<f4", 2))
-    quality: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1"))
-    index: NDArray[np.int32] = field(metadata=_of(MINUTIA, "<i4"))
-    count: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1"))
-    neighbour: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1", _SIZE))
-    root_weight: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1", _SIZE))
-    direction_bin: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1"))
-    neighbour_bits: NDArray[np.uint16] = field(metadata=_of(MINUTIA, "<u2", NEIGHBOUR_WORDS))
-    orientation_bins: NDArray[np.uint8] = field(metadata=_of(MINUTIA, "|u1", ORIENTATION_WORDS))
-    cell: NDArray[np.uint8] = field(metadata=_of(CELL, "|u1"))
-    ridges: NDArray[np.uint64] = field(metadata=_of(CELL, "<u8"))
-    shape: NDArray[np.int32] = field(metadata=_of(PRINT, "<i4", 4))
-    step: NDArray[np.float64] = field(metadata=_of(PRINT, "<f8"))
-    to_500dpi: NDArray[np.float64] = field(metadata=_of(PRINT, "<f8"))
-    has_flow: NDArray[np.uint8] = field(metadata=_of(PRINT, "|u1"))
-    has_ridges: NDArray[np.uint8] = field(metadata=_of(PRINT, "|u1"))
-    inside: NDArray[np.int32] = field(metadata=_of(PRINT, "<i4"))
+    minutiae_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
+    cell_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
+    xy: NDArray[np.float32] = field(metadata=of_each(MINUTIA, "<f4", 2))
+    direction: NDArray[np.float32] = field(metadata=of_each(MINUTIA, "<f4", 2))
+    quality: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1"))
+    index: NDArray[np.int32] = field(metadata=of_each(MINUTIA, "<i4"))
+    count: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1"))
+    neighbour: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", _SIZE))
+    root_weight: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", _SIZE))
+    direction_bin: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1"))
+    neighbour_bits: NDArray[np.uint16] = field(metadata=of_each(MINUTIA, "<u2", NEIGHBOUR_WORDS))
+    orientation_bins: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", ORIENTATION_WORDS))
+    cell: NDArray[np.uint8] = field(metadata=of_each(CELL, "|u1"))
+    ridges: NDArray[np.uint64] = field(metadata=of_each(CELL, "<u8"))
+    shape: NDArray[np.int32] = field(metadata=of_each(PRINT, "<i4", 4))
+    step: NDArray[np.float64] = field(metadata=of_each(PRINT, "<f8"))
+    to_500dpi: NDArray[np.float64] = field(metadata=of_each(PRINT, "<f8"))
+    has_flow: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
+    has_ridges: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
+    inside: NDArray[np.int32] = field(metadata=of_each(PRINT, "<i4"))
 
     @classmethod
     def pack(cls, prints: Iterable[PreparedTemplate]) -> PackedTemplates:
@@ -98,27 +91,8 @@ class PackedTemplates:
                 few.clear()
         return cls.concatenate([*joined, *few])
 
-    @classmethod
-    def concatenate(cls, parts: Sequence[PackedTemplates]) -> PackedTemplates:
-        """Return the prints of all `parts`, one after the other."""
-        columns: dict[str, Any] = {}
-        for name, column in COLUMNS.items():
-            arrays = [getattr(part, name) for part in parts] or [_no_entries(name, column)]
-            if name in _STARTS:
-                ends = np.cumsum([0, *(int(array[-1]) for array in arrays)])
-                moved = [a[:-1] + end for a, end in zip(arrays, ends, strict=False)]
-                columns[name] = np.concatenate([*moved, ends[-1:]])
-            else:
-                columns[name] = np.concatenate(arrays)
-        return cls(**columns)
-
     def __len__(self) -> int:
         return len(self.step)
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all arrays."""
-        return sum(getattr(self, name).nbytes for name in COLUMNS)
 
     @cached_property
     def most_minutiae(self) -> int:
@@ -169,23 +143,6 @@ class PackedTemplates:
             key=content_key(points, quality, region),
         )
 
-    def take(self, which: NDArray[np.integer]) -> PackedTemplates:
-        """Return a copy of the prints with the numbers `which`, shape (K,), in this order."""
-        entries: dict[str, NDArray[np.integer]] = {PRINT: which}
-        columns: dict[str, Any] = {}
-        for starts in _STARTS:
-            begin = getattr(self, starts)[which]
-            length = getattr(self, starts)[which + 1] - begin
-            columns[starts] = np.concatenate([[0], np.cumsum(length)])
-            entries[starts] = np.repeat(begin - columns[starts][:-1], length)
-            entries[starts] += np.arange(length.sum())
-        columns |= {
-            name: getattr(self, name)[entries[str(column.shape[0])]]
-            for name, column in COLUMNS.items()
-            if name not in _STARTS
-        }
-        return PackedTemplates(**columns)
-
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> PackedTemplates:
         """Return the prints of the arrays, among others, that are those of `COLUMNS`.
@@ -196,23 +153,13 @@ class PackedTemplates:
             raise MatcherError("damaged", code="damaged")
         return cls(**{name: arrays[name] for name in COLUMNS})
 
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays by name."""
-        return {name: getattr(self, name) for name in COLUMNS}
 
-
-COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(PackedTemplates)}
-_STARTS: Final = (MINUTIA, CELL)
+COLUMNS: Final = PackedTemplates.columns()
 
 
 def preparation() -> str:
     """Return the parameters on which the contents of the arrays depend."""
     return f"{PreparationParameters()} {NeighbourhoodParameters()} {BitDescriptorParameters()}"
-
-
-def _no_entries(name: str, column: Column) -> NDArray[Any]:
-    """Return an array of no prints."""
-    return np.zeros((int(name in _STARTS), *map(int, column.shape[1:])), column.dtype)
 
 
 def _packed(print_: PreparedTemplate) -> PackedTemplates:

@@ -61,6 +61,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "installation.py": "reads what the system states about memory",
     "matching/_compare_kernel.py": "opens prints that are in memory",
     "matching/calibration.py": ("calibration",),
+    "matching/packed_descriptors.py": "makes arrays of bytes that it has packed itself",
     "matching/packed_templates.py": ("prepared", "prepared-forged"),
     "matching/score.py": _OWN,
     "matching/score_model.py": _OWN,

@@ -1,0 +1,188 @@
+"""The bit descriptors of many prints in flat arrays of few bytes, scored as the prefilter does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching._descriptor_kernel import DescriptorReader
+from fpmatch.matching._prefilter_kernel import Prefilter
+from fpmatch.matching.bit_descriptors import (
+    MAX_ENCODED,
+    NEIGHBOUR_WORDS,
+    ORIENTATION_WORDS,
+    BitDescriptors,
+    prefilter_of,
+)
+from fpmatch.matching.candidate_list import SIZE_OFFSET
+from fpmatch.matching.packed_arrays import PRINT, START, PackedArrays, of_each
+from fpmatch.matching.packed_checks import MAX_MINUTIAE, MAX_PX
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prepare import PreparedTemplate
+
+CONTENT: Final = "content_start"  # dimension of the packed bytes
+PLACES: Final = 1024  # along either axis
+MAX_DOUBLINGS: Final = 7  # of the step, from one pixel on: 2 * MAX_PX lie within the places
+HEAD_BYTES: Final = 12  # of a minutia, before its words
+MAX_BYTES: Final = MAX_ENCODED * (HEAD_BYTES + 2 * NEIGHBOUR_WORDS)  # of a print
+_NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
+
+
+@dataclass(frozen=True, eq=False)
+class PackedDescriptors(PackedArrays):
+    """Hold the bit descriptors of prints in flat arrays.
+
+    Print k has the bytes from ``content_start[k]`` to ``content_start[k + 1]``, which contain those
+    of its `size` minutiae that have a neighbour (see `_descriptor_kernel`). They lie ``2 ** step``
+    pixels times whole numbers from its `origin`, in pixels at 500 dpi, y pointing up. So scores are
+    those of `prefilter_scores` for prints of whole pixels, as galleries contain them, up to 1,024
+    pixels wide; of others, positions are rounded. Where `has_flow` is 0, the orientation is not
+    known.
+    """
+
+    content_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
+    content: NDArray[np.uint8] = field(metadata=of_each(CONTENT, "|u1"))
+    origin: NDArray[np.float32] = field(metadata=of_each(PRINT, "<f4", 2))
+    size: NDArray[np.uint16] = field(metadata=of_each(PRINT, "<u2"))
+    step: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
+    has_flow: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
+
+    @classmethod
+    def pack(cls, prints: Iterable[PreparedTemplate]) -> PackedDescriptors:
+        """Pack the bit descriptors of prepared prints.
+
+        Raises MatcherError if a print has more than 256 minutiae, or is wider than 131,071 pixels.
+        """
+        packed = [_packed(print_.bit_descriptors) for print_ in prints]
+        content = [part[0] for part in packed]
+        return cls(
+            content_start=np.cumsum([0, *map(len, content)], dtype=np.int64),
+            content=np.frombuffer(b"".join(content), np.uint8),
+            origin=np.array([part[1] for part in packed], np.float32).reshape(-1, 2),
+            size=np.array([part[2] for part in packed], np.uint16),
+            step=np.array([part[3] for part in packed], np.uint8),
+            has_flow=np.array([part[4] for part in packed], np.uint8),
+        )
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> PackedDescriptors:
+        """Return the prints of the arrays, among others, that are those of `COLUMNS`.
+
+        Only what belongs to whole prints is checked, so that a large file opens fast: `scores`
+        and ``[k]`` refuse content that `pack` never writes, and read no byte outside a print.
+
+        Raises MatcherError if a number would lead out of an array, or of what `pack` packs.
+        """
+        start, origin = arrays["content_start"], arrays["origin"]
+        if len(start) != len(origin) + 1 or start[0] or start[-1] != len(arrays["content"]):
+            raise MatcherError("damaged", code="damaged")
+        length = np.diff(start)
+        checks = (
+            (start[1:] >= start[:-1]) & (length >= 0) & (length <= MAX_BYTES),
+            np.abs(origin) <= 2 * MAX_PX,
+            arrays["size"] <= MAX_MINUTIAE,
+            arrays["step"] <= MAX_DOUBLINGS,
+            arrays["has_flow"] <= 1,
+        )
+        if not all(bool(check.all()) for check in checks):
+            raise MatcherError("damaged", code="damaged")
+        return cls(**{name: arrays[name] for name in COLUMNS})
+
+    def __len__(self) -> int:
+        return len(self.step)
+
+    def __getitem__(self, k: int) -> BitDescriptors:
+        """Return the bit descriptors of print k, of the minutiae that have neighbours."""
+        if not 0 <= k < len(self):
+            raise IndexError(f"print {k} of {len(self)}")
+        reader = DescriptorReader(self)
+        n = reader.unpack(k)
+        if n < 0:
+            raise MatcherError("damaged", code="damaged")
+        arrays = reader.xy, reader.direction_bin, reader.neighbour_bits, reader.orientation_bins
+        xy, direction_bin, neighbour_bits, orientation_bins = (np.asarray(a)[:n] for a in arrays)
+        known = bool(self.has_flow[k])
+        return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, known)
+
+    def scores(
+        self,
+        probe: PreparedTemplate | Prefilter,
+        which: NDArray[np.integer] | None = None,
+    ) -> NDArray[np.int32]:
+        """Return how much the bit descriptors of prints have in common with those of a probe.
+
+        Parameters
+        ----------
+        probe : PreparedTemplate or Prefilter
+            The probe, or a prefilter with it in its tables, where many parts are searched.
+        which : ndarray of int64, shape (K,), optional
+            Numbers of the prints to score, in any order (default: all).
+
+        Raises
+        ------
+        IndexError
+            If a number is that of no print.
+        MatcherError
+            If the bytes of a print are damaged.
+        """
+        numbers = np.arange(len(self)) if which is None else np.asarray(which, np.int64)
+        if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
+            raise IndexError(f"a print outside of {len(self)}")
+        tables = probe if isinstance(probe, Prefilter) else prefilter_of(probe.bit_descriptors)
+        found = np.empty(len(numbers), np.int32)
+        DescriptorReader(self).score(tables, np.ascontiguousarray(numbers), found)
+        if (found < 0).any():
+            raise MatcherError("damaged", code="damaged")
+        return found
+
+    def normalized_scores(
+        self, probe: PreparedTemplate, which: NDArray[np.integer] | None = None
+    ) -> NDArray[np.float64]:
+        """Return the scores, normalized by the size of the smaller print."""
+        size = self.size if which is None else self.size[which]
+        smaller = np.minimum(size.astype(np.int64), len(probe))
+        normalized: NDArray[np.float64] = self.scores(probe, which) / (smaller + SIZE_OFFSET)
+        return normalized
+
+
+COLUMNS: Final = PackedDescriptors.columns()
+
+
+def _packed(bits: BitDescriptors) -> tuple[bytes, NDArray[np.float32], int, int, bool]:
+    """Return the bytes of a print, its origin, size and step, and whether its flow is known."""
+    size = len(bits.xy)
+    if size > MAX_MINUTIAE:
+        raise MatcherError(f"a print of {size} minutiae; {MAX_MINUTIAE} can be packed")
+    counts = (bits.neighbour_bits & _NO_WORD) != _NO_WORD
+    kept = np.flatnonzero(counts.any(axis=1))
+    counts, xy = counts[kept], bits.xy[kept]
+    origin = xy.min(axis=0) if len(kept) else np.zeros(2, np.float32)
+    away = xy.astype(np.float64) - origin
+    step = 0
+    while away.max(initial=0.0) / (1 << step) > PLACES - 0.75:  # rounded: the last place
+        step += 1
+    if step > MAX_DOUBLINGS:
+        raise MatcherError(f"minutiae {away.max():.0f} pixels apart")
+    place = np.rint(away / (1 << step)).astype(np.uint32)
+    words = counts.sum(axis=1).astype(np.uint32)
+    head = place[:, 0] | place[:, 1] << 10 | bits.direction_bin[kept].astype(np.uint32) << 20
+    head |= words << 28
+    shifts = 5 * np.arange(ORIENTATION_WORDS, dtype=np.uint64)
+    bins = (bits.orientation_bins[kept].astype(np.uint64) << shifts).sum(axis=1, dtype=np.uint64)
+    room = np.empty((len(kept), HEAD_BYTES + 2 * NEIGHBOUR_WORDS), np.uint8)
+    room[:, :4] = head.astype("<u4")[:, None].view(np.uint8)
+    room[:, 4:HEAD_BYTES] = bins.astype("<u8")[:, None].view(np.uint8)
+    # the words that count first, in their order
+    order = np.argsort(~counts, axis=1, kind="stable")
+    sorted_words = np.take_along_axis(bits.neighbour_bits[kept], order, axis=1)
+    room[:, HEAD_BYTES:] = sorted_words.astype("<u2").view(np.uint8)
+    used = np.arange(room.shape[1]) < HEAD_BYTES + 2 * words[:, None]
+    return room[used].tobytes(), origin, size, step, bits.has_flow

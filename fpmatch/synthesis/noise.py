@@ -50,3 +50,13 @@ def _along_first_axis(
     for ahead, weight in enumerate(weights):
         total += weight * values[cell + ahead]
     return total
+
+
+def spline_weights(length: int, extent: float) -> NDArray[np.float32]:
+    """Return the weights (length, count) that interpolate a line of numbers `extent` steps apart.
+
+    They are those of `smooth_noise`, over its deviation along one axis.
+    """
+    count = int(length / extent) + 4
+    weights = _along_first_axis(np.eye(count), length, extent)
+    return np.asarray(weights / np.sqrt(_SPLINE_DEVIATION), np.float32)

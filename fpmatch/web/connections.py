@@ -81,19 +81,19 @@ class Connections:
 
     def close_late(self) -> None:
         """Close the connections that are too late."""
-        now, unread = time.monotonic(), []
+        now = time.monotonic()
         for one in [one for some in self._open.values() for one in some]:
             if one.unread_since(now) is not None:
                 if self._reads_too_slowly(one, now):
                     self._close(one, "answer not read")
-                else:
-                    unread.append(one)
             elif one.awaits_header and now - one.since > self._limits.header_seconds:
                 self._close(one, "header too late", 408)
-        self._bound_unread(unread, now)
+        self.bound_unread()
 
-    def _bound_unread(self, unread: list[Connection], now: float) -> None:
+    def bound_unread(self) -> None:
         """Close the connections with the oldest unread answers while these are too many bytes."""
+        now = time.monotonic()
+        unread = [one for some in self._open.values() for one in some if one.unread]
         too_many = sum(one.unread for one in unread) - 1e6 * self._limits.unread_megabytes
         for one in sorted(unread, key=lambda one: one.unread_since(now) or now):
             since = one.unread_since(now)
@@ -207,6 +207,11 @@ class Connection(H11Protocol):
         super().data_received(data)
         if awaited and not self.awaits_header:
             self.since = time.monotonic()
+
+    def pause_writing(self) -> None:
+        """Keep an answer that is not read, and close others where that is too many bytes."""
+        super().pause_writing()
+        self._connections.bound_unread()
 
     def on_response_complete(self) -> None:
         """Wait for the next header; close the connection if it has come before the response.

@@ -16,6 +16,7 @@ from fpmatch.printable import printable
 from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single, views
 from fpmatch.web.access import Role
+from fpmatch.web.encoded import encoded, json_response
 from fpmatch.web.errors import NotReadyError, RequestError
 from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
@@ -139,20 +140,25 @@ async def verify(run: Run, audit: Audit, prints: UploadedPair) -> models.Verifie
     return models.Verified(**document)
 
 
-@router.post("/compare", summary="Decide, and return all that the web interface shows")
-async def compare(run: Run, audit: Audit, prints: UploadedPair) -> models.Shown:
+@router.post(
+    "/compare",
+    summary="Decide, and return all that the web interface shows",
+    response_model=models.Shown,
+)
+async def compare(run: Run, audit: Audit, prints: UploadedPair) -> Response:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    document = await run(pair.show_pair, prints)
-    audit(match=document["result"]["match"], score=document["result"]["score"])
-    return models.Shown(**document)
+    content, result = await run(encoded, pair.show_pair, prints)
+    audit(match=result["match"], score=result["score"])
+    return json_response(content)
 
 
 @gallery_router.post(
     "/gallery/{number}/compare",
     summary="Compare a probe with one enrolled print",
+    response_model=models.Shown,
     dependencies=_VERIFY,
 )
-async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> models.Shown:
+async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> Response:
     """Return what `/compare` does; of the enrolled print, what its template contains."""
     return await compare(run, audit, prints)
 
@@ -165,18 +171,24 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
     return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
 
 
-@router.post("/views", summary="Where the ridges agree, and the probe warped through the pairs")
-async def further_views(run: Run, prints: UploadedPair) -> models.Views:
+@router.post(
+    "/views",
+    summary="Where the ridges agree, and the probe warped through the pairs",
+    response_model=models.Views,
+)
+async def further_views(run: Run, prints: UploadedPair) -> Response:
     """Return the map of ridge agreement and the warped probe: for looking, not for measuring."""
-    return models.Views(**await run(views.show_views, prints))
+    content, _ = await run(encoded, views.show_views, prints)
+    return json_response(content)
 
 
 @gallery_router.post(
     "/gallery/{number}/views",
     summary="Further views of a probe and one enrolled print",
+    response_model=models.Views,
     dependencies=_VERIFY,
 )
-async def views_of_enrolled(run: Run, prints: EnrolledPair) -> models.Views:
+async def views_of_enrolled(run: Run, prints: EnrolledPair) -> Response:
     """Return what `/views` does."""
     return await further_views(run, prints)
 
@@ -229,13 +241,12 @@ async def extract(
     return _download(content, f"template{suffix}", media)
 
 
-@router.post("/stages", summary="Show each stage of an extraction")
-async def stages(
-    request: Request, run: Run, image: UploadedFile, reading: OneReading
-) -> models.Stages:
+@router.post("/stages", summary="Show each stage of an extraction", response_model=models.Stages)
+async def stages(request: Request, run: Run, image: UploadedFile, reading: OneReading) -> Response:
     """Return the pictures that `fpmatch stages` writes."""
     upload = await read_upload(request, image, "image")
-    return models.Stages(**await run(single.show_stages, upload, reading))
+    content, _ = await run(encoded, single.show_stages, upload, reading)
+    return json_response(content)
 
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)

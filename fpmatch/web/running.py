@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import errno
 import logging
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -28,6 +30,8 @@ _FILES_OF_WORKER: Final = 4
 _FILES_OF_CONNECTION: Final = 2  # its socket, and a large upload
 _FEWEST: Final = 8
 _SHORT: Final = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+_M_MMAP_THRESHOLD: Final = -3  # of mallopt, in malloc.h of glibc
+_LARGE_BYTES: Final = 1 << 16
 _log: Final = logging.getLogger(__name__)
 
 
@@ -46,6 +50,7 @@ class Server(uvicorn.Server):
         """Start to answer requests."""
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(_on_error_of_loop)
+        _return_large_blocks()
         await super().startup(sockets)
         for one in sockets or ():
             one.listen(_WAITING)  # asyncio has set this to what it accepts at a time
@@ -94,6 +99,16 @@ def _connections_of_files(settings: Settings) -> int:
     if soft == resource.RLIM_INFINITY:
         return settings.limits.connections
     return max(_FEWEST, (soft - reserved) // _FILES_OF_CONNECTION)
+
+
+def _return_large_blocks() -> None:
+    """Let the system have large blocks back as soon as they are freed, where the library is glibc.
+
+    It raises its threshold when the first of them is freed, and keeps later ones: an answer of
+    megabytes would leave a gap of that size for each connection that was closed.
+    """
+    with suppress(OSError, AttributeError, TypeError):  # another library, or Windows
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE_BYTES)
 
 
 def _on_error_of_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -21,6 +21,7 @@ from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from fpmatch.reading import ASSUMED_DPI
+from fpmatch.web import models
 from fpmatch.web.app import STATIC, make_app
 from fpmatch.web.settings import Limits, Settings
 
@@ -184,6 +185,26 @@ def test_stages_are_pictures_with_words(client, prints):
     assert (names[0], names[-1]) == ("input", "minutiae")
     assert all(stage["words"] for stage in found["stages"])
     assert all(stage["picture"].startswith("data:image/webp") for stage in found["stages"])
+
+
+@pytest.mark.parametrize(
+    ("path", "model", "reference"),
+    [
+        ("/compare", models.Shown, "1_2.png"),
+        ("/compare", models.Shown, "blank.png"),
+        ("/views", models.Views, "1_2.png"),
+        ("/views", models.Views, "blank.png"),
+        ("/stages", models.Stages, None),
+    ],
+)
+def test_documents_that_a_worker_encodes_are_as_the_api_describes(
+    client, prints, path, model, reference
+):
+    names = {"image": "1_1.png"} if reference is None else {"probe": "1_1.png"}
+    names |= {} if reference is None else {"reference": reference}
+    found = client.post(path, files=sent(prints, **names))
+    assert found.headers["content-type"] == "application/json"
+    assert model.model_validate(found.json()).model_dump(mode="json") == found.json()
 
 
 @pytest.fixture(scope="session")

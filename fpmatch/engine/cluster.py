@@ -18,8 +18,11 @@ from fpmatch.engine.threads import single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator
+    from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
+    from contextlib import AbstractContextManager
     from typing import Self
+
+    from fpmatch.engine.cluster_pieces import ClusterPieces
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -29,6 +32,7 @@ CONNECT_S: Final = 10.0  # time limit for the scheduler to answer
 NO_WORKERS_S: Final = 60.0  # time limit for a cluster without workers
 POLL_S: Final = 2.0  # interval between counts of the workers
 _LOST: Final = "the connection to the scheduler is lost"
+KILLED: Final = "the same piece of work has ended several workers; out of memory?"
 RUNS_HELD: Final = 2  # runs that a worker keeps, the latest ones
 
 
@@ -47,7 +51,7 @@ class DaskCluster:
         self._client: Any = None
         self._open = ExitStack()
         self._counted = self._seen = -POLL_S
-        self._workers = 0
+        self._workers: Collection[str] = ()
 
     def __enter__(self) -> Self:
         with ExitStack() as stack:
@@ -59,7 +63,7 @@ class DaskCluster:
                 )
             except Exception as error:  # Dask raises almost anything
                 why = first_line(error) or f"no answer within {CONNECT_S:g} s"
-                raise self._error(f"no Dask scheduler answers: {why}") from error
+                raise self.error(f"no Dask scheduler answers: {why}") from error
             self._open = stack.pop_all()
         self._seen = time.monotonic()
         return self
@@ -78,14 +82,12 @@ class DaskCluster:
         self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
     ) -> Generator[Result, None, None]:
         """Submit chunks, a few for each worker, and yield their results in order."""
-        run = uuid.uuid4().hex
-        # In the task graph, not scattered: recomputed if the only worker that held it is lost.
-        held = self._submit(bytes, pickle.dumps((__version__, work, shared)))
+        run, task = self.start_run(work, shared)
         waiting: deque[Any] = deque()
         try:
             for chunk in chunks:
-                waiting.append(self._submit(_run_chunk, run, held, chunk))
-                if len(waiting) >= CHUNKS_IN_FLIGHT * max(1, self._count_workers()):
+                waiting.append(self.submit(run_chunk, run, task, chunk))
+                if len(waiting) >= self.most_in_flight():
                     yield self._result(waiting.popleft())
             while waiting:
                 yield self._result(waiting.popleft())
@@ -93,45 +95,87 @@ class DaskCluster:
             waiting.clear()  # nobody is there to cancel them
             raise
         finally:
-            if waiting and self._client.status == "running":
-                with suppress(Exception):  # lost meanwhile
-                    self._client.cancel(list(waiting), force=True)
+            self.cancel(waiting)
 
-    def _submit(self, *call: object) -> Any:
+    def hold(self, pieces: Sequence[Any]) -> AbstractContextManager[ClusterPieces]:
+        """Let the workers hold pieces, each of them some; see `fpmatch.engine.pieces`."""
+        from fpmatch.engine.cluster_pieces import ClusterPieces  # noqa: PLC0415
+
+        return ClusterPieces(self, pieces)
+
+    def start_run(self, work: Callable[..., Any], shared: object) -> tuple[str, Any]:
+        """Send what chunks share; return the two arguments of `run_chunk` before a chunk."""
+        # In the task graph, not scattered: recomputed if the only worker that held it is lost.
+        return uuid.uuid4().hex, self.submit(bytes, pickle.dumps((__version__, work, shared)))
+
+    def submit(self, *call: object, **where: Any) -> Any:
+        """Return the future of a call, to be made on one of the workers."""
         import dask  # noqa: PLC0415
 
         quiet = dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"})
-        with quiet, self._connected():
-            return self._client.submit(*call, pure=False)
+        with quiet, self.connected():
+            return self._client.submit(*call, pure=False, **where)
 
-    def _count_workers(self) -> int:
-        """Return how many workers there are, counted at most every `POLL_S` seconds."""
-        now = time.monotonic()
-        if now - self._counted >= POLL_S:
-            self._counted = now
-            with self._connected(), suppress(TimeoutError):  # of a scheduler that hangs
+    def scatter(self, content: object, worker: str) -> Any:
+        """Return the future of an object that is in the memory of a worker."""
+        return self._client.scatter([content], workers=[worker], hash=False)[0]
+
+    def cancel(self, waiting: Collection[Any]) -> None:
+        """Cancel futures, as far as the scheduler is still there."""
+        if waiting and self._client.status == "running":
+            with suppress(Exception):  # lost meanwhile
+                self._client.cancel(list(waiting), force=True)
+
+    def most_in_flight(self) -> int:
+        """Return the number of chunks that are submitted before a result is taken."""
+        return CHUNKS_IN_FLIGHT * max(1, len(self.workers()))
+
+    def workers(self, *, now: bool = False) -> Collection[str]:
+        """Return the addresses of workers, asked at most every `POLL_S` seconds unless `now`.
+
+        Raises EngineError if the scheduler is lost, or no worker has answered for `NO_WORKERS_S`.
+        """
+        asked = time.monotonic()
+        if now or asked - self._counted >= POLL_S:
+            self._counted = asked
+            with self.connected(), suppress(TimeoutError):  # of a scheduler that hangs
+                if self._client.status != "running":
+                    raise OSError("not connected")
                 count = self._client.scheduler.ncores
-                self._workers = len(self._client.sync(count, callback_timeout=CONNECT_S))
-                self._seen = now if self._workers else self._seen
+                self._workers = self._client.sync(count, callback_timeout=CONNECT_S).keys()
+                self._seen = asked if self._workers else self._seen
+            if time.monotonic() - self._seen > NO_WORKERS_S:
+                raise self.error(f"no worker has answered for {NO_WORKERS_S:g} seconds")
         return self._workers
+
+    def result(self, future: Any) -> Any:
+        """Wait for a result up to `POLL_S`, then raise TimeoutError; errors of the work, too.
+
+        An asyncio.CancelledError is raised for work that is lost with a worker or the scheduler.
+        """
+        try:
+            return future.result(timeout=POLL_S)
+        except self._dask.KilledWorker as error:
+            raise self.error(KILLED) from error
+        except (Exception, asyncio.CancelledError) as error:  # Dask raises almost anything
+            if future.status == "error":
+                self._check_worker_has_fpmatch(error)
+                raise
+            if isinstance(error, TimeoutError):
+                raise TimeoutError from error
+            raise asyncio.CancelledError from error
 
     def _result(self, future: Any) -> Any:
         """Wait for a result as long as there are workers; errors of the work are passed on."""
         while True:
             try:
-                return future.result(timeout=POLL_S)
-            except self._dask.KilledWorker as error:
-                why = "the same piece of work has ended several workers; out of memory?"
-                raise self._error(why) from error
-            except (Exception, asyncio.CancelledError) as error:  # Dask raises almost anything
+                return self.result(future)
+            except asyncio.CancelledError as error:
+                raise self.error(_LOST) from error
+            except TimeoutError:
                 if future.status == "error":
-                    self._check_worker_has_fpmatch(error)
                     raise
-                if not isinstance(error, TimeoutError):
-                    raise self._error(_LOST) from error
-            self._count_workers()
-            if time.monotonic() - self._seen > NO_WORKERS_S:
-                raise self._error(f"no worker has answered for {NO_WORKERS_S:g} seconds")
+            self.workers()
 
     def _check_worker_has_fpmatch(self, error: BaseException) -> None:
         """Raise an EngineError if a worker could not even begin with its work."""
@@ -139,18 +183,19 @@ class DaskCluster:
         while found is not None:
             if isinstance(found, ImportError) and (found.name or "").startswith("fpmatch"):
                 why = f"a worker cannot import fpmatch {__version__}: {first_line(found)}"
-                raise self._error(why) from error
+                raise self.error(why) from error
             found = found.__cause__
 
     @contextmanager
-    def _connected(self) -> Iterator[None]:
+    def connected(self) -> Iterator[None]:
         """Turn whatever Dask raises when its scheduler is gone into an EngineError."""
         try:
             yield
         except (Exception, asyncio.CancelledError) as error:
-            raise self._error(_LOST) from error
+            raise self.error(_LOST) from error
 
-    def _error(self, why: str) -> EngineError:
+    def error(self, why: str) -> EngineError:
+        """Return an error about this cluster."""
         return EngineError(f"{self._scheduler}: {why}")
 
 
@@ -159,7 +204,8 @@ _runs: OrderedDict[str, tuple[Callable[[Any, Any], Any], Any]] = OrderedDict()
 _one_at_a_time: Final = threading.Lock()
 
 
-def _run_chunk(run: str, task: bytes, chunk: object) -> Any:
+def run_chunk(run: str, task: bytes, chunk: object) -> Any:
+    """Work on a chunk on a worker, which unpacks the task of a run once."""
     with _one_at_a_time, single_threaded():
         if run not in _runs:
             version, work, shared = pickle.loads(task)

@@ -72,6 +72,23 @@ class PackedArrays:
         }
         return type(self)(**taken)
 
+    def part(self: Packed, first: int, last: int) -> Packed:
+        """Return the prints from `first` to, not including, `last`, mostly in the same memory."""
+        taken: dict[str, Any] = {}
+        for name, column in self.columns().items():
+            dimension, array = str(column.shape[0]), getattr(self, name)
+            if dimension == START:
+                taken[name] = array[first : last + 1] - array[first]
+            elif dimension == PRINT:
+                taken[name] = array[first:last]
+            else:
+                begin, end = getattr(self, dimension)[[first, last]].tolist()
+                taken[name] = array[begin:end]
+        return type(self)(**taken)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(self.arrays().values())
+
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name."""
         return {name: getattr(self, name) for name in self.columns()}

@@ -66,3 +66,29 @@ def note(folder, chunk):
     (folder / f"{chunk}.begun").touch()
     time.sleep(0.1)
     return chunk
+
+
+def add_piece(shared, piece, chunk):
+    """Return a sum of all three."""
+    return shared + float(piece.sum()) + chunk
+
+
+def address(shared, piece, chunk):
+    """Return which process this is, and whether the memory of the piece is its own."""
+    time.sleep(0.01)
+    return os.getpid(), piece.flags.writeable
+
+
+def fail_on_piece(shared, piece, chunk):
+    raise shared
+
+
+def die_on_piece(folder, piece, chunk):
+    """Take the worker down at the first try of chunk 3, as a lack of memory would."""
+    time.sleep(0.01)
+    die_once(folder, chunk)
+    return float(piece.sum()) + chunk
+
+
+def die_always(shared, piece, chunk):
+    os.kill(os.getpid(), signal.SIGKILL)

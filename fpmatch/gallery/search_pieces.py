@@ -1,0 +1,237 @@
+"""Searches for many probes on all cores or machines: each worker holds prints of the gallery.
+
+The prints of a `Search` are divided into ranges, the pieces, which workers hold (see
+`fpmatch.engine.pieces`). A probe is sent to all of them; what they return is put together before
+anything is decided: which prints are compared, and which fingers are candidates. The candidates are
+therefore those of a search in one process, to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from fpmatch.engine.pieces import hold_pieces
+from fpmatch.gallery.identify import candidate_list_size
+from fpmatch.gallery.search import Search
+from fpmatch.matching.candidate_list import normalized_prefilter_scores
+from fpmatch.matching.packed_templates import PackedTemplates
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.engine.engine import Engine
+    from fpmatch.engine.pieces import Pieces
+    from fpmatch.gallery.identify import CandidateListSize
+
+MAX_PIECE: Final = 4096  # prints of a piece
+LEAST_PIECES: Final = 32  # into which a smaller gallery is divided
+MAX_BATCH: Final = 16  # probes that are searched for together
+COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
+
+
+class Answer(NamedTuple):
+    """Hold which prints were compared with a probe (None: all), and their similarities to it."""
+
+    which: NDArray[np.intp] | None
+    similarities: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class AnsweredSearch(Search):
+    """A search for one probe, whose comparisons have been made."""
+
+    answer: Answer | None = None
+
+    def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
+        """Return the prints that were compared with the probe."""
+        assert self.answer is not None
+        assert self.answer.which is not None
+        return self.answer.which
+
+    def similarities(
+        self, probe: Any, which: NDArray[np.intp] | None = None
+    ) -> NDArray[np.float64]:
+        """Return their similarities."""
+        assert self.answer is not None
+        return self.answer.similarities
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchPiece:
+    """Hold the prints of a search from number `first` on."""
+
+    first: int
+    prints: Search
+
+
+def divide(search: Search) -> list[SearchPiece]:
+    """Return the pieces of a search, which are mostly in the same memory."""
+    return [_piece(search, first, last) for first, last in spans(len(search))]
+
+
+def spans(prints: int) -> list[tuple[int, int]]:
+    """Return where the pieces of so many prints begin and end.
+
+    Examples
+    --------
+    >>> spans(3), len(spans(20_000)), len(spans(1_000_000))
+    ([(0, 1), (1, 2), (2, 3)], 32, 245)
+    """
+    size = max(1, min(MAX_PIECE, -(-prints // LEAST_PIECES)))
+    return [(first, min(first + size, prints)) for first in range(0, prints, size)]
+
+
+def batch_size(prints: int) -> int:
+    """Return how many probes are searched for together among so many prints.
+
+    Examples
+    --------
+    >>> batch_size(16), batch_size(1_000_000)
+    (16, 4)
+    """
+    size = min(MAX_PIECE, -(-prints // LEAST_PIECES))
+    return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // max(1, size)))
+
+
+def _piece(search: Search, first: int, last: int) -> SearchPiece:
+    references = search.references
+    if isinstance(references, PackedTemplates):
+        part: Any = references.part(first, last)
+    else:
+        part = references[first:last]
+    numbers, fingers = search.numbers[first:last], search.fingers[first:last]
+    return SearchPiece(first, Search(search.matcher, numbers, fingers, part))
+
+
+@contextmanager
+def hold_search(engine: Engine, search: Search) -> Iterator[HeldSearch]:
+    """Let the workers of an engine, which is entered, hold the prints of a search."""
+    with hold_pieces(engine, divide(search)) as held:
+        yield HeldSearch(search, held)
+
+
+class HeldSearch:
+    """Search with the workers of an engine, which hold the prints."""
+
+    def __init__(self, search: Search, held: Pieces[SearchPiece]) -> None:
+        self._search, self._held = search, held
+        self._spans = spans(len(search))
+
+    def answers(
+        self,
+        batches: Iterable[Sequence[Any]],
+        *,
+        count: int = 10,
+        candidate_list: CandidateListSize = "auto",
+    ) -> Generator[list[Answer], None, None]:
+        """Yield what each probe of each batch, prepared by the matcher, is answered.
+
+        `count` and `candidate_list` are those of `fpmatch.gallery.identify.identify`. Batches are
+        drawn as they are needed. Raises EngineError if the engine broke down.
+        """
+        size = candidate_list_size(self._search, candidate_list)
+        most = None if size is None else max(size, count)
+        with closing(self._chosen(batches, most)) as chosen:
+            yield from self._compared(chosen)
+
+    def answered(self, answer: Answer) -> Search:
+        """Return the search with which `identify` finds the candidates of an answered probe."""
+        s = self._search
+        made = AnsweredSearch(s.matcher, s.numbers, s.fingers, s.references, s.damaged, answer)
+        made.__dict__["_grouped"] = s._grouped  # computed once
+        return made
+
+    def _chosen(
+        self, batches: Iterable[Sequence[Any]], most: int | None
+    ) -> Generator[tuple[Sequence[Any], list[NDArray[np.intp] | None]], None, None]:
+        """Yield batches with the prints to compare with each probe; None for all."""
+        if most is None or most >= len(self._search):
+            for batch in batches:
+                every = None if most is None else np.arange(len(self._search))
+                yield batch, [every] * len(batch)
+            return
+        pending: deque[Sequence[Any]] = deque()
+
+        def tasks() -> Iterator[tuple[int, tuple[Sequence[Any], int]]]:
+            for batch in batches:
+                pending.append(batch)
+                for k in range(len(self._spans)):
+                    yield k, (batch, most)
+
+        with closing(self._held.map(_preselect, None, tasks())) as results:
+            while parts := list(islice(results, len(self._spans))):
+                yield (
+                    pending.popleft(),
+                    [_best_of(found, most) for found in zip(*parts, strict=True)],
+                )
+
+    def _compared(
+        self, chosen: Iterable[tuple[Sequence[Any], list[NDArray[np.intp] | None]]]
+    ) -> Generator[list[Answer], None, None]:
+        pending: deque[list[NDArray[np.intp] | None]] = deque()
+
+        def tasks() -> Iterator[tuple[int, tuple[Sequence[Any], list[Any]]]]:
+            for batch, which in chosen:
+                pending.append(which)
+                for k, span in enumerate(self._spans):
+                    yield k, (batch, [_within(one, span) for one in which])
+
+        if not self._spans:
+            for batch, which in chosen:
+                yield [Answer(one, np.zeros(0)) for _, one in zip(batch, which, strict=True)]
+            return
+        with closing(self._held.map(_compare, None, tasks())) as results:
+            while parts := list(islice(results, len(self._spans))):
+                similarities = map(np.concatenate, zip(*parts, strict=True))
+                yield list(map(Answer, pending.popleft(), similarities))
+
+
+def _within(which: NDArray[np.intp] | None, span: tuple[int, int]) -> NDArray[np.intp] | None:
+    """Return those of ascending indices that are in a piece, counted from its first print."""
+    if which is None:
+        return None
+    first, last = np.searchsorted(which, span)
+    return which[first:last] - span[0]
+
+
+def _best_of(
+    found: Sequence[tuple[NDArray[np.intp], NDArray[np.float64]]], most: int
+) -> NDArray[np.intp]:
+    """Return the best of what the pieces chose, as `candidate_list` does of all prints."""
+    which, scores = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    order = np.argsort(-scores, kind="stable")
+    best: NDArray[np.intp] = np.sort(which[order[:most]])
+    return best
+
+
+def _preselect(
+    _: None, piece: SearchPiece, chunk: tuple[Sequence[Any], int]
+) -> list[tuple[NDArray[np.intp], NDArray[np.float64]]]:
+    """Return for each probe the prints of a piece that may be on its candidate list, and scores."""
+    probes, most = chunk
+    references = piece.prints.references
+    assert isinstance(references, PackedTemplates)
+    found = []
+    for probe in probes:
+        scores = normalized_prefilter_scores(probe, references)
+        which = np.sort(np.argsort(-scores, kind="stable")[:most])
+        found.append((piece.first + which, scores[which]))
+    return found
+
+
+def _compare(
+    _: None, piece: SearchPiece, chunk: tuple[Sequence[Any], Sequence[NDArray[np.intp] | None]]
+) -> list[NDArray[np.float64]]:
+    """Return for each probe the similarities to prints of a piece."""
+    return [
+        np.zeros(0) if which is not None and not len(which) else piece.prints.similarities(p, which)
+        for p, which in zip(*chunk, strict=True)
+    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -20,9 +21,9 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import (
     by_folder_option,
-    files_argument,
     json_option,
     key_option,
+    places_argument,
     polarity_option,
     raw_option,
     workers_option,
@@ -32,8 +33,6 @@ from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from fpmatch.gallery.enrol import Enrolment
     from fpmatch.gallery.entry import GallerySummary
     from fpmatch.image.io.raw import RawSize
@@ -70,6 +69,7 @@ Examples:
   fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
   fpmatch enrol prints.db prints --min-quality 40
   fpmatch enrol prints.db manifest.csv
+  fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db prints --encrypt --key file:keys.txt
   fpmatch enrol prints.db people --by-folder
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
@@ -79,7 +79,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 """
 )
 @click.argument("gallery")
-@files_argument("places", metavar="FILE|DIR|MANIFEST...")
+@places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
 @click.option(
     "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )
@@ -117,7 +117,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @key_option
 def enrol(
     gallery: str,
-    places: tuple[Path, ...],
+    places: tuple[str, ...],
     pattern: str | None,
     by_folder: bool,
     dpi: float | None,
@@ -135,7 +135,8 @@ def enrol(
     A print is an image or a template; of a folder, its images are enrolled or, if it has none, its
     templates, else the prints of its subfolders, one a finger, or one a subject with one a finger
     in it. A MANIFEST is a CSV file with the columns path and subject, and perhaps finger,
-    impression and dpi, which lists prints.
+    impression and dpi, which lists prints. The entries of another gallery are enrolled with their
+    labels: templates by the million are best kept in one.
 
     The gallery is made where it is missing. Each file is enrolled once, whatever its name: an
     interrupted run continues when it is started again, and two may enrol at the same time. All
@@ -151,26 +152,40 @@ def enrol(
         from fpmatch.gallery.audit import turn_on
         from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
         from fpmatch.gallery.gallery import open_gallery
+        from fpmatch.gallery.kinds import kind_of
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
+        from fpmatch.gallery.transfer import enrol_gallery
         from fpmatch.reading import PrintReader
 
     if encrypt:
         load_keys()  # before any work
+    galleries = [place for place in places if kind_of(place) == "gallery"]
+    others = [place for place in places if place not in galleries]
+    if not others and (pattern is not None or by_folder or dpi is not None or min_quality):
+        why = "--pattern, --by-folder, --dpi and --min-quality are not for the entries of galleries"
+        raise click.UsageError(why)
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(
-        places, dpi, pattern=None if pattern is None else names, by_folder=by_folder
+        others, dpi, pattern=None if pattern is None else names, by_folder=by_folder
     )
     read = PrintReader(raw, quiet=True)
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()
-    with processes(workers) as engine:
+    runs: list[Enrolment] = []
+    with ExitStack() as stack:
+        sources = [stack.enter_context(open_gallery(place)) for place in galleries]
+        engine = stack.enter_context(processes(workers))
         reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
         bars = ProgressBars({"enrol": "enrolling"})
-        with open_gallery(gallery, create=True, encrypt=encrypt) as opened, bars:
-            if audit:
-                turn_on(opened)
-            done = work.enrol(
+        opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
+        stack.enter_context(bars)
+        if audit:
+            turn_on(opened)
+        for source in sources:
+            runs.append(enrol_gallery(opened, source, progress=bars.show, strict=strict))
+        if others:
+            found = work.enrol(
                 opened,
                 prints,
                 pattern=names,
@@ -179,7 +194,9 @@ def enrol(
                 progress=bars.show,
                 strict=strict,
             )
-            summary, name, private = opened.summary(), opened.name, opened.private
+            runs.append(found)
+        done = work.joined(runs)
+        summary, name, private = opened.summary(), opened.name, opened.private
     seconds = time.perf_counter() - start
     if not private:
         say_note(f"{name}: other users may read it; `chmod 600` makes it private")

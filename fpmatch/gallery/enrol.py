@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
@@ -23,7 +23,7 @@ from fpmatch.printable import printable
 from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
@@ -32,7 +32,10 @@ if TYPE_CHECKING:
     from fpmatch.gallery.print_file import PrintFile
     from fpmatch.gallery.prints import Extractor
 
-PRINTS_PER_COMMIT: Final = 8
+Item = TypeVar("Item")
+
+PRINTS_PER_COMMIT: Final = 1000
+SECONDS_PER_COMMIT: Final = 0.5  # after which fewer prints are committed
 PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 
@@ -44,6 +47,15 @@ class Enrolment:
     known: int
     failures: tuple[Failure, ...]
     noted: dict[str, tuple[Path, ...]] = field(default_factory=dict)
+
+
+def joined(runs: Iterable[Enrolment]) -> Enrolment:
+    """Return the sums of several runs."""
+    whole = Enrolment(0, 0, ())
+    for run in runs:
+        failures, noted = (*whole.failures, *run.failures), {**whole.noted, **run.noted}
+        whole = Enrolment(whole.enrolled + run.enrolled, whole.known + run.known, failures, noted)
+    return whole
 
 
 def enrol(
@@ -96,7 +108,7 @@ def enrol(
     with engine or processes() as place:
         make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))
         with closing(attempt_each(place, make, run.new(prints))) as attempts:
-            while batch := list(islice(attempts, PRINTS_PER_COMMIT)):
+            for batch in _batches(attempts):
                 run.commit(batch)
     run.commit([])
     refused = refuse_disagreeing(gallery, run.labels) if strict else []
@@ -106,6 +118,19 @@ def enrol(
         (*run.failures, *refused),
         group_by_note(run.noted),
     )
+
+
+def _batches(items: Iterable[Item]) -> Iterator[list[Item]]:
+    """Yield lists of items, as many as arrive within a time, and not too many."""
+    batch: list[Item] = []
+    begin = time.monotonic()
+    for item in items:
+        batch.append(item)
+        if len(batch) == PRINTS_PER_COMMIT or time.monotonic() - begin >= SECONDS_PER_COMMIT:
+            yield batch
+            batch, begin = [], time.monotonic()
+    if batch:
+        yield batch
 
 
 @dataclass(slots=True)

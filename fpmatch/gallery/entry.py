@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 MOST_LETTERS: Final = 255
 """Of a subject, a finger or an impression."""
+_NAMES: Final = ("subject", "finger", "impression")
 FVC_PATTERN: Final = r"(?P<subject>\d+)_(?P<impression>\d+)"
 
 
@@ -46,7 +47,8 @@ class Label:
 
     def check(self) -> None:
         """Raise GalleryError (code "label") unless the names are ones that a gallery may hold."""
-        for name, text in asdict(self).items():
+        for name in _NAMES:
+            text = getattr(self, name)
             if printable(text) != text:
                 raise GalleryError(f"{name}: must be text of one line: {text!r}", code="label")
             if len(text) > MOST_LETTERS:
@@ -129,6 +131,22 @@ class NewEntry:
     source: str
     content: bytes
     template: Template
+
+
+@dataclass(frozen=True, slots=True)
+class PackedEntry:
+    """Hold an impression to be enrolled whose template is packed, as a gallery stores it.
+
+    `content` is the SHA-256 of the file `source`; `dpi` and `minutiae`, their number, are those of
+    the template.
+    """
+
+    label: Label
+    source: str
+    content: bytes
+    dpi: float
+    minutiae: int
+    template: bytes
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import audit
 from fpmatch.gallery.creation import check_or_create
-from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure
+from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, PackedEntry
 from fpmatch.gallery.history import keep_history
 from fpmatch.gallery.reader import GalleryReader
 from fpmatch.gallery.rows import pack_entry, to_row
@@ -99,18 +99,26 @@ class Gallery(GalleryReader):
         impression that is refused becomes a failure; one that is enrolled, now or before, is a
         failure no longer. A new failure replaces those of the same source.
         """
-        packed = [pack_entry(entry) for entry in new]
+        return self.add_packed([pack_entry(entry) for entry in new], failures)
+
+    def add_packed(
+        self, new: Sequence[PackedEntry | Failure], failures: Sequence[Failure] = ()
+    ) -> list[str | None]:
+        """Enrol impressions whose templates are packed and checked, as `add` does.
+
+        Those that cannot be stored are given as failures in their place.
+        """
         with self.changing() as connection:
-            conflicts = _conflicts_in_order(connection, new, packed)
-            judged = list(zip(new, packed, conflicts, strict=True))
-            enrolled = [to_row(entry, template) for entry, template, no in judged if no is None]
+            conflicts = _conflicts_in_order(connection, new)
+            judged = list(zip(new, conflicts, strict=True))
+            enrolled = [to_row(e) for e, no in judged if no is None and isinstance(e, PackedEntry)]
             rows = self.sealed(connection, enrolled)
             sources = [*(e.source for e in new), *(f.source for f in failures)]
             for k in range(0, len(sources), SOURCES_PER_QUERY):
                 part = sources[k : k + SOURCES_PER_QUERY]
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
             reasons = {failure.source: failure.reason for failure in failures}
-            reasons |= {entry.source: conflict for entry, _, conflict in judged if conflict}
+            reasons |= {entry.source: conflict for entry, conflict in judged if conflict}
             if reasons:
                 connection.execute(
                     FAILURE.insert(), [{"source": s, "reason": r} for s, r in reasons.items()]
@@ -191,15 +199,19 @@ def _mark_changed(connection: sa.Connection) -> None:
 
 
 def _conflicts_in_order(
-    connection: sa.Connection, new: Sequence[NewEntry], packed: Sequence[bytes | str]
+    connection: sa.Connection, new: Sequence[PackedEntry | Failure]
 ) -> list[str | None]:
     """Return the conflict of each impression with what is enrolled and with those before it."""
-    requests = [EnrolmentRequest(e.label, e.content, e.template.dpi) for e in new]
-    conflicts = Conflicts(connection, requests)
+    packed = [entry for entry in new if isinstance(entry, PackedEntry)]
+    requests = [EnrolmentRequest(e.label, e.content, e.dpi) for e in packed]
+    conflicts, left = Conflicts(connection, requests), iter(requests)
     found = []
-    for entry, template, request in zip(new, packed, requests, strict=True):
-        reason = template if isinstance(template, str) else conflicts.find(request)
+    for entry in new:
+        if isinstance(entry, Failure):
+            found.append(entry.reason)
+            continue
+        reason = conflicts.find(next(left))
         if reason is None:
-            conflicts.add(Entry(0, entry.label, entry.source, entry.content, entry.template.dpi, 0))
+            conflicts.add(Entry(0, entry.label, entry.source, entry.content, entry.dpi, 0))
         found.append(reason)
     return found

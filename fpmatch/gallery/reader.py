@@ -13,7 +13,7 @@ from fpmatch.gallery import history
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Failure, GallerySummary
 from fpmatch.gallery.history import UNKNOWN
-from fpmatch.gallery.rows import as_entry, as_packed, as_template
+from fpmatch.gallery.rows import as_entry, as_packed, as_packed_entry, as_template
 from fpmatch.gallery.sealed_database import SealedDatabase
 from fpmatch.gallery.tables import (
     ABOUT,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from typing import Self
 
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.entry import Entry, PackedEntry
     from fpmatch.gallery.history import Removal, Revision
     from fpmatch.minutiae import Template
 
@@ -152,6 +152,10 @@ class GalleryReader(SealedDatabase):
     def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of all entries, or of those of numbers over `after`."""
         yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
+
+    def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
+        """Yield number and content of all entries; each template was read once to check it."""
+        yield from self._rows(PACKED, lambda row: (row.id, as_packed_entry(self.opened(row))))
 
     def fingers(self, *, after: int | None = None) -> dict[int, int]:
         """Return for the number of each entry the lowest number of an entry of its finger.

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.bounds import MOST_MINUTIAE
 from fpmatch.gallery.compact import check_packed, pack_template, unpack_template
 from fpmatch.gallery.database import DamagedRowError
-from fpmatch.gallery.entry import Entry, Label
+from fpmatch.gallery.entry import Entry, Failure, Label, PackedEntry
 from fpmatch.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
@@ -35,23 +34,36 @@ def check_storable(template: Template) -> bytes:
     return packed
 
 
-def pack_entry(entry: NewEntry) -> bytes | str:
-    """Return the template of a new entry as its row will hold it, or why it cannot be stored."""
+def pack_entry(entry: NewEntry) -> PackedEntry | Failure:
+    """Return a new entry as its row will hold it, or why it cannot be stored."""
     try:
-        return check_storable(entry.template)
+        packed = check_storable(entry.template)
     except TemplateError as error:
-        return str(error)
+        return Failure(entry.source, str(error))
+    template = entry.template
+    about = (entry.label, entry.source, entry.content, template.dpi, len(template.minutiae))
+    return PackedEntry(*about, packed)
 
 
-def to_row(entry: NewEntry, packed: bytes | str) -> dict[str, Any]:
-    """Return the columns of a new entry, whose template `pack_entry` packed."""
+def as_packed_entry(row: Any) -> PackedEntry:
+    """Return a row of `PACKED` as an entry for another gallery, or raise DamagedRowError."""
+    entry = as_entry(row)
+    as_template(row)
+    label, source, content = entry.label, entry.source, entry.content
+    return PackedEntry(label, source, content, entry.dpi, entry.minutiae, row.template)
+
+
+def to_row(entry: PackedEntry) -> dict[str, Any]:
+    """Return the columns of a new entry."""
     return {
-        **asdict(entry.label),
+        "subject": entry.label.subject,
+        "finger": entry.label.finger,
+        "impression": entry.label.impression,
         "source": entry.source,
         "content": entry.content,
-        "dpi": entry.template.dpi,
-        "minutiae": len(entry.template.minutiae),
-        "template": packed,
+        "dpi": entry.dpi,
+        "minutiae": entry.minutiae,
+        "template": entry.template,
     }
 
 

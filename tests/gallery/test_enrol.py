@@ -142,11 +142,23 @@ def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder
         return add(new, failures)
 
     monkeypatch.setattr(gallery, "add", noting)
+    monkeypatch.setattr(enrol_module, "PRINTS_PER_COMMIT", 8)
+    monkeypatch.setattr(enrol_module, "SECONDS_PER_COMMIT", 1e9)
     files = sorted(folder.iterdir())
     enrol(gallery, *files[:13])
     assert sizes == [8, 5]
     with pytest.raises(GalleryError, match="full"):
         enrol(gallery, *files)
+
+
+def test_what_took_long_is_committed_at_once(gallery, folder, monkeypatch):
+    sizes = []
+    add = gallery.add
+    noting = lambda new, failures=(): sizes.append(len(new)) or add(new, failures)  # noqa: E731
+    monkeypatch.setattr(gallery, "add", noting)
+    monkeypatch.setattr(enrol_module, "SECONDS_PER_COMMIT", 0.0)
+    enrol(gallery, *sorted(folder.iterdir())[:3])
+    assert sizes == [1, 1, 1]
 
 
 RUN = """

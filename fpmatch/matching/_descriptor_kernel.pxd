@@ -3,23 +3,67 @@ cimport cython
 from fpmatch.matching._prefilter_kernel cimport Prefilter
 
 
+@cython.locals(
+    along=cython.int, across=cython.int, column=cython.int, row=cython.int, cell=cython.int,
+)
+cdef int word_of(int dx, int dy, float c, float s, int turn) noexcept nogil
+
+
+cdef class DescriptorWriter:
+    cdef const float[::1] cosine, sine
+    cdef readonly unsigned int[::1] content
+    cdef int[::1] number
+    cdef Py_ssize_t used
+
+    @cython.locals(i=cython.Py_ssize_t, k=cython.Py_ssize_t, kept=cython.int)
+    cpdef Py_ssize_t write(
+        self, const int[:, ::1] places, bint whole, const unsigned char[::1] direction_bin,
+        const int[:, ::1] neighbour, const unsigned short[:, ::1] neighbour_bits,
+        const unsigned char[:, ::1] orientation_bins,
+    ) noexcept nogil
+    @cython.locals(
+        at=cython.Py_ssize_t, k=cython.Py_ssize_t, j=cython.Py_ssize_t, count=cython.int,
+        below=cython.longlong, lower=cython.int, c=cython.float, s=cython.float, dx=cython.int,
+        dy=cython.int, word=cython.int, turn=cython.int, apart=cython.int, flags=cython.int,
+        bins=cython.ulonglong, head=cython.ulonglong, bits=cython.uint,
+    )
+    cdef int _write_one(
+        self, Py_ssize_t i, const int[:, ::1] places, bint whole,
+        const unsigned char[::1] direction_bin, const int[:, ::1] neighbour,
+        const unsigned short[:, ::1] neighbour_bits, const unsigned char[:, ::1] orientation_bins,
+    ) noexcept nogil
+
+
 cdef class DescriptorReader:
+    cdef const float[::1] cosine, sine
     cdef const long long[::1] start
-    cdef const unsigned char[::1] content, step, has_flow
+    cdef const unsigned int[::1] content
+    cdef const unsigned char[::1] step, has_flow
     cdef const float[:, ::1] origin
     cdef readonly float[:, ::1] xy
     cdef readonly unsigned char[::1] direction_bin
     cdef readonly unsigned short[:, ::1] neighbour_bits
     cdef readonly unsigned char[:, ::1] orientation_bins
+    cdef long long[::1] words_at
+    cdef int[::1] head, count, below, near, byte
+    cdef int filled
 
     @cython.locals(
-        at=cython.Py_ssize_t, end=cython.Py_ssize_t, x=cython.double, y=cython.double,
-        step=cython.double, n=cython.int, head=cython.uint, count=cython.int, i=cython.int,
+        at=cython.Py_ssize_t, end=cython.Py_ssize_t, x=cython.float, y=cython.float,
+        step=cython.float, n=cython.int, head=cython.uint, last=cython.ulonglong, i=cython.int,
     )
     cpdef int unpack(self, Py_ssize_t k) noexcept nogil
     @cython.locals(t=cython.Py_ssize_t, k=cython.Py_ssize_t, n=cython.int)
-    cpdef int score(self, Prefilter tables, const long long[::1] which, int[::1] weight) noexcept nogil
-    @cython.locals(found=cython.ulonglong, i=cython.int)
-    cdef unsigned long long _bits(self, Py_ssize_t at, int count) noexcept nogil
+    cpdef int score(
+        self, Prefilter tables, const long long[::1] which, int[::1] weight
+    ) noexcept nogil
+    @cython.locals(at=cython.Py_ssize_t, k=cython.Py_ssize_t)
+    cdef int _copy_words(self, Py_ssize_t i) noexcept nogil
+    @cython.locals(
+        at=cython.Py_ssize_t, k=cython.int, m=cython.int, count=cython.int, four=cython.uint, x=cython.int, y=cython.int, c=cython.float,
+        s=cython.float, own=cython.int, turn=cython.int, lower=cython.int, other=cython.int,
+        flags=cython.int,
+    )
+    cdef int _derive_words(self, Py_ssize_t i) noexcept nogil
     @cython.locals(last=cython.ulonglong, i=cython.int)
     cdef int _spread(self, Py_ssize_t n, unsigned long long bins) noexcept nogil

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching._descriptor_kernel import DescriptorReader
+from fpmatch.matching._descriptor_kernel import DescriptorReader, DescriptorWriter
 from fpmatch.matching._prefilter_kernel import Prefilter
 from fpmatch.matching.bit_descriptors import (
     MAX_ENCODED,
-    NEIGHBOUR_WORDS,
-    ORIENTATION_WORDS,
     BitDescriptors,
     prefilter_of,
 )
@@ -31,8 +29,7 @@ if TYPE_CHECKING:
 CONTENT: Final = "content_start"  # dimension of the packed bytes
 PLACES: Final = 1024  # along either axis
 MAX_DOUBLINGS: Final = 7  # of the step, from one pixel on: 2 * MAX_PX lie within the places
-HEAD_BYTES: Final = 12  # of a minutia, before its words
-MAX_BYTES: Final = MAX_ENCODED * (HEAD_BYTES + 2 * NEIGHBOUR_WORDS)  # of a print
+MAX_CONTENT: Final = MAX_ENCODED * 9  # of a print: three words of 32 bits, and two in each
 _NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
 
 
@@ -49,7 +46,7 @@ class PackedDescriptors(PackedArrays):
     """
 
     content_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
-    content: NDArray[np.uint8] = field(metadata=of_each(CONTENT, "|u1"))
+    content: NDArray[np.uint32] = field(metadata=of_each(CONTENT, "<u4"))
     origin: NDArray[np.float32] = field(metadata=of_each(PRINT, "<f4", 2))
     size: NDArray[np.uint16] = field(metadata=of_each(PRINT, "<u2"))
     step: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
@@ -61,11 +58,12 @@ class PackedDescriptors(PackedArrays):
 
         Raises MatcherError if a print has more than 256 minutiae, or is wider than 131,071 pixels.
         """
-        packed = [_packed(print_.bit_descriptors) for print_ in prints]
+        writer = DescriptorWriter()
+        packed = [_packed(writer, print_) for print_ in prints]
         content = [part[0] for part in packed]
         return cls(
             content_start=np.cumsum([0, *map(len, content)], dtype=np.int64),
-            content=np.frombuffer(b"".join(content), np.uint8),
+            content=np.concatenate([*content, np.zeros(0, np.uint32)]),
             origin=np.array([part[1] for part in packed], np.float32).reshape(-1, 2),
             size=np.array([part[2] for part in packed], np.uint16),
             step=np.array([part[3] for part in packed], np.uint8),
@@ -86,7 +84,7 @@ class PackedDescriptors(PackedArrays):
             raise MatcherError("damaged", code="damaged")
         length = np.diff(start)
         checks = (
-            (start[1:] >= start[:-1]) & (length >= 0) & (length <= MAX_BYTES),
+            (start[1:] >= start[:-1]) & (length >= 0) & (length <= MAX_CONTENT),
             np.abs(origin) <= 2 * MAX_PX,
             arrays["size"] <= MAX_MINUTIAE,
             arrays["step"] <= MAX_DOUBLINGS,
@@ -156,33 +154,30 @@ class PackedDescriptors(PackedArrays):
 COLUMNS: Final = PackedDescriptors.columns()
 
 
-def _packed(bits: BitDescriptors) -> tuple[bytes, NDArray[np.float32], int, int, bool]:
+def _packed(
+    writer: DescriptorWriter, print_: PreparedTemplate
+) -> tuple[NDArray[np.uint32], NDArray[np.float32], int, int, bool]:
     """Return the bytes of a print, its origin, size and step, and whether its flow is known."""
-    size = len(bits.xy)
+    bits, size = print_.bit_descriptors, len(print_)
     if size > MAX_MINUTIAE:
         raise MatcherError(f"a print of {size} minutiae; {MAX_MINUTIAE} can be packed")
-    counts = (bits.neighbour_bits & _NO_WORD) != _NO_WORD
-    kept = np.flatnonzero(counts.any(axis=1))
-    counts, xy = counts[kept], bits.xy[kept]
-    origin = xy.min(axis=0) if len(kept) else np.zeros(2, np.float32)
-    away = xy.astype(np.float64) - origin
+    coded = ((bits.neighbour_bits & _NO_WORD) != _NO_WORD).any(axis=1)
+    xy = bits.xy if coded.all() else bits.xy[coded]
+    origin = xy.min(axis=0) if len(xy) else np.zeros(2, np.float32)
+    reach = float((xy - origin).max(initial=0.0))
     step = 0
-    while away.max(initial=0.0) / (1 << step) > PLACES - 0.75:  # rounded: the last place
+    while reach / (1 << step) > PLACES - 0.75:  # rounded: the last place
         step += 1
     if step > MAX_DOUBLINGS:
-        raise MatcherError(f"minutiae {away.max():.0f} pixels apart")
-    place = np.rint(away / (1 << step)).astype(np.uint32)
-    words = counts.sum(axis=1).astype(np.uint32)
-    head = place[:, 0] | place[:, 1] << 10 | bits.direction_bin[kept].astype(np.uint32) << 20
-    head |= words << 28
-    shifts = 5 * np.arange(ORIENTATION_WORDS, dtype=np.uint64)
-    bins = (bits.orientation_bins[kept].astype(np.uint64) << shifts).sum(axis=1, dtype=np.uint64)
-    room = np.empty((len(kept), HEAD_BYTES + 2 * NEIGHBOUR_WORDS), np.uint8)
-    room[:, :4] = head.astype("<u4")[:, None].view(np.uint8)
-    room[:, 4:HEAD_BYTES] = bins.astype("<u8")[:, None].view(np.uint8)
-    # the words that count first, in their order
-    order = np.argsort(~counts, axis=1, kind="stable")
-    sorted_words = np.take_along_axis(bits.neighbour_bits[kept], order, axis=1)
-    room[:, HEAD_BYTES:] = sorted_words.astype("<u2").view(np.uint8)
-    used = np.arange(room.shape[1]) < HEAD_BYTES + 2 * words[:, None]
-    return room[used].tobytes(), origin, size, step, bits.has_flow
+        raise MatcherError(f"minutiae {reach:.0f} pixels apart")
+    # minutiae without a word may lie farther off, but are not written
+    places = np.rint((bits.xy - origin) / (1 << step)).astype(np.int32)
+    used = writer.write(
+        places,
+        step == 0,
+        bits.direction_bin,
+        print_.neighbourhoods.neighbour,
+        bits.neighbour_bits,
+        bits.orientation_bins,
+    )
+    return np.array(writer.content[:used]), origin, size, step, bits.has_flow

@@ -163,7 +163,7 @@ def test_any_content_gives_scores_or_is_refused(rng):
     for _ in range(60 if COMPILED else 6):
         content = packed.content.copy()
         places = rng.integers(0, len(content), rng.integers(1, len(content)))
-        content[places] = rng.integers(0, 256, len(places))
+        content[places] = rng.integers(0, 2**32, len(places))
         damaged = PackedDescriptors.of_arrays(packed.arrays() | {"content": content})
         try:
             assert (damaged.scores(prints[1]) >= 0).all()

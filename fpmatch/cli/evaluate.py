@@ -8,6 +8,12 @@ import click
 
 from fpmatch.cli import fast_imports
 from fpmatch.cli.evaluate_epilog import EPILOG
+from fpmatch.cli.evaluate_identification import (
+    OPTIONS,
+    evaluate_by_searches,
+    identification_options,
+    refuse_identification_options,
+)
 from fpmatch.cli.notes import (
     notes_as_json,
     say_dpi_assumed,
@@ -66,9 +72,10 @@ _WORKERS_NEED = (
 @by_folder_option
 @click.option(
     "--protocol",
-    type=click.Choice(["extended", "fvc"]),
+    type=click.Choice(["extended", "fvc", "identification"]),
     default="extended",
-    help="Impostor pairs: all impressions of different fingers, or first impressions only.",
+    help="Impostor pairs: all impressions of different fingers, or first impressions only; or "
+    "search for each print in a gallery where a third have a mate.",
 )
 @click.option(
     "--matcher",
@@ -136,6 +143,7 @@ _WORKERS_NEED = (
     help="With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
 )
 @scores_in_options
+@identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @workers_option
 @key_option
@@ -173,11 +181,18 @@ def evaluate(
     --scores and of fpmatch score, or tables of another matcher's scores.
     """
     draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
+    search_options = {name: given.pop(name) for name in OPTIONS}
+    if protocol != "identification":
+        refuse_identification_options(search_options)
     if given["scores_in"] or given["genuine_scores"] or given["impostor_scores"]:
         given |= {"report_folder": report_folder, "curves": curves, "pattern": pattern}
         return evaluate_given_scores(baseline, as_json=as_json, fmrs=fmrs, **draws, **given)
     if not places:
         raise click.UsageError("Missing argument 'DIR|MANIFEST|GALLERY...'.")
+    if protocol == "identification":
+        search_options |= {"pattern": pattern, "by_folder": by_folder, "enhance": enhance, **draws}
+        search_options |= {"curves": curves, "workers": workers, "as_json": as_json}
+        return evaluate_by_searches(places, _chosen(matchers), **search_options)
     if crop is not None and (ground_truth or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --ground-truth")
     if enrolled is None and (enrol_seed is not None or impostors):

@@ -192,10 +192,10 @@ def identify_fused(
     listed = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)
     found = []
-    for subject, fingers in _compare(search, probes, subjects.fingers_of(listed), chosen, skipped):
-        may = [[not (p and f.position) or p == f.position for f in fingers] for p in named]
-        scores = np.array([f.scores for f in fingers]).T
-        score, pairs = assign_fingers(scores, np.array(may))
+    listed_fingers = subjects.fingers_of(listed)
+    for subject, fingers in _compare(search, probes, named, listed_fingers, chosen, skipped):
+        scores, may = np.array([f.scores for f in fingers]), np.array([f.may for f in fingers])
+        score, pairs = assign_fingers(scores.T, may.T)
         if pairs:
             compared = tuple(fingers[f].compared(i) for i, f in pairs)
             total_score = math.fsum(one.score for one in compared)
@@ -220,9 +220,9 @@ def identify_fused(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Finger:
-    """Hold an enrolled finger: its scores, and most similar entries, one a probe."""
+    """Hold a finger: of each probe, whether it may be of it, the score and the best entry."""
 
-    position: str
+    may: NDArray[np.bool_]
     scores: NDArray[np.float64]
     numbers: NDArray[np.int64]
     impressions: int
@@ -236,11 +236,12 @@ class _Finger:
 def _compare(
     search: Search,
     probes: Sequence[Template],
+    positions: Sequence[str],
     subjects: Mapping[str, Mapping[str, Sequence[int]]],
     calibration: Calibration,
     skipped: Collection[int],
 ) -> Iterator[tuple[str, list[_Finger]]]:
-    """Compare all probes with all fingers of some subjects; yield those with a print searched."""
+    """Compare probes with the fingers of subjects that they may be of; yield the subjects."""
     named = [(s, p) for s, fingers in subjects.items() for p in fingers]
     rows = [(n, k) for k, (s, p) in enumerate(named) for n in subjects[s][p] if n not in skipped]
     numbers, finger = np.array(sorted(rows), np.int64).reshape(-1, 2).T
@@ -251,12 +252,18 @@ def _compare(
         return
     kept, finger, sizes = np.unique(finger, return_inverse=True, return_counts=True)
     finger = finger.ravel()
+    may = np.array(
+        [[not (p and f) or p == f for p in positions] for f in (named[k][1] for k in kept.tolist())]
+    )
     scores, best = [], []
-    for probe in probes:
-        similarities = search.similarities(search.matcher.prepare(probe), places)
-        scores.append(fused_scores(calibration.scores(similarities), finger, sizes))
+    for probe, some in zip(probes, may.T, strict=True):
+        compared, similarities = some[finger], np.full(len(finger), -np.inf)
+        prepared = search.matcher.prepare(probe)
+        similarities[compared] = search.similarities(prepared, places[compared])
+        alone = calibration.scores(similarities[compared])
+        scores.append(fused_scores(alone, finger[compared], sizes))
         order = np.lexsort((numbers, -similarities, finger))
         best.append(numbers[order[np.cumsum(sizes) - sizes]])
-    of_finger = zip(kept.tolist(), np.array(scores).T, np.array(best).T, sizes, strict=True)
+    of_finger = zip(kept.tolist(), may, *map(np.transpose, (scores, best)), sizes, strict=True)
     for subject, group in groupby(of_finger, key=lambda one: named[one[0]][0]):
-        yield subject, [_Finger(named[k][1], s, n, int(size)) for k, s, n, size in group]
+        yield subject, [_Finger(m, s, n, int(size)) for _, m, s, n, size in group]

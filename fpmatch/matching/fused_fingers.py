@@ -99,12 +99,13 @@ def assign_fingers(
 def _fused(scores: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return scores that may be over 100; the order of the fingers does not change a bit."""
     each = np.sort(scores, axis=-1)
-    exponent = each.sum(axis=-1) / _DECIBEL
+    total = each.sum(axis=-1)
+    exponent = total / _DECIBEL
     term, series = np.ones_like(exponent), np.ones_like(exponent)
     for k in range(1, each.shape[-1]):
         term = term * exponent / k
         series += term
-    return np.asarray(_DECIBEL * (exponent - np.log(series)))
+    return np.asarray(total - _DECIBEL * np.log(series))
 
 
 @lru_cache(maxsize=1024)

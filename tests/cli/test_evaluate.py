@@ -6,7 +6,9 @@ import pytest
 
 from fpmatch.evaluation import comparison, cropping, extraction
 from fpmatch.evaluation import run as work
+from fpmatch.formats.files import save_template
 from fpmatch.matching.calibration import Calibration
+from fpmatch.minutiae import Minutiae, Template
 
 from .conftest import assert_refused, rows_of
 
@@ -311,3 +313,65 @@ def test_options_of_images_are_refused_with_scores(evaluate, tmp_path, words, re
     assert reason in refused.stderr
     path.write_text("probe,reference,score\n1_1,1_2,high\n")
     assert_refused(evaluate("--scores-in", path), "scores.txt: line 2, column 'score': 'high' is")
+
+
+@pytest.fixture
+def searched(tmp_path):
+    """Return a folder of templates of six fingers, four of each, one of which is broken."""
+    folder = tmp_path / "searched"
+    folder.mkdir()
+    for finger in range(1, 7):
+        place = np.random.default_rng(finger).uniform(20, 280, (2, 15))
+        for impression in range(1, 5):
+            noise = np.random.default_rng([finger, impression]).normal(0, 2, (2, 15))
+            x, y = place + noise
+            template = Template(Minutiae(x, y, np.linspace(0, 6, 15)), 300, 300)
+            save_template(folder / f"{finger}_{impression}.xyt", template)
+    (folder / "3_3.xyt").write_text("broken")
+    return folder
+
+
+def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
+    words = (searched, "--protocol", "identification", "--fpir", "0.1", "--fpir", "0.2")
+    outputs = ("--curves", tmp_path / "curves", "--plot", tmp_path / "det.svg")
+    result = evaluate(*words, "--fingers", 2, *outputs)
+    assert result.exit_code == 1, result.output
+    one, rates, intervals, predicted, two, *_ = result.stdout.split("\n\n")
+    assert one == "1 finger a subject, 2 subjects in the gallery"
+    assert two == "2 fingers a subject, 1 subject in the gallery"
+    head, row = rates.splitlines()
+    assert head.split()[:4] == ["FNIR", "at", "mated", "non-mated"]
+    assert row.split()[:3] == ["searched", "72", "144"]
+    assert intervals.startswith("95 % intervals ")
+    assert predicted.startswith("from 1:1 comparisons")
+    assert "no template" in result.stderr
+    head, *rows = (tmp_path / "curves" / "identification_rank.csv").read_text().splitlines()
+    assert head == "matcher,set,fingers,rank,fnir,fnir_low,fnir_high"
+    assert len(rows) == 200
+    assert (tmp_path / "curves" / "identification_det.csv").exists()
+    assert "FPIR, %" in (tmp_path / "det.svg").read_text()
+    document = json.loads(evaluate(*words, "--json").stdout)
+    assert document["protocol"] == "identification"
+    (test,) = document["tests"]
+    assert [p["fpir"] for p in test["sets"][0]["fnir_at_fpir"]] == [0.1, 0.2]
+    assert test["pooled"]["mated"] == 72
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--protocol", "identification", "--crop", "100"),
+        ("--protocol", "identification", "--scores", "scores.csv"),
+        ("--protocol", "identification", "--fmr", "0.1"),
+        ("--protocol", "identification", "--plot", "det.doc"),
+        ("--protocol", "identification", "--background", "nowhere"),
+        ("--background", "prints.db"),
+        ("--fingers", "2"),
+        ("--fpir", "0.1"),
+        ("--plot", "det.svg"),
+    ],
+)
+def test_options_that_identification_excludes_or_needs(evaluate, database, words):
+    result = evaluate(database, *words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr

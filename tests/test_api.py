@@ -47,6 +47,7 @@ MAY_IMPORT = {
     "matching": {"array_file", "plugins", "pointset"},
     "formats": {"binary_records", "encryption", "npy", "plugins"},
     "drawing": {"matching"},
+    "indexing": {"array_file", "matching", "parsing", "pointset"},
     "engine": set(),
     "synthesis": {"pointset", "engine"},
     "reading": {"formats", "image"},

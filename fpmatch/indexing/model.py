@@ -1,0 +1,85 @@
+"""The learned model of the index: how frequent its terms are, and how many prints to pass on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.parsing import parse_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+MODEL_FILE: Final = Path(__file__).with_name("index_data") / "index.json"
+LENGTHS: Final = 21  # cells of an edge's length
+SECTORS: Final = 36  # of a direction relative to an edge
+TERMS: Final = LENGTHS * SECTORS * SECTORS
+LEAST_SHARE: Final = 1e-7  # of all edges that have a term, taken for one never seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IndexModel:
+    """Hold what is learned on synthetic prints by ``python -m research train index``.
+
+    Lengths and directions of edges are nearly independent, so that the share of all edges that have
+    a term is the product of two.
+    """
+
+    lengths: NDArray[np.float64]  # (LENGTHS,): share of all edges
+    directions: NDArray[np.float64]  # (SECTORS, SECTORS): of the first end, and of the second
+    edges: float  # of a print
+
+    @classmethod
+    def of_edges(cls, term: NDArray[np.uint16], prints: int) -> IndexModel:
+        """Return the model of the edges of so many prints, given by their terms."""
+        length, directions = np.divmod(term.astype(np.int64), SECTORS * SECTORS)
+        counted = np.bincount(directions, minlength=SECTORS * SECTORS).reshape(SECTORS, SECTORS)
+        # an edge is read from either of its ends
+        half = SECTORS // 2
+        other = np.roll(counted.T, (half, half), (0, 1))
+        both = (counted + other) / max(2 * len(term), 1)
+        shares = np.bincount(length, minlength=LENGTHS) / max(len(term), 1)
+        return cls(shares, both, len(term) / max(prints, 1))
+
+    @property
+    def share(self) -> NDArray[np.float64]:
+        """Share of all edges that have each term, shape (TERMS,)."""
+        product = np.multiply.outer(self.lengths, self.directions)
+        found: NDArray[np.float64] = np.maximum(product.ravel(), LEAST_SHARE)
+        return found
+
+    @classmethod
+    def of_document(cls, document: Mapping[str, Any]) -> IndexModel:
+        """Return the model in the document of a file; raise MatcherError if it is none."""
+        try:
+            lengths = np.array(document["lengths"], np.float64)
+            directions = np.array(document["directions"], np.float64)
+            edges = float(document["edges"])
+        except (LookupError, TypeError, ValueError) as error:
+            raise MatcherError("no model of an index", code="malformed") from error
+        sound = lengths.shape == (LENGTHS,) and directions.shape == (SECTORS, SECTORS)
+        if not (sound and (lengths >= 0).all() and (directions >= 0).all() and edges > 0):
+            raise MatcherError("no model of an index", code="malformed")
+        return cls(lengths, directions, edges)
+
+    def document(self, digits: int = 4) -> dict[str, Any]:
+        """Return the model as the document of a file, its numbers rounded."""
+        shares = (self.lengths, self.directions.ravel(), np.array([self.edges]))
+        lengths, directions, edges = (
+            [float(f"{share:.{digits}g}") for share in part.tolist()] for part in shares
+        )
+        rows = [directions[k : k + SECTORS] for k in range(0, len(directions), SECTORS)]
+        return {"lengths": lengths, "directions": rows, "edges": edges[0]}
+
+
+@cache
+def index_model() -> IndexModel:
+    """Return the model of the package."""
+    return IndexModel.of_document(parse_json(MODEL_FILE.read_bytes()))

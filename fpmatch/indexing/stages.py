@@ -1,0 +1,88 @@
+"""The first stage of a search: which prints of an index the next stage looks at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.indexing.terms import BUDGET, probe_terms
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.indexing.segment import Segment
+    from fpmatch.matching.prepare import PreparedTemplate
+
+_NO_NUMBERS = np.empty(0, np.int64)
+_BINS = 1 << 16  # values that votes can have
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """Hold prints of an index, in the order of the segments, then of their prints.
+
+    Parameters
+    ----------
+    segment, local : ndarray of int64, shape (K,)
+        The segment of each print, and its number within.
+    votes : ndarray of uint16, shape (K,)
+        As `Segment.votes` gives them.
+    """
+
+    segment: NDArray[np.int64]
+    local: NDArray[np.int64]
+    votes: NDArray[np.uint16]
+
+    def __len__(self) -> int:
+        return len(self.segment)
+
+
+def preselect(
+    probe: PreparedTemplate,
+    segments: Sequence[Segment],
+    removed: NDArray[np.int64] = _NO_NUMBERS,
+    passed_on: int = 1000,
+    budget: float = BUDGET,
+) -> Candidates:
+    """Return the `passed_on` prints of all segments with the most votes.
+
+    Of equals, those with the lowest numbers are taken, so that the same prints are passed on
+    however they are divided into segments. Prints with the numbers `removed` are left out. `budget`
+    sets how many postings are visited (see `probe_terms`).
+    """
+    terms = probe_terms(probe, budget)
+    every = [segment.votes(terms).astype(np.int32) for segment in segments]
+    gone = np.unique(np.asarray(removed, np.int64))
+    counts = np.zeros(_BINS, np.int64)
+    for segment, votes in zip(segments, every, strict=True):
+        place = np.searchsorted(segment.number, gone)
+        inside = place < len(segment)
+        place = place[inside][segment.number[place[inside]] == gone[inside]]
+        votes[place] = -1
+        counts += np.bincount(votes[votes >= 0] if len(place) else votes, minlength=_BINS)
+    better = np.cumsum(counts[::-1])[::-1]  # prints with at least so many votes
+    if not every or better[0] <= passed_on:
+        least, ties = 0, int(counts[0])
+    else:
+        least = int(np.flatnonzero(better > max(passed_on, 0))[-1])
+        ties = max(passed_on, 0) - int(better[least] - counts[least])
+    at = [np.flatnonzero(votes >= least) for votes in every]
+    found = Candidates(
+        segment=np.repeat(np.arange(len(every)), [len(a) for a in at]),
+        local=np.concatenate([*at, _NO_NUMBERS]),
+        votes=np.concatenate([*(v[a] for v, a in zip(every, at, strict=True)), _NO_NUMBERS]).astype(
+            np.uint16
+        ),
+    )
+    equal = np.flatnonzero(found.votes == least)
+    if ties >= len(equal):
+        return found
+    number = [segments[k].number[a] for k, a in enumerate(at)]
+    order = np.argsort(np.concatenate(number)[equal], kind="stable")
+    kept = np.ones(len(found), np.bool_)
+    kept[equal[order[ties:]]] = False
+    return Candidates(found.segment[kept], found.local[kept], found.votes[kept])

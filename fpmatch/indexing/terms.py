@@ -1,0 +1,151 @@
+"""Terms of a print: the edges of its Delaunay mesh, by which an index finds it.
+
+The paper takes the neighbours of a point from the Delaunay triangulation, because it changes only
+locally where points are missing or spurious: an edge between two minutiae of one print is mostly an
+edge in another print of the finger. The length of an edge, and the directions of the minutiae at
+its two ends relative to it, do not change when a print is moved or turned. Quantised, they are a
+*term*. An index lists for each term the prints that have it, each with its *pose*: the place of the
+edge in the print, and which way it points. A print's edge that is the same as one of the probe's
+indicates how the probe has to be moved and turned; where many indicate the same, the two prints are
+likely of one finger.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.indexing._term_kernel import describe_edges
+from fpmatch.indexing.model import LENGTHS, SECTORS, index_model
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.indexing.model import IndexModel
+    from fpmatch.matching.prepare import PreparedTemplate
+
+FULL_TURN: Final = 2 * np.pi
+# The kernel has the same numbers.
+LENGTH_ERROR_PX: Final = 2.5
+GROWTH: Final = 0.03  # of the error, by the length
+WIDTH: Final = 1.7  # of a cell of length, in errors
+ROTATIONS: Final = 64
+PLACES: Final = 32
+STEP_PX: Final = 8.0  # of a place
+
+ANGLE_ERROR: Final = np.radians(7.0)  # of a direction relative to an edge
+LOGISTIC: Final = 1.702  # makes the logistic function nearly the normal distribution
+REACH: Final = 2  # cells to either side of the probe's own that are looked up
+KEPT: Final = 0.3  # share of the edges of a print that another print of the finger has
+LEAST_GAIN: Final = 3.0  # times as likely in a print of the finger as in another
+MOST_WEIGHT: Final = 4
+WEIGHT_SCALE: Final = 0.5  # of the logarithm of the gain
+BUDGET: Final = 0.5  # postings a print of the gallery, for each minutia of the probe
+
+
+def edges_of(print_: PreparedTemplate) -> NDArray[np.int32]:
+    """Return the edges (E, 2) of the Delaunay mesh of a print's minutiae."""
+    return triangulate_checked(print_.points[:2].T.copy()).edges
+
+
+def print_terms(print_: PreparedTemplate) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+    """Return the terms of a print, and their poses, both of shape (E,): one an edge of the mesh."""
+    edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
+    term, pose = np.empty((2, len(edges)), np.uint16)
+    describe_edges(np.ascontiguousarray(print_.points), edges, term, pose)
+    return term, pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeTerms:
+    """Hold the terms that a probe looks up, rarest first, for `Segment.votes`.
+
+    Each edge of the probe is read from both ends. A reading looks up its own term and those that
+    errors of its length and directions turn it into.
+    """
+
+    term: NDArray[np.int32]  # (T,)
+    weight: NDArray[np.uint8]  # (T,)
+    reading: NDArray[np.int32]  # (T,)
+    rotation: NDArray[np.uint8]  # (R,): direction of the edge
+    shift: NDArray[np.uint16]  # (R, ROTATIONS): place of the edge, for each rotation of the probe
+    minutiae: int  # of the probe
+
+
+def probe_terms(
+    probe: PreparedTemplate, budget: float = BUDGET, model: IndexModel | None = None
+) -> ProbeTerms:
+    """Return the terms that a probe looks up.
+
+    Those that most favour a print of the finger come first, up to a budget of postings: so many a
+    print of the gallery for each minutia of the probe.
+    """
+    model = model or index_model()
+    edges = edges_of(probe).reshape(-1, 2)
+    first, second = np.concatenate([edges, edges[:, ::-1]]).T
+    x, y, c, s = probe.points
+    dx, dy, theta = x[second] - x[first], y[second] - y[first], np.arctan2(s, c)
+    along = np.arctan2(dy, dx)
+    growth = GROWTH / LENGTH_ERROR_PX
+    length = np.log1p(growth * np.hypot(dx, dy)) / GROWTH / WIDTH
+    own = [_share(theta[end] - along) * SECTORS for end in (first, second)]
+    error = ANGLE_ERROR / FULL_TURN * SECTORS
+    at_length, p_length = _near(np.minimum(length, LENGTHS - 0.5), 1 / WIDTH)
+    within = (at_length >= 0) & (at_length < LENGTHS)
+    p_length, at_length = p_length * within, np.clip(at_length, 0, LENGTHS - 1)
+    (at_first, p_first), (at_second, p_second) = (_near(angle, error) for angle in own)
+    cell = at_length[:, :, None, None] * SECTORS + (at_first % SECTORS)[:, None, :, None]
+    cell = cell * SECTORS + (at_second % SECTORS)[:, None, None, :]
+    likely = p_length[:, :, None, None] * p_first[:, None, :, None] * p_second[:, None, None, :]
+    share = _share_of(model)
+    gain = (0.5 * KEPT * likely / share[cell]).ravel()
+    kept = np.flatnonzero(gain > LEAST_GAIN)
+    kept = kept[np.argsort(-gain[kept], kind="stable")]
+    cost = np.cumsum(share[cell.ravel()[kept]]) * model.edges
+    kept = kept[: np.searchsorted(cost, budget * len(probe), "right")]
+    weight = np.clip(np.rint(WEIGHT_SCALE * np.log(gain[kept])), 1, MOST_WEIGHT)
+    middle = 0.5 * np.stack([x[first] + x[second], y[first] + y[second]])
+    return ProbeTerms(
+        term=cell.ravel()[kept].astype(np.int32),
+        weight=weight.astype(np.uint8),
+        reading=(kept // (2 * REACH + 1) ** 3).astype(np.int32),
+        rotation=(np.rint(_share(along) * ROTATIONS) % ROTATIONS).astype(np.uint8),
+        shift=_turned(middle),
+        minutiae=len(probe),
+    )
+
+
+@cache
+def _share_of(model: IndexModel) -> NDArray[np.float64]:
+    return model.share
+
+
+def _share(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return angles as shares of a turn, 0 to 1."""
+    share: NDArray[np.float64] = angle / FULL_TURN
+    return share - np.floor(share)
+
+
+def _near(
+    value: NDArray[np.float64], error: float
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the cells around values (N,), and how likely another print has them: (N, 5) both."""
+    cell = np.floor(value).astype(np.int64)[:, None] + np.arange(-REACH, REACH + 1)
+    off = LOGISTIC / error * (cell - value[:, None])
+    likely = 1.0 / (1.0 + np.exp(-off - LOGISTIC / error)) - 1.0 / (1.0 + np.exp(-off))
+    return cell, likely
+
+
+def _turned(middle: NDArray[np.float64]) -> NDArray[np.uint16]:
+    """Return the places (2, R) after each rotation, quantised as poses are, of shape (R, 64)."""
+    turn = FULL_TURN / ROTATIONS * np.arange(ROTATIONS)
+    c, s = np.cos(turn), np.sin(turn)
+    x, y = middle[..., None] / STEP_PX
+    column = np.rint(c * x - s * y).astype(np.int64) & (PLACES - 1)
+    row = np.rint(s * x + c * y).astype(np.int64) & (PLACES - 1)
+    found: NDArray[np.uint16] = (column * PLACES + row).astype(np.uint16)
+    return found

@@ -1,0 +1,183 @@
+"""Segments: the mate has most votes, kernels do as their numpy forms, damage is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import COMPILED, any_points, jittered, moved, spread_points, template_of
+
+from fpmatch.errors import MatcherError
+from fpmatch.indexing import numpy_forms
+from fpmatch.indexing._term_kernel import describe_edges
+from fpmatch.indexing._vote_kernel import count_votes
+from fpmatch.indexing.model import TERMS, IndexModel, index_model
+from fpmatch.indexing.segment import COLUMNS, Segment
+from fpmatch.indexing.stages import preselect
+from fpmatch.indexing.terms import edges_of, print_terms, probe_terms
+from fpmatch.matching.prepare import prepare
+
+EXAMPLES = 30 if COMPILED else 5
+
+
+def segment_of(templates, first=0):
+    numbers = np.arange(first, first + len(templates))
+    return Segment.build(numbers, numbers, map(prepare, templates))
+
+
+def gallery(seed, count=40, n=30):
+    rng = np.random.default_rng(seed)
+    return [template_of(spread_points(rng, n)) for _ in range(count)]
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=EXAMPLES)
+def test_terms_are_those_of_the_numpy_form(seed):
+    print_ = prepare(template_of(any_points(seed)))
+    edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
+    made, expected = np.empty((2, 2, len(edges)), np.uint16)
+    describe_edges(print_.points, edges, *made)
+    numpy_forms.describe_edges(print_.points, edges, *expected)
+    assert made.tolist() == expected.tolist()
+    assert not len(edges) or made[0].max() < TERMS
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.5, 50.0]))
+@settings(max_examples=EXAMPLES)
+def test_votes_are_those_of_the_numpy_form(seed, budget):
+    rng = np.random.default_rng(seed)
+    templates = [template_of(any_points(int(k))) for k in rng.integers(0, 2**32, 12)]
+    segment = segment_of(templates)
+    probe = probe_terms(prepare(templates[0]), budget)
+    looked_up = probe.term, probe.weight, probe.reading, probe.rotation, probe.shift
+    room = np.empty(len(probe.term), np.uint32), np.empty(256 * 2048, np.uint8)
+    made, expected = np.zeros((2, len(segment)), np.uint8)
+    count_votes(segment.term_start, segment.posting, *looked_up, *room, made)
+    numpy_forms.count_votes(segment.term_start, segment.posting, *looked_up, *room, expected)
+    assert made.tolist() == expected.tolist()
+
+
+def test_votes_of_many_prints_are_those_of_each_alone():
+    templates = gallery(1, 6, 20)
+    many = [templates[k % 6] for k in range(2100 if COMPILED else 30)]
+    probe = probe_terms(prepare(templates[2]))
+    alone = [int(segment_of([t]).votes(probe)[0]) for t in templates]
+    votes = segment_of(many).votes(probe)
+    assert votes.tolist() == [alone[k % 6] for k in range(len(many))]
+    assert np.argmax(alone) == 2
+
+
+@pytest.mark.parametrize("turn_deg", [0, 31, 90, 180, 275])
+def test_the_mate_has_most_votes_however_it_is_turned(turn_deg):
+    rng = np.random.default_rng(turn_deg)
+    finger = spread_points(rng, 30)
+    turned = moved(finger[:, 4:], np.radians(turn_deg), 20 - 9j)
+    mate = template_of(jittered(rng, turned, 2.0, 0.05))
+    others = gallery(5)
+    segment = segment_of([*others, mate])
+    votes = segment.votes(probe_terms(prepare(template_of(finger))))
+    assert votes.argmax() == len(others)
+    assert votes[-1] > 1.5 * votes[:-1].max()
+
+
+def test_the_lookups_are_those_of_the_greatest_gain_within_the_budget():
+    probe = prepare(gallery(3, 1)[0])
+    few, many = probe_terms(probe, 0.1), probe_terms(probe, 5.0)
+    assert 0 < len(few.term) < len(many.term)
+    assert many.term[: len(few.term)].tolist() == few.term.tolist()
+    model = index_model()
+    assert model.share[few.term].sum() * model.edges <= 0.1 * len(probe)
+    assert set(print_terms(probe)[0].tolist()) <= set(many.term.tolist())
+
+
+def test_a_model_is_what_its_document_says():
+    term = np.concatenate([print_terms(prepare(t))[0] for t in gallery(4, 9)])
+    model = IndexModel.of_edges(term, 9)
+    assert model.lengths.sum() == pytest.approx(1)
+    assert model.directions.sum() == pytest.approx(1)
+    assert model.edges == len(term) / 9
+    again = IndexModel.of_document(model.document(17))
+    assert again.share.tolist() == model.share.tolist()
+    for wrong in ({}, {**model.document(), "lengths": [1.0]}, {**model.document(), "edges": -1}):
+        with pytest.raises(MatcherError, match="no model"):
+            IndexModel.of_document(wrong)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 200, 255])
+def test_prints_of_any_size(n):
+    rng = np.random.default_rng(n)
+    sizes = [n if COMPILED else min(n, 60), 12, 0]
+    templates = [template_of(spread_points(rng, k, 9.0, 400.0), size=500) for k in sizes]
+    segment = segment_of(templates)
+    for template in templates:
+        assert segment.votes(probe_terms(prepare(template))).shape == (3,)
+    again = Segment.of_arrays(segment.arrays())
+    assert again.nbytes == segment.nbytes
+    assert len(segment_of([])) == 0
+
+
+def test_what_is_no_segment_is_not_built():
+    prints = [prepare(t) for t in gallery(6, 2, 8)]
+    for numbers in ([1], [2, 1], [1, 1], [1, 2, 3]):
+        with pytest.raises(MatcherError):
+            Segment.build(np.array(numbers), np.array(numbers), iter(prints))
+
+
+def changed(arrays, name, at, value):
+    array = arrays[name].copy()
+    array[at] = value
+    return {**arrays, name: array}
+
+
+def test_damaged_arrays_are_refused():
+    whole = segment_of(gallery(8, 4, 12)).arrays()
+    assert set(whole) == set(COLUMNS)
+    last = len(whole["posting"])
+    some = int(np.flatnonzero(np.diff(whole["term_start"]))[0]) + 1
+    for name, at, value in (
+        ("number", 1, 9),
+        ("finger", 0, 1),
+        ("term_start", 0, 1),
+        ("term_start", -1, last - 1),
+        ("term_start", -1, last + 1),
+        ("term_start", some, 2**32 - 1),
+        ("posting", last - 1, 4 << 16),
+    ):
+        with pytest.raises(MatcherError, match="damaged"):
+            Segment.of_arrays(changed(whole, name, at, value))
+    for name in ("number", "finger", "size", "term_start", "posting"):
+        with pytest.raises(MatcherError, match="damaged"):
+            Segment.of_arrays({**whole, name: whole[name][:-1]})
+    twice = {**whole, "term_start": np.repeat([0, last], [TERMS, 1]).astype(np.uint32)}
+    with pytest.raises(MatcherError, match="damaged"):
+        Segment.of_arrays(twice)  # prints of a list do not ascend
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 45), st.integers(1, 4))
+@settings(max_examples=EXAMPLES)
+def test_the_same_are_passed_on_however_prints_are_divided(seed, passed_on, parts):
+    rng = np.random.default_rng(seed)
+    kinds = gallery(9, 4, 8)
+    templates = [kinds[k] for k in rng.integers(0, 4, 40)]
+    part = np.sort(rng.integers(0, parts, 40)) if rng.integers(2) else rng.integers(0, parts, 40)
+    removed = rng.choice(60, 7, replace=False)
+    probe = prepare(kinds[0])
+    whole = preselect(probe, [segment_of(templates)], removed, passed_on)
+    segments = [
+        Segment.build(at, at, (prepare(templates[k]) for k in at))
+        for at in (np.flatnonzero(part == k) for k in range(parts))
+    ]
+    found = preselect(probe, segments, removed, passed_on)
+    numbers = [int(segments[s].number[k]) for s, k in zip(found.segment, found.local, strict=True)]
+    assert sorted(numbers) == whole.local.tolist()
+    assert len(found) == min(passed_on, 40 - (removed < 40).sum())
+    assert not set(numbers) & set(removed.tolist())
+    left = np.setdiff1d(np.arange(40), [*numbers, *removed])
+    if len(found) and len(left):
+        votes = segment_of(templates).votes(probe_terms(probe))
+        assert found.votes.min() >= votes[left].max()
+
+
+def test_an_index_of_nothing_passes_nothing_on():
+    probe = prepare(gallery(2, 1)[0])
+    assert len(preselect(probe, [])) == 0
+    assert len(preselect(probe, [segment_of([])])) == 0

@@ -25,12 +25,11 @@ cpdef int press(
 ) noexcept nogil
 @cython.locals(
     b=cython.int, f=cython.int, i=cython.int, j=cython.int, x=cython.double, y=cython.double, ax=cython.double,
-    ay=cython.double, bx=cython.double, by=cython.double, angle=cython.int, turned=cython.int, at=cython.double,
-    which=cython.int,
+    ay=cython.double, bx=cython.double, by=cython.double, angle=cython.int, turned=cython.int,
 )
 cpdef int show_cells(
-    double[:, :, :, ::1] corner, double cell, float[:, :, ::1] doubt, float[:, :, ::1] threshold, float[:, :, ::1] strength,
-    double most_doubt, int[::1] of, double step, int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] phase,
+    double[:, :, :, ::1] corner, double cell, float[:, :, ::1] doubt, double most_doubt, int width,
+    int[::1] of, double step, int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] phase,
     int[:, :, ::1] inside, int[:, :, ::1] noise, int[:, :, ::1] turn_noise, unsigned char[:, :, ::1] mask,
     float[:, :, ::1] orientation, unsigned long long[:, :, ::1] ridges,
 ) noexcept nogil
@@ -62,11 +61,12 @@ cpdef int show_minutiae(
 ) noexcept nogil
 @cython.locals(
     b=cython.int, n=cython.int, i=cython.int, j=cython.int, unsure=cython.double, x=cython.double, y=cython.double,
-    turned=cython.double, r="float[::1]",
+    turned=cython.double, along=cython.double, gap=cython.double, end=cython.int, r="float[::1]",
 )
 cpdef int add_spurious(
     double cell, double width, double height, double border, float[:, :, ::1] doubt, unsigned char[:, :, ::1] mask,
     float[:, :, ::1] orientation, float[:, :, :, ::1] random, double[::1] constants, double[:, :, ::1] out, int[::1] found,
 ) noexcept nogil
+cdef double _tail(double even) noexcept nogil
 @cython.locals(quality=cython.double)
 cdef double _quality(double unsure, double even, double[::1] constants) noexcept nogil

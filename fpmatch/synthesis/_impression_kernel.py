@@ -7,7 +7,7 @@ batch of impressions along their first axis, of which number b is of finger ``of
 import cython
 import numpy as np
 from cython.cimports.fpmatch.synthesis._ridge_phase_kernel import angle_of
-from cython.cimports.libc.math import exp, floor, sqrt
+from cython.cimports.libc.math import cos, exp, floor, sin, sqrt
 
 TURN = cython.declare(cython.int, 65536)
 HALF = cython.declare(cython.int, 32768)
@@ -18,6 +18,9 @@ STICKING_RADIUS = cython.declare(cython.double, 0.35)  # as `fpmatch.synthesis.w
 EDGE_START = cython.declare(cython.double, 0.86)  # as `fpmatch.synthesis.contact`
 EDGE_STEEPNESS = cython.declare(cython.double, 50.0)
 ROUNDS = cython.declare(cython.int, 8)  # of the inverse of the warp
+BROKEN = cython.declare(cython.double, 0.6)  # share of spurious minutiae that come in pairs
+LEAST_GAP = cython.declare(cython.double, 0.4)  # between them, in cells
+MORE_GAP = cython.declare(cython.double, 0.6)
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
 ONE = cython.declare(cython.ulonglong, 1)
 SQUARENESS = cython.declare(cython.int, 64)  # steps of the tables of the outline
@@ -28,8 +31,6 @@ _ROUND, _SQUARE = (
 )  # exponents of the superellipses at the tip and at the joint
 AT_TIP = cython.declare(cython.double[::1], _ROUND)
 AT_JOINT = cython.declare(cython.double[::1], _SQUARE)
-_WIDTHS = np.arccos(np.linspace(-1, 1, 257)) * (65536 / (2 * np.pi))
-WIDTH = cython.declare(cython.int[::1], memoryview(np.rint(_WIDTHS).astype(np.int32)))
 
 
 def _slip(x, y, w):
@@ -114,13 +115,14 @@ def press(warp, corner, cell, outline, spots, edges, of, step, threshold, streng
 
 
 def show_cells(
-    corner, cell, doubt, threshold, strength, most_doubt, of, step, level, period, phase, inside,
+    corner, cell, doubt, most_doubt, width, of, step, level, period, phase, inside,
     noise, turn_noise, mask, orientation, ridges,
 ):  # fmt: skip
     """Fill mask, orientation in radians and ridges of the cells (B, R, C); return 0.
 
-    Cells of a larger `doubt` than `most_doubt` are outside the mask. `turn_noise` is added to
-    orientations in 65,536ths of a turn, `noise` to the phase of a cell.
+    Cells of a larger `doubt` than `most_doubt` are outside the mask. Ridges are where the
+    phase is less than `width` from their crest. `turn_noise` is added to orientations in 65,536ths
+    of a turn, `noise` to the phase of a cell.
     """
     for b in range(mask.shape[0]):
         f = of[b]
@@ -146,11 +148,8 @@ def show_cells(
                 mask[b, i, j] = 1
                 turned = _to_image(angle, ax, ay, bx, by) + turn_noise[b, i, j]
                 orientation[b, i, j] = (turned & (HALF - 1)) * RADIANS
-                at = threshold[b, i, j] / strength[b, i, j]
-                at = -1.0 if at < -1 else (1.0 if at > 1 else at)
-                which = int(128 * at + 128.5)
                 ridges[b, i, j] = _picture(
-                    x, y, ax / SIDE, ay / SIDE, bx / SIDE, by / SIDE, WIDTH[which],
+                    x, y, ax / SIDE, ay / SIDE, bx / SIDE, by / SIDE, width,
                     noise[b, i, j], f, step, level, period, phase, inside,
                 )  # fmt: skip
     return 0
@@ -214,7 +213,7 @@ def show_minutiae(
 ):  # fmt: skip
     """Fill `out` (B, M, 5): x, y, direction in radians, kind and quality; `found` (B) their number.
 
-    `random` (B, N, 10) are even numbers for each minutia, `bifurcation` (F, N) is set for some of
+    `random` (B, N, 12) are even numbers for each minutia, `bifurcation` (F, N) is set for some of
     the finger's; `constants` are described in `template_impressions`. Returns 0.
     """
     for b in range(out.shape[0]):
@@ -241,7 +240,7 @@ def show_minutiae(
             missed = constants[0] + (1 - constants[0]) * (unsure - constants[1]) / constants[2]
             if r[0] < max(missed, constants[0]) or unsure >= 2:
                 continue
-            spread = constants[3] * (1 + unsure)
+            spread = constants[3] * (1 + unsure) * _tail(r[10])
             x += spread * 2 * (r[1] + r[2] + r[3] - 1.5)
             y += spread * 2 * (r[4] + r[5] + r[6] - 1.5)
             if x < border or y < border or x >= width - border or y >= height - border:
@@ -252,7 +251,8 @@ def show_minutiae(
             by = corner[b, i + 1, j, 1] - corner[b, i, j, 1]
             whole = int(minutiae[f, k, 2])
             turned = _to_image(whole, ax, ay, bx, by) * RADIANS
-            turned += constants[4] * (1 + unsure) * 2 * (r[1] + r[4] + r[7] - 1.5)
+            spread = constants[4] * (1 + unsure) * _tail(r[11])
+            turned += spread * 2 * (r[1] + r[4] + r[7] - 1.5)
             out[b, n, 0], out[b, n, 1], out[b, n, 2] = x, y, turned
             flipped = r[8] < constants[5] * (1 + unsure)
             out[b, n, 3] = 2 if (bifurcation[f, k] != 0) != flipped else 1
@@ -265,7 +265,7 @@ def show_minutiae(
 def add_spurious(
     cell, width, height, border, doubt, mask, orientation, random, constants, out, found
 ):
-    """Append minutiae that the finger lacks to `out`; `random` (B, R, C, 6) are even; return 0."""
+    """Append minutiae that the finger lacks to `out`; `random` (B, R, C, 8) are even; return 0."""
     for b in range(out.shape[0]):
         n = found[b]
         for i in range(mask.shape[1]):
@@ -277,16 +277,33 @@ def add_spurious(
                 if r[0] >= constants[6] + constants[7] * unsure * unsure:
                     continue
                 x, y = (j + r[1]) * cell, (i + r[2]) * cell
-                if x < border or y < border or x >= width - border or y >= height - border:
-                    continue
-                turned = orientation[b, i, j] + (3.141592653589793 if r[3] < 0.5 else 0.0)
-                turned += constants[4] * (1 + unsure) * 3.4 * (r[4] - 0.5)
-                out[b, n, 0], out[b, n, 1], out[b, n, 2] = x, y, turned
-                out[b, n, 3] = 1 if r[4] < 0.5 else 2
-                out[b, n, 4] = _quality(unsure + constants[11], r[5], constants)
-                n += 1
+                along = orientation[b, i, j]
+                if r[3] < 0.5:
+                    along += 3.141592653589793
+                # the other end of a broken ridge
+                gap = (LEAST_GAP + MORE_GAP * r[4]) * cell if r[6] < BROKEN else 0.0
+                for end in range(2 if gap > 0 else 1):
+                    if end:
+                        x -= gap * cos(along)
+                        y += gap * sin(along)
+                    if x < border or y < border or x >= width - border or y >= height - border:
+                        continue
+                    if n == out.shape[1]:
+                        continue
+                    turned = along + constants[4] * (1 + unsure) * 3.4 * (r[4 + end] - 0.5)
+                    out[b, n, 0] = x
+                    out[b, n, 1] = y
+                    out[b, n, 2] = turned + 3.141592653589793 * end
+                    out[b, n, 3] = 1 if r[7] < 0.5 else 2
+                    out[b, n, 4] = _quality(unsure + constants[11], r[5], constants)
+                    n += 1
         found[b] = n
     return 0
+
+
+def _tail(even):
+    """Return a factor of mean square 1 that gives normal numbers long tails."""
+    return 0.5 + 2.0 * even * even * even * even * even
 
 
 def _quality(unsure, even, constants):

@@ -12,35 +12,35 @@ cdef double _turning(double x, double y, double[:, ::1] points, double[::1] shar
 )
 cpdef int draw_orientation(
     double[:, :, ::1] points, double[:, ::1] share, int[::1] counts, double[:, :, ::1] bend, double[::1] narrowing,
-    double[:, ::1] arching, float[:, :, ::1] variation, double step, int[:, :, ::1] level,
+    double[:, ::1] arching, float[:, :, ::1] variation, int[:, :, ::1] inside, double step, int[:, :, ::1] level,
 ) noexcept nogil
 @cython.locals(
-    angle=cython.int, other=cython.int, turned=cython.int, c=cython.double, s=cython.double, oc=cython.double,
-    os=cython.double, w=cython.double, ow=cython.double, along=cython.double, whole=cython.int,
+    rows=cython.int, columns=cython.int, lanes=cython.int, sweep=cython.int, ii=cython.int, i=cython.int, jj=cython.int,
+    j=cython.int, k=cython.int, p=cython.int, q=cython.int, b=cython.int, c=cython.float, s=cython.float, f=cython.float,
+    x=cython.float, y=cython.float, scale=cython.float, h=cython.float, tiny=cython.float, one=cython.float, root=cython.float, two=cython.float,
 )
-cdef int _advance(int[:, :, ::1] level, float[:, :, ::1] period, int b, int i, int j, int di, int dj, double step) noexcept nogil
-@cython.locals(b=cython.int, sweep=cython.int)
 cpdef int grow_phase(
-    int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] inside, int[::1] first, int[:, :, ::1] noise, int sweeps,
-    double step, int[:, :, ::1] link, int[:, :, ::1] phase,
+    float[:, :, :, ::1] normal, float[:, :, ::1] inside, float[:, :, ::1] noise, float[:, ::1] start, float step, int sweeps,
+    float[:, ::1] sum_, float[:, :, :, :, ::1] link, float[:, :, :, ::1] wave,
 ) noexcept nogil
-@cython.locals(rows=cython.int, i=cython.int, j=cython.int, k=cython.int)
-cdef int _link(int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] inside, int b, double step, int[:, :, ::1] link) noexcept nogil
 @cython.locals(
-    rows=cython.int, back=cython.int, ii=cython.int, i=cython.int, begin=cython.int, end=cython.int, jj=cython.int,
-    j=cython.int, x=cython.double, y=cython.double, side=cython.int, k=cython.int, onward=cython.int, di=cython.int,
-    dj=cython.int, other=cython.int, code=cython.int, value=cython.int, at=cython.int,
+    lanes=cython.int, i=cython.int, j=cython.int, k=cython.int, p=cython.int, q=cython.int, b=cython.int, x=cython.float,
+    y=cython.float, ox=cython.float, oy=cython.float, f=cython.float, turns=cython.float, whole=cython.int, h=cython.float,
+    half=cython.float, one=cython.float, root=cython.float, two=cython.float, shift=cython.float, right=cython.float, down=cython.float,
 )
-cdef int _sweep(int[:, :, ::1] inside, int first, int[:, :, ::1] noise, int b, int sweep, int[:, :, ::1] link, int[:, :, ::1] phase) noexcept nogil
-@cython.locals(b=cython.int, count=cython.int, i=cython.int, j=cython.int, begin=cython.int, end=cython.int, charge=cython.int)
+cdef int _link(float[:, :, :, ::1] normal, float step, float[:, :, :, :, ::1] link) noexcept nogil
+@cython.locals(u=cython.float, a=cython.float, b=cython.float, c=cython.float, d=cython.float)
+cdef float _sine_of_half(float turns) noexcept nogil
+@cython.locals(
+    rows=cython.int, b=cython.int, i=cython.int, j=cython.int, k=cython.int, p=cython.int, q=cython.int, t=cython.double,
+    rest=cython.double, count=cython.int, begin=cython.int, end=cython.int, top=cython.float, left=cython.float,
+    around=cython.double, charge=cython.int,
+)
 cpdef int find_vortices(
-    int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] inside, int[:, :, ::1] phase, double step, double spacing,
-    float[:, :, :, ::1] place, double[:, :, ::1] minutia, int[::1] found,
+    int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] inside, float[:, :, :, :, ::1] link,
+    float[:, :, :, ::1] wave, double step, double spacing, float[:, :, :, ::1] place, int[:, :, ::1] phase,
+    double[:, :, ::1] turns, double[:, :, ::1] minutia, int[::1] found,
 ) noexcept nogil
-@cython.locals(code=cython.int, other=cython.int, rest=cython.int)
-cdef int _edge(int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] phase, int b, int i, int j, int di, int dj, double step) noexcept nogil
-@cython.locals(top=cython.int, left=cython.int, right=cython.int, bottom=cython.int, lower=cython.int, later=cython.int, around=cython.int)
-cdef int _charge(int[:, :, ::1] level, float[:, :, ::1] period, int[:, :, ::1] phase, int b, int i, int j, double step) noexcept nogil
 @cython.locals(angle=cython.int, c=cython.double, s=cython.double, x=cython.double, y=cython.double, k=cython.int, other=cython.int, oc=cython.double, os=cython.double, sign=cython.double)
 cdef int _direction(int[:, :, ::1] level, int b, int i, int j, int charge) noexcept nogil
 @cython.locals(k=cython.int, i=cython.int, j=cython.int, reach=cython.double, other=cython.int, dx=cython.double, dy=cython.double, kept=cython.int, column=cython.int)

@@ -12,7 +12,7 @@ All arrays hold a batch of fingers along their first axis. Angles are 65,536ths 
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import exp, floor
+from cython.cimports.libc.math import exp, floor, sqrt
 
 TURN = cython.declare(cython.int, 65536)
 HALF = cython.declare(cython.int, 32768)
@@ -63,7 +63,9 @@ def _turning(x, y, points, share, bend, count, omit):
     return total
 
 
-def draw_orientation(points, share, counts, bend, narrowing, arching, variation, step, level):
+def draw_orientation(
+    points, share, counts, bend, narrowing, arching, variation, inside, step, level
+):
     """Fill the ridge orientation `level` (B, R, C), from 0 to half a turn.
 
     `points` (B, 4, 2) are singular points in pixels from the middle, y up, of which `counts` (B)
@@ -88,7 +90,7 @@ def draw_orientation(points, share, counts, bend, narrowing, arching, variation,
             widening = y / size / arching[b, 2]
             wide = arching[b, 1] * (1 + (widening if widening > 0 else 0.0))
             above = arching[b, 0] / (1 + exp(-(y / size + arching[b, 3]) / arching[b, 4]))
-            for j in range(columns):
+            for j in range(inside[b, i, 0], inside[b, i, 1]):
                 x = (j - 0.5 * (columns - 1)) * step
                 turn = _turning(x, y, points[b], share[b], bend[b], counts[b], -1)
                 u = x / size / wide
@@ -99,111 +101,153 @@ def draw_orientation(points, share, counts, bend, narrowing, arching, variation,
     return 0
 
 
-def _advance(level, period, b, i, j, di, dj, step):
-    """Return the advance of the phase from node (i, j) by (di, dj), in its frame.
+def grow_phase(normal, inside, noise, start, step, sweeps, sum_, link, wave):
+    """Grow and relax the ridges' phase as unit vectors `wave` (2, R + 2, C + 2, B); return 0.
 
-    A multiple of two, plus one where the other node's frame is turned round.
+    `normal` (2, R + 2, C + 2, B) has x and y of the ridges' normal over their period, `inside`
+    (R + 2, C + 2, B) is 1 at nodes of the finger and 0 elsewhere, as everywhere in the border.
+    Row by row, the phase at a node is the mean of what the nodes before demand, turned by `noise`
+    (R, C, B) in turns, or by `start` (2, B) where there are none. `sweeps` times, in turn from the
+    end and from the beginning, it becomes the mean of what all eight around demand. `sum_` (2, B)
+    and `link` (4, 4, R + 2, C + 2, B) are overwritten, the latter by the advance to the nodes to
+    the right, and right, under and left below: cosine, sine, sign of the other's frame, and turns.
     """
-    angle, other = level[b, i, j], level[b, i + di, j + dj]
-    c, s = COSINE[angle >> TABLE_BITS], SINE[angle >> TABLE_BITS]
-    oc, os = COSINE[other >> TABLE_BITS], SINE[other >> TABLE_BITS]
-    turned = 0
-    w, ow = 1.0 / period[b, i, j], 1.0 / period[b, i + di, j + dj]
-    if c * oc + s * os < 0:
-        turned, ow = 1, -ow
-    # the phase rises along the normal (-sin, cos), y up
-    along = -(s * w + os * ow) * dj - (c * w + oc * ow) * di
-    whole = int(floor(0.5 * along * step * TURN + 0.5))
-    return 2 * whole + turned
-
-
-def grow_phase(level, period, inside, first, noise, sweeps, step, link, phase):
-    """Fill the phase (B, R, C) at the nodes of `inside` (B, R, 2), a range of columns a row.
-
-    `noise` (B, R, C) is added while it grows, from `first` (B) at the first node; it is then
-    relaxed `sweeps` times towards what its neighbours demand. `link` (4, R, C) is overwritten.
-    Returns 0.
-    """
-    for b in range(level.shape[0]):
-        _link(level, period, inside, b, step, link)
-        for sweep in range(sweeps + 1):
-            _sweep(inside, first[b], noise, b, sweep, link, phase)
-    return 0
-
-
-def _link(level, period, inside, b, step, link):
-    """Fill the advances from each node to those right, and right, under and left below it."""
-    rows = level.shape[1]
-    for i in range(rows):
-        for j in range(inside[b, i, 0], inside[b, i, 1]):
-            if j + 1 < inside[b, i, 1]:
-                link[0, i, j] = _advance(level, period, b, i, j, 0, 1, step)
-            if i + 1 < rows:
-                for k in range(1, 4):
-                    if inside[b, i + 1, 0] <= j + 2 - k < inside[b, i + 1, 1]:
-                        link[k, i, j] = _advance(level, period, b, i, j, 1, 2 - k, step)
-    return 0
-
-
-def _sweep(inside, first, noise, b, sweep, link, phase):
-    """Set each node's phase to the mean of what the nodes around demand; the first grows it."""
-    rows = phase.shape[1]
-    back = sweep & 1
-    for ii in range(rows):
-        i = rows - 1 - ii if back else ii
-        begin, end = inside[b, i, 0], inside[b, i, 1]
-        for jj in range(end - begin):
-            j = end - 1 - jj if back else begin + jj
-            x = y = 0.0
-            for side in range(8):
-                # of the four links onward and the four that lead here
-                k = side & 3
-                onward = side < 4
-                if onward and sweep == 0:
-                    continue
-                di = (1 if k else 0) if onward else (-1 if k else 0)
-                dj = (1 if k == 0 else 2 - k) * (1 if onward else -1)
-                if (
-                    i + di < 0
-                    or i + di >= rows
-                    or j + dj < inside[b, i + di, 0]
-                    or j + dj >= inside[b, i + di, 1]
-                ):
-                    continue
-                other = phase[b, i + di, j + dj]
-                if onward:
-                    # other - advance in this frame
-                    code = link[k, i, j]
-                    value = (-other if code & 1 else other) - (code >> 1)
+    _link(normal, step, link)
+    rows, columns, lanes = wave.shape[1] - 2, wave.shape[2] - 2, wave.shape[3]
+    tiny = 1e-20
+    two = 2.0
+    one = 1.0
+    for sweep in range(sweeps + 1):
+        for ii in range(rows):
+            i = rows - ii if sweep & 1 else ii + 1
+            for jj in range(columns):
+                j = columns - jj if sweep & 1 else jj + 1
+                for b in range(lanes):
+                    sum_[0, b] = start[0, b]
+                    sum_[1, b] = start[1, b]
+                for k in range(4):
+                    # the node before on this line, of which the link leads here
+                    p = i - 1 if k else i
+                    q = j + k - 2 if k else j - 1
+                    for b in range(lanes):
+                        c = link[k, 0, p, q, b]
+                        s = link[k, 1, p, q, b]
+                        f = link[k, 2, p, q, b]
+                        x = wave[0, p, q, b]
+                        y = wave[1, p, q, b]
+                        sum_[0, b] += x * c - y * s
+                        sum_[1, b] += f * (x * s + y * c)
+                for k in range(4 if sweep else 0):
+                    p = i + 1 if k else i
+                    q = j + 2 - k if k else j + 1
+                    for b in range(lanes):
+                        c = link[k, 0, i, j, b]
+                        s = link[k, 1, i, j, b]
+                        f = link[k, 2, i, j, b]
+                        x = wave[0, p, q, b]
+                        y = f * wave[1, p, q, b]
+                        sum_[0, b] += x * c + y * s
+                        sum_[1, b] += y * c - x * s
+                for b in range(lanes):
+                    x = sum_[0, b]
+                    y = sum_[1, b]
+                    root = sqrt(x * x + y * y + tiny)
+                    scale = inside[i, j, b] / root
+                    sum_[0, b] = x * scale
+                    sum_[1, b] = y * scale
+                if sweep == 0:
+                    for b in range(lanes):
+                        h = _sine_of_half(noise[i - 1, j - 1, b])
+                        c = one - two * h * h
+                        root = sqrt(abs(one - h * h))
+                        s = two * h * root
+                        x = sum_[0, b]
+                        y = sum_[1, b]
+                        wave[0, i, j, b] = x * c - y * s
+                        wave[1, i, j, b] = x * s + y * c
                 else:
-                    code = link[k, i + di, j + dj]
-                    value = other + (code >> 1)
-                    value = -value if code & 1 else value
-                at = (value & MASK) >> TABLE_BITS
-                x += COSINE[at]
-                y += SINE[at]
-            if x * x + y * y < TINY:
-                phase[b, i, j] = first if sweep == 0 else phase[b, i, j]
-            else:
-                phase[b, i, j] = angle_of(y, x)
-            if sweep == 0:
-                phase[b, i, j] = (phase[b, i, j] + noise[b, i, j]) & MASK
+                    for b in range(lanes):
+                        wave[0, i, j, b] = sum_[0, b]
+                        wave[1, i, j, b] = sum_[1, b]
     return 0
 
 
-def find_vortices(level, period, inside, phase, step, spacing, place, minutia, found):
-    """Fill `minutia` (B, M, 3) with place and direction of vortices, `found` (B) with their number.
+def _link(normal, step, link):
+    """Fill the advances from each node to those right, and right, under and left below it."""
+    lanes = normal.shape[3]
+    half = 0.5
+    one = 1.0
+    two = 2.0
+    shift = 1024.0
+    for i in range(normal.shape[1] - 1):
+        for j in range(1, normal.shape[2] - 1):
+            for k in range(4):
+                p = i + 1 if k else i
+                q = j + 2 - k if k else j + 1
+                right = half * step * (q - j)
+                down = half * step * (p - i)
+                for b in range(lanes):
+                    x = normal[0, i, j, b]
+                    y = normal[1, i, j, b]
+                    ox = normal[0, p, q, b]
+                    oy = normal[1, p, q, b]
+                    f = one if x * ox + y * oy >= 0 else -one
+                    turns = (x + f * ox) * right + (y + f * oy) * down
+                    whole = int(turns + shift + half)
+                    h = _sine_of_half(turns + shift - whole)
+                    link[k, 0, i, j, b] = one - two * h * h
+                    root = sqrt(abs(one - h * h))
+                    link[k, 1, i, j, b] = two * h * root
+                    link[k, 2, i, j, b] = f
+                    link[k, 3, i, j, b] = turns
+    return 0
 
-    `place` (B, R, C, 2), 0 to 1, is where in its square a vortex lies. Of two nearer than
-    `spacing` periods none is kept. Returns 0.
+
+def _sine_of_half(turns):
+    """Return the sine of half an angle of -1/2 to 1/2 turns, to 1e-5."""
+    a = 3.1415800
+    b = -5.1671200
+    c = 2.5417800
+    d = -0.5540850
+    u = turns * turns
+    return turns * (a + u * (b + u * (c + u * d)))
+
+
+def find_vortices(
+    level, period, inside, link, wave, step, spacing, place, phase, turns, minutia, found
+):
+    """Fill `phase` (B, R, C), `minutia` (B, M, 3) with place and direction, and `found` (B).
+
+    `inside` (B, R, 2) has the first column of nodes of each row and one past the last; `place`
+    (B, R, C, 2), 0 to 1, is where in its square a vortex lies; `turns` (2, R, C) is overwritten.
+    Of two minutiae nearer than `spacing` periods none is kept. Returns 0.
     """
+    rows = level.shape[1]
     for b in range(level.shape[0]):
+        for i in range(rows):
+            for j in range(inside[b, i, 0], inside[b, i, 1]):
+                phase[b, i, j] = angle_of(wave[1, i + 1, j + 1, b], wave[0, i + 1, j + 1, b])
+        for i in range(rows):
+            for j in range(inside[b, i, 0], inside[b, i, 1]):
+                # to the right, and under it
+                for k in range(2):
+                    p, q = i + k, j + 1 - k
+                    if p < rows and inside[b, p, 0] <= q < inside[b, p, 1]:
+                        t = link[2 * k, 3, i + 1, j + 1, b]
+                        rest = link[2 * k, 2, i + 1, j + 1, b] * phase[b, p, q] - phase[b, i, j]
+                        rest = rest * (1.0 / TURN) - t
+                        turns[k, i, j] = t + rest - floor(rest + 0.5)
         count = 0
-        for i in range(level.shape[1] - 1):
+        for i in range(rows - 1):
             begin = max(inside[b, i, 0], inside[b, i + 1, 0])
             end = min(inside[b, i, 1], inside[b, i + 1, 1]) - 1
             for j in range(begin, end):
-                charge = _charge(level, period, phase, b, i, j, step)
+                top, left = link[0, 2, i + 1, j + 1, b], link[2, 2, i + 1, j + 1, b]
+                if top * link[2, 2, i + 1, j + 2, b] != left * link[0, 2, i + 2, j + 1, b]:
+                    continue  # a singular point
+                around = turns[1, i, j] + left * turns[0, i + 1, j]
+                around -= top * turns[1, i, j + 1] + turns[0, i, j]
+                charge = int(floor(around + 0.5))
                 if charge == 0 or count == minutia.shape[1]:
                     continue
                 minutia[b, count, 0] = (j + place[b, i, j, 0]) * step
@@ -212,28 +256,6 @@ def find_vortices(level, period, inside, phase, step, spacing, place, minutia, f
                 count += 1
         found[b] = _thin_out(minutia[b], count, spacing, period, b, step)
     return 0
-
-
-def _edge(level, period, phase, b, i, j, di, dj, step):
-    """Return the whole advance of the phase along an edge, as `_advance` does."""
-    code = _advance(level, period, b, i, j, di, dj, step)
-    other = phase[b, i + di, j + dj]
-    rest = ((-other if code & 1 else other) - phase[b, i, j] - (code >> 1) + HALF) & MASK
-    return 2 * ((code >> 1) + rest - HALF) + (code & 1)
-
-
-def _charge(level, period, phase, b, i, j, step):
-    """Return by how many turns the phase advances around a square; 0 at singular points."""
-    top = _edge(level, period, phase, b, i, j, 0, 1, step)
-    left = _edge(level, period, phase, b, i, j, 1, 0, step)
-    right = _edge(level, period, phase, b, i, j + 1, 1, 0, step)
-    bottom = _edge(level, period, phase, b, i + 1, j, 0, 1, step)
-    if (top ^ left ^ right ^ bottom) & 1:
-        return 0
-    lower = -(bottom >> 1) if left & 1 else bottom >> 1
-    later = -(right >> 1) if top & 1 else right >> 1
-    around = (left >> 1) + lower - later - (top >> 1)
-    return (around + HALF) >> 16
 
 
 def _direction(level, b, i, j, charge):

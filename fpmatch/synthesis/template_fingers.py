@@ -24,16 +24,20 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float32]
     Ints = NDArray[np.int32]
 
-STEP_PX: Final = 8.0  # from node to node of the lattice
+STEP_PX: Final = 10.0  # from node to node of the lattice
 TURN: Final = 65536  # angles are this part of a turn
-RELAXATIONS: Final = 3
-PHASE_NOISE: Final = 0.11  # largest, in turns, while the phase grows
+RELAXATIONS: Final = 1
+PHASE_NOISE: Final = 0.33  # largest, in turns, while the phase grows
 SPACING: Final = 0.9  # ridge periods between two minutiae
 BIFURCATIONS: Final = 0.47  # share of the minutiae
 MOST_MINUTIAE: Final = 256  # of a finger
 _CLASSES: Final = tuple(PatternClass)
 _LIMITS: Final = np.cumsum([NATURAL_SHARES[p] for p in _CLASSES])
 _POINTS: Final = 4  # most singular points
+_LEVEL: Final = 16  # of orientations
+_ANGLES: Final = np.arange(TURN // 2 // _LEVEL) * (2 * np.pi * _LEVEL / TURN)
+_COSINE, _SINE = np.cos(_ANGLES).astype(np.float32), np.sin(_ANGLES).astype(np.float32)
+_FAINT: Final = 1e-6  # against unit vectors
 _PER_DEGREE: Final = TURN / 360
 _SQRT_12: Final = np.float32(np.sqrt(12))  # times an even number around 0: a deviation of 1
 _PURPOSES: Final = range(101, 108)
@@ -70,27 +74,50 @@ def draw_fingers(
     p = p or MasterParameters()
     keys = [keys_of(seed, finger, NO_IMPRESSION, purpose) for purpose in _PURPOSES]
     shape = lattice_shape(p)
-    level = _orientation(keys[0], keys[1], shape, p)
-    period = _period(keys[2], shape, p)
     edges = _silhouette(keys[3], shape, p)
     inside = np.empty(edges.shape, np.int32)
     inside[..., 0] = np.clip(np.floor(edges[..., 0] / STEP_PX), 0, shape[1])
     inside[..., 1] = np.clip(np.ceil(edges[..., 1] / STEP_PX) + 1, 0, shape[1])
     inside[edges[..., 0] >= edges[..., 1]] = 0
-    noise = uniform(keys[4], shape[0] * shape[1] + 1) - np.float32(0.5)
-    first = np.ascontiguousarray(noise[:, -1] * TURN, np.int32) & (TURN - 1)
-    swing = (noise[:, :-1] * np.float32(2 * PHASE_NOISE * TURN)).astype(np.int32)
-    phase = np.zeros(level.shape, np.int32)
-    link = np.zeros((4, *shape), np.int32)
-    swing = swing.reshape(level.shape)
-    kernel.grow_phase(level, period, inside, first, swing, RELAXATIONS, STEP_PX, link, phase)
+    level = _orientation(keys[0], keys[1], shape, inside, p)
+    period = _period(keys[2], shape, p)
+    link, wave = _grow(keys[4], level, period, inside)
     place = uniform(keys[5], 2 * shape[0] * shape[1]).reshape(*level.shape, 2)
     minutiae, count = np.empty((len(finger), MOST_MINUTIAE, 3)), np.empty(len(finger), np.int32)
+    phase, turns = np.zeros(level.shape, np.int32), np.zeros((2, *shape))
     kernel.find_vortices(
-        level, period, inside, phase, STEP_PX, SPACING, place, minutiae, count
+        level, period, inside, link, wave, STEP_PX, SPACING, place, phase, turns, minutiae, count
     )  # fmt: skip
     bifurcation = (uniform(keys[6], MOST_MINUTIAE) < BIFURCATIONS).astype(np.uint8)
     return FingerBatch(finger, level, period, phase, inside, edges, minutiae, count, bifurcation)
+
+
+def _grow(
+    keys: NDArray[np.uint64], level: Ints, period: Floats, inside: Ints
+) -> tuple[Floats, Floats]:
+    """Return links and phases of the lattices, as ``_ridge_phase_kernel.grow_phase`` fills them."""
+    size, rows, columns = level.shape
+    padded = rows + 2, columns + 2, size
+    column = np.arange(columns, dtype=np.int32)[:, None]
+    first, last = (inside[..., k].T[:, None, :] for k in (0, 1))
+    is_inside = np.zeros(padded, np.float32)
+    middle = (slice(1, -1),) * 2
+    is_inside[middle] = (column >= first) & (column < last)
+    normal = np.zeros((2, *padded), np.float32)
+    across = (is_inside[middle] / period.transpose(1, 2, 0)).astype(np.float32)
+    level = level.transpose(1, 2, 0) // _LEVEL
+    normal[(0, *middle)] = -_SINE[level] * across
+    normal[(1, *middle)] = -_COSINE[level] * across  # y down
+    noise = uniform(keys, rows * columns + 1)
+    start = _FAINT * np.stack([f(2 * np.pi * noise[:, -1]) for f in (np.cos, np.sin)])
+    swing = (noise[:, :-1].T - np.float32(0.5)) * np.float32(2 * PHASE_NOISE)
+    swing = np.ascontiguousarray(swing).reshape(rows, columns, size)
+    link, wave = np.zeros((4, 4, *padded), np.float32), np.zeros((2, *padded), np.float32)
+    kernel.grow_phase(
+        normal, is_inside, swing, start.astype(np.float32), STEP_PX, RELAXATIONS,
+        np.empty((2, size), np.float32), link, wave,
+    )  # fmt: skip
+    return link, wave
 
 
 def smooth_grids(
@@ -108,7 +135,11 @@ def smooth_grids(
 
 
 def _orientation(
-    keys: NDArray[np.uint64], noise: NDArray[np.uint64], shape: tuple[int, int], p: MasterParameters
+    keys: NDArray[np.uint64],
+    noise: NDArray[np.uint64],
+    shape: tuple[int, int],
+    inside: Ints,
+    p: MasterParameters,
 ) -> Ints:
     zero_pole = p.orientation.zero_pole
     corners = np.arange(8) * (2 * np.pi / 8)
@@ -144,10 +175,10 @@ def _orientation(
     swing = _between(q.variation_deg, drawn[:, 15]) * _PER_DEGREE
     variation = smooth_grids(noise, shape, q.variation_extent_px / STEP_PX)
     variation *= swing[:, None, None].astype(np.float32)
-    level = np.empty((len(keys), *shape), np.int32)
+    level = np.zeros((len(keys), *shape), np.int32)
     kernel.draw_orientation(
         points, share, (share != 0).sum(axis=1).astype(np.int32), bend, narrowing, arching,
-        variation, STEP_PX, level,
+        variation, inside, STEP_PX, level,
     )  # fmt: skip
     return level
 

@@ -42,22 +42,23 @@ class ExtractionParameters:
     Learned on the prints of all sets at once; ``docs/explanation/synthesis.md`` compares them.
     """
 
-    missed: float = 0.06  # share of the minutiae where ridges are clear
-    doubtful: float = 0.55  # doubt from which more are missed
-    invisible: float = 0.5  # further doubt by which all are missed
-    place_px: float = 1.1  # standard deviation along an axis, the more the more in doubt
-    direction: float = 0.08  # and of the direction, radians
+    missed: float = 0.02  # share of the minutiae where ridges are clear
+    doubtful: float = 0.7  # doubt from which more are missed
+    invisible: float = 0.6  # further doubt by which all are missed
+    place_px: float = 1.2  # standard deviation along an axis, the more the more in doubt
+    direction: float = 0.05  # and of the direction, radians
     kind: float = 0.12  # probability of the other kind
-    spurious: float = 0.01  # probability of a spurious minutia in a clear cell
-    spurious_in_doubt: float = 0.12  # and more of them at a doubt of 1
+    spurious: float = 0.003  # probability of a spurious minutia in a clear cell
+    spurious_in_doubt: float = 0.035  # and more of them at a doubt of 1
     quality: float = 85.0  # of a minutia on clear ridges
     quality_in_doubt: float = 35.0  # and less at a doubt of 1
     quality_range: float = 30.0  # evenly around that
     spurious_doubt: float = 0.25  # by which the quality of spurious ones is less
 
-    most_doubt: float = 1.0  # of a cell of the print
-    orientation_deg: float = 2.0  # standard deviation of an orientation
-    phase: float = 0.04  # and of the phase of the ridges in a cell, in turns
+    most_doubt: float = 1.95  # of a cell of the print
+    orientation_deg: float = 1.5  # standard deviation of an orientation
+    phase: float = 0.02  # and of the phase of the ridges in a cell, in turns
+    ridges: float = 0.53  # share of the ridges in a period
 
 
 EXTRACTION: Final = ExtractionParameters()
@@ -90,29 +91,31 @@ def draw_impressions(
     kernel.press(
         warp, corner, cell, outline, spots, fingers.edges, of, STEP_PX, threshold, strength, doubt
     )
-    even = uniform(keys[7], rows * columns * 8).reshape(*shape, 8)
-    swing = (even[..., 6:] - np.float32(0.5)) * np.float32(np.sqrt(12) * TURN)
+    even = uniform(keys[7], rows * columns * 10).reshape(*shape, 10)
+    swing = (even[..., 8:] - np.float32(0.5)) * np.float32(np.sqrt(12) * TURN)
     phase = (swing[..., 0] * np.float32(extraction.phase)).astype(np.int32)
     turned = (swing[..., 1] * np.float32(extraction.orientation_deg / 360)).astype(np.int32)
     mask, orientation = np.empty(shape, np.uint8), np.empty(shape, np.float32)
     ridges = np.empty(shape, np.uint64)
+    width = round(extraction.ridges * TURN / 2)
     kernel.show_cells(
-        corner, cell, doubt, threshold, strength, extraction.most_doubt, of, STEP_PX, fingers.level,
-        fingers.period, fingers.phase, fingers.inside, phase, turned, mask, orientation, ridges,
+        corner, cell, doubt, extraction.most_doubt, width, of, STEP_PX, fingers.level,
+        fingers.period, fingers.phase, fingers.inside, phase, turned, mask,
+        orientation, ridges,
     )  # fmt: skip
     constants = np.array(astuple(extraction)[:12])
     constants[3] *= px
     found = np.empty(len(of), np.int32)
     minutiae = np.empty((len(of), MOST_FOUND, 5))
     most = int(fingers.count.max(initial=0))
-    random = uniform(keys[8], most * 10).reshape(len(of), most, 10)
+    random = uniform(keys[8], most * 12).reshape(len(of), most, 12)
     size = float(sensor.width), float(sensor.height), BORDER_PX * px
     kernel.show_minutiae(
         warp, corner, cell, *size, doubt, of, fingers.minutiae, fingers.count, random, constants,
         fingers.bifurcation, minutiae, found,
     )  # fmt: skip
     kernel.add_spurious(
-        cell, *size, doubt, mask, orientation, np.ascontiguousarray(even[..., :6]), constants,
+        cell, *size, doubt, mask, orientation, np.ascontiguousarray(even[..., :8]), constants,
         minutiae, found,
     )  # fmt: skip
     for k, count in enumerate(found.tolist()):

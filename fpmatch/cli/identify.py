@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.identify_fused import identify_by_fingers
+from fpmatch.cli.identify_fused import identify_by_fingers, in_stages
 from fpmatch.cli.notes import (
     say_damaged,
     say_errors,
@@ -61,6 +61,7 @@ class _Found:
         return {
             "probe": str(self.probe),
             "seconds": round(self.seconds, 4),
+            "passed_on": list(self.result.passed_on),
             "candidates": self.result.candidate_dicts(self.entries),
         }
 
@@ -75,6 +76,15 @@ def _candidate_list_size(
     if re.fullmatch("0{0,9}[1-9][0-9]{0,9}", value) is None:
         raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
     return int(value)
+
+
+def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Return the share that an option means, which is in percent."""
+    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None or not float(
+        value.strip(" %")
+    ):
+        raise click.BadParameter(f"{value!r} is not a percentage over 0 and under 100")
+    return float(value.strip(" %")) / 100
 
 
 @click.command(
@@ -97,6 +107,7 @@ Examples:
   fpmatch identify postgresql://me@host/prints probe.tif --transform
   fpmatch identify prints.db probe.tif --all
   fpmatch identify prints.db probe.tif --impressions
+  fpmatch identify nation.db probe.tif --loss 0.1%
   fpmatch identify touches.db probe.tif --consolidate
   fpmatch identify people.db left.png --with right.png --finger left-index --finger right-index
 
@@ -169,8 +180,16 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     callback=_candidate_list_size,
     default="auto",
     help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
-    "probe's. auto: all of up to 20,000 prints; of more, 1 in 100, but at least 1,000, which "
-    "contain about 99 % of the prints that a full search finds. off: all.",
+    "probe's. auto: all of up to 20,000 prints; of more, those that an index chooses. off: all.",
+)
+@click.option(
+    "--loss",
+    metavar="PERCENT",
+    callback=_loss,
+    default="0.5%",
+    show_default=True,
+    help="Share of the matching prints, of those found by comparing all, that the index of a large "
+    "gallery may miss, as 0.1%. With less, more prints are compared.",
 )
 @json_option
 @workers_option
@@ -231,8 +250,14 @@ def identify(
         say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
             engine = processes(workers)
-            search = open_search(opened, matcher, engine=engine, progress=bars.show, note=say_note)
-
+            search = open_search(
+                opened,
+                matcher,
+                engine=engine,
+                progress=bars.show,
+                note=say_note,
+                candidate_list=limits["candidate_list"],
+            )
         consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
         for file in files:
             try:
@@ -270,6 +295,7 @@ def identify(
             "damaged": len(damaged),
             "compared": done[0].result.compared,
             "fingers": done[0].result.fingers,
+            "loss": done[0].result.loss,
             "listed": listed,
             "probes": [found.as_dict() for found in done],
             "failures": list(map(str, failures)),
@@ -284,7 +310,7 @@ def _as_text(found: _Found) -> str:
     result = found.result
     of_all = f" of {result.enrolled}" if result.preselected else ""
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
-    head = f"{printable(found.probe)}: {compared} in {found.seconds:.2f} s"
+    head = f"{printable(found.probe)}: {compared} in {found.seconds:.2f} s{in_stages(result)}"
     if not result.candidates:
         return f"{head}, no candidate"
     lines = [head, _COLUMNS]

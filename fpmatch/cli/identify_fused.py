@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.identify_fused import FusedIdentification
     from fpmatch.gallery.print_file import PrintFile
     from fpmatch.matching.calibration import Calibration
@@ -64,7 +65,14 @@ def identify_by_fingers(
         say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
             engine = processes(workers)
-            search = open_search(opened, matcher, engine=engine, progress=bars.show, note=say_note)
+            search = open_search(
+                opened,
+                matcher,
+                engine=engine,
+                progress=bars.show,
+                note=say_note,
+                candidate_list=limits["candidate_list"],
+            )
         start = time.perf_counter()
         result, entries = identify_entries_fused(
             opened,
@@ -91,6 +99,8 @@ def identify_by_fingers(
         "damaged": len(damaged),
         "compared": result.compared,
         "subjects": result.subjects,
+        "loss": result.loss,
+        "passed_on": list(result.passed_on),
         "probes": names,
         "fingers": list(positions or known),
         "seconds": round(seconds, 4),
@@ -111,6 +121,7 @@ def _as_text(
     of_all = f" of {result.enrolled}" if result.preselected else ""
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
     head = f"{' with '.join(map(printable, probes))}: {compared} in {seconds:.2f} s"
+    head += in_stages(result)
     if not result.candidates:
         return f"{head}, no candidate"
     smallest, extrapolated = result.smallest_measured_fmr, False
@@ -127,3 +138,11 @@ def _as_text(
     if extrapolated:
         lines.append(f"  * extrapolated: measured up to {odds(smallest)}")
     return "\n".join(lines)
+
+
+def in_stages(result: Identification | FusedIdentification) -> str:
+    """Return what a search in stages has passed on, for which loss; "" for another."""
+    if result.loss is None:
+        return ""
+    by_index, by_descriptors = (f"{passed:,}" for passed in result.passed_on[:2])
+    return f" (loss {100 * result.loss:g}%: {by_index} by index, {by_descriptors} by descriptors)"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.errors import GalleryError
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
 
@@ -23,29 +24,53 @@ def identify_entries(
 ) -> tuple[Identification, list[Entry]]:
     """Identify a probe as `identify` does; return the entries of the candidates, too.
 
-    With `by_subject` each subject is a candidate once. An entry that has been damaged since the
-    search was opened is no candidate; it and those that the search has skipped are in
-    `gallery.damaged`. Raises the errors of `identify`, and GalleryError if the gallery cannot be
-    read.
+    A large gallery is searched as it is now. With `by_subject` each subject is a candidate once.
+    An entry that has been removed or damaged since the search was opened is no candidate; the
+    damaged ones, and those that the search has skipped, are in `gallery.damaged`. Raises the errors
+    of `identify`, and GalleryError if the gallery cannot be read.
     """
+    search = search.current(gallery)
+    found = _Entries(gallery, search)
 
     def subject_of(number: int) -> str | None:
-        entry = gallery.find_entry(number)
+        entry = found.entry(number)
         return None if entry is None else entry.label.subject
 
-    gallery.damaged |= search.damaged
     while True:
-        skipped = len(gallery.damaged)
+        skipped = found.skipped()
         result = identify(
             search,
             probe,
             subject_of=subject_of if by_subject else None,
-            skipped=set(gallery.damaged),
+            skipped=skipped,
             **options,
         )
-        entries = [gallery.find_entry(candidate.number) for candidate in result.candidates]
-        if len(gallery.damaged) == skipped:
+        entries = [found.entry(candidate.number) for candidate in result.candidates]
+        if found.skipped() == skipped:
             return result, [entry for entry in entries if entry is not None]
+
+
+class _Entries:
+    """Entries of an open gallery, and which of those that are searched cannot be read."""
+
+    def __init__(self, gallery: Gallery, search: Search) -> None:
+        self._gallery = gallery
+        self._removed: set[int] = set()
+        gallery.damaged |= search.damaged
+
+    def entry(self, number: int) -> Entry | None:
+        """Return an entry; None for one that was removed or is damaged."""
+        try:
+            return self._gallery.find_entry(number)
+        except GalleryError as error:
+            if error.code != "unknown":
+                raise
+            self._removed.add(number)
+            return None
+
+    def skipped(self) -> set[int]:
+        """Return the numbers of entries that were removed or are damaged."""
+        return self._removed | self._gallery.damaged.keys()
 
 
 class GallerySubjects:
@@ -73,13 +98,14 @@ def identify_entries_fused(
 
     Damaged entries are treated, and errors raised, as by `identify_entries`.
     """
-    gallery.damaged |= search.damaged
+    search = search.current(gallery)
+    found = _Entries(gallery, search)
     while True:
-        skipped = len(gallery.damaged)
+        skipped = found.skipped()
         result = identify_fused(
-            search, probes, GallerySubjects(gallery), skipped=set(gallery.damaged), **options
+            search, probes, GallerySubjects(gallery), skipped=skipped, **options
         )
         numbers = {f.number for one in result.candidates for f in one.fingers}
-        entries = {number: gallery.find_entry(number) for number in sorted(numbers)}
-        if len(gallery.damaged) == skipped:
+        entries = {number: found.entry(number) for number in sorted(numbers)}
+        if found.skipped() == skipped:
             return result, {n: entry for n, entry in entries.items() if entry is not None}

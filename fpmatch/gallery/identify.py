@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
-from fpmatch.gallery.search import Candidate
+from fpmatch.gallery.search import EXHAUSTIVE_UP_TO, Candidate, CandidateListSize, Preselection
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 
@@ -24,10 +24,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison
     from fpmatch.minutiae import Template
 
-CandidateListSize = int | Literal["auto", "off"]
-"""Number of prints that are compared with a probe; see `candidate_list_size`."""
-
-EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
+DEFAULT_LOSS: Final = 0.005
 PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
 MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
 
@@ -37,8 +34,9 @@ class Identification:
     """Hold the outcome of a search.
 
     The candidates come best first; of equal scores, the more similar, then the one enrolled first.
-    After a pre-selection fewer prints are `compared` than are `enrolled`. An FMR under
-    `smallest_measured_fmr`, that of the calibration, is extrapolated.
+    After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for
+    a `loss`, and each stage has `passed_on` so many prints. An FMR under `smallest_measured_fmr`,
+    that of the calibration, is extrapolated.
     """
 
     enrolled: int
@@ -47,6 +45,8 @@ class Identification:
     matcher: str
     smallest_measured_fmr: float
     fingers: int = 0
+    loss: float | None = None
+    passed_on: tuple[int, ...] = ()
 
     @property
     def preselected(self) -> bool:
@@ -98,6 +98,7 @@ def identify(
     consolidated: ConsolidatedFingers | None = None,
     subject_of: Callable[[int], str | None] | None = None,
     skipped: Collection[int] = (),
+    loss: float = DEFAULT_LOSS,
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
@@ -116,9 +117,9 @@ def identify(
     calibration : Calibration, optional
         Turns similarities into scores (default: that of the package).
     candidate_list : int, "auto" or "off"
-        Number of prints to compare, see `candidate_list_size`. The list contains about 99 in 100
-        of the prints that a full search of a large gallery finds; docs/explanation/searching.md
-        describes the others.
+        Number of prints to compare, see `candidate_list_size`. "auto": all of up to
+        `EXHAUSTIVE_UP_TO` prints; of more, those that the stages of the index choose (see
+        docs/explanation/searching.md).
     impressions : bool
         Whether each impression is a candidate, with its own score, rather than each finger with
         the score of its impressions together (see `fpmatch.matching.finger`).
@@ -130,12 +131,15 @@ def identify(
         its best finger or impression (default: as often as it has any). None: no candidate.
     skipped : collection of int
         Numbers of entries that are treated as if they were not enrolled.
+    loss : float
+        Share of the mates that comparing all prints would find, and that the stages of the index
+        may miss.
 
     Raises
     ------
     MatcherError
-        If the matcher has no calibration, `threshold`, `count` or `candidate_list` is out of
-        range, the matcher has no bit descriptors for a candidate list, or both `impressions` and
+        If the matcher has no calibration, `threshold`, `count`, `loss` or `candidate_list` is out
+        of range, the matcher has no bit descriptors for a candidate list, or both `impressions` and
         `consolidated` are given.
     GalleryError
         If `consolidated` cannot read the gallery.
@@ -166,25 +170,28 @@ def identify(
     if impressions and consolidated is not None:
         raise MatcherError("single impressions are not compared with consolidated templates")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
-    size = candidate_list_size(search, candidate_list)
     prepared = search.matcher.prepare(probe)
-    which = None if size is None else search.candidate_list(prepared, max(size, count))
-    similarities = search.similarities(prepared, which)
-    places = np.arange(len(search)) if which is None else which
-    finger, sizes = search.finger_of, search.finger_sizes
-    enrolled, fingers = len(search), len(sizes)
-    if skipped:
-        left = ~np.isin(search.numbers, list(skipped))
-        similarities, places = similarities[left[places]], places[left[places]]
-        sizes = np.bincount(finger[left], minlength=fingers)
-        enrolled, fingers = (int(np.count_nonzero(counts)) for counts in (left, sizes))
+    if candidate_list != "auto":
+        search = search.whole
+    staged = search.preselect(prepared, loss, count)
+    places, similarities = _compare(search, prepared, staged, count, candidate_list)
+    gone = search.places_of(skipped)
+    left = ~np.isin(places, gone)
+    places, similarities = places[left], similarities[left]
+    enrolled = len(search) - len(gone)
+    sizes = search.finger_sizes
+    less = np.unique(search.finger_of[gone], return_counts=True)
+    fingers = len(sizes) - int(np.count_nonzero(sizes[less[0]] == less[1]))
+    finger = places if impressions else search.finger_of[places]
     singles = chosen.scores(similarities)
-    if impressions:
-        finger, sizes = np.arange(len(search)), np.ones(len(search), np.intp)
-    found_of, local = np.unique(finger[places], return_inverse=True)
-    scores = fused_scores(singles, local.ravel(), sizes[found_of])[local.ravel()]
+    found_of, local = np.unique(finger, return_inverse=True)
+    of_found = np.ones(len(found_of), np.intp) if impressions else sizes[found_of]
+    if len(gone) and not impressions:
+        of_found -= _counts(found_of, *less)
+    sizes = of_found[local.ravel()]
+    scores = fused_scores(singles, local.ravel(), of_found)[local.ravel()]
     candidates = []
-    best = _ranked(scores, similarities, search.numbers[places], finger[places])
+    best = _ranked(scores, similarities, search.numbers[places], finger)
     if subject_of is not None:
         best = _once_a_subject(best, search.numbers[places], subject_of)
     for rank, k in enumerate(islice(best, min(count, len(search))), start=1):
@@ -201,7 +208,7 @@ def identify(
                 fmr=fmr,
                 expected_false=fmr * (enrolled if impressions else fingers),
                 comparison=found,
-                impressions=int(sizes[finger[places[k]]]),
+                impressions=int(sizes[k]),
                 impression_score=float(singles[k]),
             )
         )
@@ -214,7 +221,38 @@ def identify(
         matcher=search.matcher.name,
         smallest_measured_fmr=score_to_fmr(chosen.largest_measured_score),
         fingers=fingers,
+        loss=None if staged is None else staged.loss,
+        passed_on=() if staged is None else staged.passed_on,
     )
+
+
+def _compare(
+    search: Search,
+    probe: Any,
+    staged: Preselection | None,
+    count: int,
+    candidate_list: CandidateListSize,
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return the places of the prints that were compared with a probe, and their similarities."""
+    if staged is not None:
+        similarities = search.similarities(probe, staged.places)
+        more = search.further_impressions(staged.places, similarities, count)
+        places = np.concatenate([staged.places, more])
+        return places, np.concatenate([similarities, search.similarities(probe, more)])
+    size = candidate_list_size(search, candidate_list)
+    which = None if size is None else search.candidate_list(probe, max(size, count))
+    places = np.arange(len(search)) if which is None else which
+    return places, search.similarities(probe, which)
+
+
+def _counts(
+    wanted: NDArray[np.intp], listed: NDArray[np.intp], counts: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Return the counts of wanted numbers, which ascend; 0 of those that are not listed."""
+    found = np.zeros(len(wanted), np.intp)
+    there = np.isin(listed, wanted)
+    found[np.searchsorted(wanted, listed[there])] = counts[there]
+    return found
 
 
 def candidate_list_size(search: Search, requested: CandidateListSize = "auto") -> int | None:

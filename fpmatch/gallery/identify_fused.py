@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.identify import identify
+from fpmatch.gallery.identify import DEFAULT_LOSS, identify
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 from fpmatch.matching.fused_fingers import assign_fingers
@@ -88,7 +88,8 @@ class FusedIdentification:
 
     Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
     then the one enrolled first. `compared` is the most prints that a probe was compared with before
-    subjects were compared by all fingers, of those `enrolled`.
+    subjects were compared by all fingers, of those `enrolled`. A search in stages was made for a
+    `loss`; `passed_on` is the most prints that each stage passed on for a probe.
     """
 
     enrolled: int
@@ -97,6 +98,8 @@ class FusedIdentification:
     candidates: tuple[SubjectCandidate, ...]
     matcher: str
     smallest_measured_fmr: float
+    loss: float | None = None
+    passed_on: tuple[int, ...] = ()
 
     @property
     def preselected(self) -> bool:
@@ -145,6 +148,7 @@ def identify_fused(
     calibration: Calibration | None = None,
     candidate_list: CandidateListSize = "auto",
     skipped: Collection[int] = (),
+    loss: float = DEFAULT_LOSS,
 ) -> FusedIdentification:
     """Find the subjects whose fingers match several probes, of different fingers, best.
 
@@ -163,7 +167,7 @@ def identify_fused(
     positions : sequence of str
         Which finger each probe is of, named as when it was enrolled, "" where it is not known
         (default: none is known).
-    count, threshold, calibration, candidate_list, skipped
+    count, threshold, calibration, candidate_list, skipped, loss
         As for `fpmatch.gallery.identify.identify`; of subjects.
 
     Raises
@@ -187,7 +191,7 @@ def identify_fused(
         raise MatcherError("two probes are of the same finger")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
     considered: dict[str, Any] = {"count": max(count, CONSIDERED), "skipped": skipped}
-    considered |= {"calibration": chosen, "candidate_list": candidate_list}
+    considered |= {"calibration": chosen, "candidate_list": candidate_list, "loss": loss}
     alone = [identify(search, probe, **considered) for probe in probes]
     listed = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)
@@ -215,6 +219,10 @@ def identify_fused(
         ),
         matcher=search.matcher.name,
         smallest_measured_fmr=score_to_fmr(chosen.largest_measured_score),
+        loss=alone[0].loss,
+        passed_on=tuple(
+            max(stage) for stage in zip(*(one.passed_on for one in alone), strict=True)
+        ),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -18,15 +18,20 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.reader import GalleryReader
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
 
+CandidateListSize = int | Literal["auto", "off"]
+"""Number of prints that are compared with a probe; see `fpmatch.gallery.identify`."""
+
+EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
 FINGERS_KEPT: Final = 200  # that stay prepared in memory: those compared most recently
 
 
@@ -52,6 +57,18 @@ class Candidate:
     impression_score: float = 0.0
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Preselection:
+    """Hold the places of the prints to compare, ascending, and how many each stage passed on.
+
+    At most the share `loss` of the mates that comparing all would find is expected to be missing.
+    """
+
+    places: NDArray[np.intp]
+    passed_on: tuple[int, ...]
+    loss: float
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
     """Hold the prints of a gallery, prepared for a matcher.
@@ -71,9 +88,19 @@ class Search:
         return len(self.numbers)
 
     @cached_property
+    def _by_finger(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The places of the prints by finger, and where each finger begins there."""
+        order = np.argsort(self.fingers, kind="stable")
+        begins = np.diff(self.fingers[order], prepend=-1) != 0
+        return order, np.flatnonzero(begins)
+
+    @cached_property
     def _grouped(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        _, finger, sizes = np.unique(self.fingers, return_inverse=True, return_counts=True)
-        return finger.ravel(), sizes
+        order, starts = self._by_finger
+        sizes = np.diff(starts, append=len(order))
+        finger = np.empty(len(order), np.intp)
+        finger[order] = np.repeat(np.arange(len(starts)), sizes)
+        return finger, sizes
 
     @property
     def finger_of(self) -> NDArray[np.intp]:
@@ -84,6 +111,41 @@ class Search:
     def finger_sizes(self) -> NDArray[np.intp]:
         """The number of prints of each of these fingers."""
         return self._grouped[1]
+
+    @property
+    def whole(self) -> Search:
+        """The search of the prints that are prepared from their whole templates."""
+        return self
+
+    def current(self, gallery: GalleryReader) -> Search:
+        """Return the search of the open gallery as it is now, if this one follows it."""
+        return self
+
+    def preselect(
+        self,
+        probe: Any,
+        loss: float,
+        count: int,
+    ) -> Preselection | None:
+        """Return the prints to compare with a probe, chosen in stages; None if there are none."""
+        return None
+
+    def further_impressions(
+        self,
+        places: NDArray[np.intp],
+        similarities: NDArray[np.float64],
+        count: int,
+    ) -> NDArray[np.intp]:
+        """Return the places of the prints to compare beside those that were preselected."""
+        return np.empty(0, np.intp)
+
+    def places_of(self, numbers: Collection[int]) -> NDArray[np.intp]:
+        """Return the places of the prints of some entries, ascending; others are left out."""
+        if not numbers:
+            return np.empty(0, np.intp)
+        wanted = np.unique(np.array([*numbers], np.int64))
+        places = np.searchsorted(self.numbers, wanted)
+        return places[np.append(self.numbers, -1)[places] == wanted]
 
     @property
     def has_bit_descriptors(self) -> bool:
@@ -120,12 +182,31 @@ def open_search(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     note: Callable[[str], object] | None = None,
+    candidate_list: CandidateListSize = "auto",
+    before: Search | None = None,
 ) -> Search:
     """Prepare the prints that are in a gallery now for a search; it may be closed afterwards.
 
-    `engine` prepares prints (default: all cores), `progress` is called with stage "prepare" and
-    numbers of prints, and `note` with a line on prepared prints that cannot be used, and are
-    prepared again (default: a RuntimeWarning).
+    More than `EXHAUSTIVE_UP_TO` prints are indexed, unless all of them are to be compared or to be
+    ranked for a `candidate_list`.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    matcher : str or Matcher
+        The matcher, or its name.
+    engine : Engine, optional
+        Prepares prints (default: all cores).
+    progress : callable
+        Called with stage "prepare" and numbers of prints.
+    note : callable, optional
+        Called with a line on files that cannot be used, and are prepared or built again (default: a
+        RuntimeWarning).
+    candidate_list : int, "auto" or "off"
+        As it will be given to `fpmatch.gallery.identify.identify`.
+    before : Search, optional
+        An earlier search of the gallery, whose index is continued.
 
     Raises
     ------
@@ -135,24 +216,32 @@ def open_search(
         If the matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    if hasattr(chosen, "similarities"):
-        from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
+    given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
+    if not hasattr(chosen, "similarities"):
+        return _prepared_one_by_one(gallery, chosen, progress)
+    return _prepared(gallery, chosen, **given)
 
-        kept = prepare_gallery(
-            gallery, chosen, engine=engine, progress=progress, note=note or _warn
-        )
-        return Search(chosen, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
+
+def _prepared(gallery: GalleryReader, matcher: Matcher, **given: Any) -> Search:
+    from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
+
+    kept = prepare_gallery(gallery, matcher, **given)
+    return Search(matcher, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
+
+
+def _prepared_one_by_one(gallery: GalleryReader, matcher: Matcher, progress: Progress) -> Search:
+    """Return the search of prints that cannot be packed."""
     total = len(gallery)
     progress("prepare", 0, total)
     finger_of = gallery.fingers()
     read, references = [], []
     for number, template in gallery.templates():
         read.append(number)
-        references.append(chosen.prepare(template))
+        references.append(matcher.prepare(template))
         progress("prepare", min(len(read), total), total)
     numbers = np.array(read, np.int64)
     fingers = np.array([finger_of.get(number, number) for number in read], np.int64)
-    return Search(chosen, numbers, fingers, references, dict(gallery.damaged))
+    return Search(matcher, numbers, fingers, references, dict(gallery.damaged))
 
 
 def _warn(text: str) -> None:

@@ -114,6 +114,7 @@ def _piece(search: Search, first: int, last: int) -> SearchPiece:
 @contextmanager
 def hold_search(engine: Engine, search: Search) -> Iterator[HeldSearch]:
     """Let the workers of an engine, which is entered, hold the prints of a search."""
+    search = search.whole
     with hold_pieces(engine, divide(search)) as held:
         yield HeldSearch(search, held)
 

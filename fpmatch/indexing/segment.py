@@ -18,7 +18,7 @@ from fpmatch.indexing.model import TERMS
 from fpmatch.indexing.terms import print_terms
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -30,6 +30,8 @@ MAX_POSTINGS: Final = 1 << 31
 PRINTS_AT_ONCE: Final = 2048  # whose votes are in the kernel's table
 WINDOWS: Final = 256  # of a print
 _NUMBER_BITS: Final = 16
+_POSE: Final = 0xFFFF
+_TERM: Final = np.arange(TERMS, dtype=np.uint16)
 SIZE_OFFSET: Final = 4
 """Added to the minutiae of a print, by whose square root its votes are divided."""
 SIZE_SCALE: Final = 2048
@@ -90,13 +92,41 @@ class Segment:
             )
         if (np.diff(numbers) <= 0).any():
             raise MatcherError("the numbers of a segment's prints do not ascend")
-        term = np.concatenate([*terms, np.empty(0, np.uint16)])
         of = np.repeat(np.arange(len(terms), dtype=np.uint32), [len(t) for t in terms])
         posting = of << np.uint32(_NUMBER_BITS) | np.concatenate([*poses, np.empty(0, np.uint16)])
-        start = np.zeros(TERMS + 1, np.uint32)
-        np.cumsum(np.bincount(term, minlength=TERMS), out=start[1:])
-        order = np.argsort(term, kind="stable")
-        return cls(numbers, fingers, np.array(sizes, np.uint8), start, posting[order])
+        return cls(numbers, fingers, np.array(sizes, np.uint8), *_by_term(terms, [posting]))
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Segment]) -> Segment:
+        """Return the segment of the prints of all `parts`, whose numbers ascend.
+
+        Raises MatcherError if there are more than 65,536 prints.
+        """
+        first = np.cumsum([0, *map(len, parts)])
+        if first[-1] > MAX_PRINTS:
+            raise MatcherError(f"{first[-1]} prints; a segment has up to {MAX_PRINTS}")
+        term = [np.repeat(_TERM, np.diff(part.term_start)) for part in parts]
+        moved = [
+            part.posting + np.uint32(k << _NUMBER_BITS)
+            for part, k in zip(parts, first.tolist(), strict=False)
+        ]
+        of_prints = (
+            np.concatenate([*(getattr(part, name) for part in parts), np.empty(0, dtype)])
+            for name, dtype in (("number", np.int64), ("finger", np.int64), ("size", np.uint8))
+        )
+        return cls(*of_prints, *_by_term(term, moved))
+
+    def take(self, which: NDArray[np.integer]) -> Segment:
+        """Return a copy of the prints with the places `which`, ascending."""
+        place = np.full(len(self), -1, np.int64)
+        place[which] = np.arange(len(which))
+        now = place[self.posting >> np.uint32(_NUMBER_BITS)]
+        kept = np.flatnonzero(now >= 0)
+        pose = self.posting[kept] & np.uint32(_POSE)
+        posting = now[kept].astype(np.uint32) << np.uint32(_NUMBER_BITS) | pose
+        term = np.repeat(_TERM, np.diff(self.term_start))[kept]
+        of_prints = (array[which] for array in (self.number, self.finger, self.size))
+        return Segment(*of_prints, *_by_term([term], [posting]))
 
     def __len__(self) -> int:
         return len(self.number)
@@ -135,6 +165,17 @@ class Segment:
 
 
 COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(Segment)}
+
+
+def _by_term(
+    terms: Sequence[NDArray[np.uint16]], postings: Sequence[NDArray[np.uint32]]
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """Return where the postings of each term begin, and all in the order of the terms."""
+    term = np.concatenate([*terms, np.empty(0, np.uint16)])
+    start = np.zeros(TERMS + 1, np.uint32)
+    np.cumsum(np.bincount(term, minlength=TERMS), out=start[1:])
+    order = np.argsort(term, kind="stable")
+    return start, np.concatenate([*postings, np.empty(0, np.uint32)])[order]
 
 
 def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:

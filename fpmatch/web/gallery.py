@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 _DECISION: Final = ("match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
-# The latest search of this worker process, by gallery, matcher and content of the gallery.
-_kept: dict[tuple[str, str, str], Search] = {}
+# The latest search of this worker process by gallery and matcher, with the content of the gallery.
+_kept: dict[tuple[str, str], tuple[str, Search]] = {}
 
 
 @contextmanager
@@ -177,6 +177,8 @@ def identify_print(
         "enrolled": found.enrolled,
         "damaged": damaged,
         "compared": found.compared,
+        "loss": found.loss,
+        "passed_on": list(found.passed_on),
         "probe": given.name,
         "notes": list(given.notes),
         "seconds": round(seconds, 4),
@@ -223,8 +225,11 @@ def enrol_print(
 
 def _search(gallery: Gallery, matcher: str) -> Search:
     """Return the search of a gallery as it is now, the kept one where it is unchanged."""
-    key = (gallery.name, matcher, gallery.content_hash())
-    if key not in _kept:
+    key, content = (gallery.name, matcher), gallery.content_hash()
+    kept = _kept.get(key)
+    if kept is None or kept[0] != content:
         _kept.clear()
-        _kept[key] = open_search(gallery, matcher, engine=serial(), note=_log.warning)
-    return _kept[key]
+        before = None if kept is None else kept[1]
+        found = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
+        _kept[key] = content, found
+    return _kept[key][1]

@@ -259,7 +259,9 @@ class Identified(BaseModel):
     matcher: str
     enrolled: int = Field(description="prints that were searched")
     damaged: int = Field(description="entries that cannot be read and were skipped")
-    compared: int = Field(description="prints compared: fewer with a candidate list")
+    compared: int = Field(description="prints compared: of a large gallery, those its index chose")
+    loss: float | None = Field(description="share of mates the index may miss; null without one")
+    passed_on: list[int] = Field(description="prints that each stage of the index passed on")
     probe: str
     notes: list[str]
     seconds: float

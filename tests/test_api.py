@@ -52,7 +52,7 @@ MAY_IMPORT = {
     "synthesis": {"pointset", "engine"},
     "reading": {"formats", "image"},
     "pair": {"matching", "reading", "report", "scale"},
-    "gallery": {"audit", "encryption", "engine", "formats", "image", "matching", "reading"},
+    "gallery": {"audit", "encryption", "engine", "formats", "image", "indexing", "reading"},
     "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
     "report": {"matching", "drawing", "image", "scale", "pointset"},
     "audit": {"output"},

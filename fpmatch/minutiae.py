@@ -36,6 +36,16 @@ LARGEST: Final = float(np.finfo(np.float32).max)
 CELL_BITS: Final = 8
 _MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows integers
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
+_FLOAT: Final = np.dtype(np.float32)
+_BYTE: Final = np.dtype(np.uint8)
+_KEPT: Final[dict[str, tuple[np.dtype[Any], float | None, float]]] = {
+    "x": (_FLOAT, -LARGEST, LARGEST),
+    "y": (_FLOAT, -LARGEST, LARGEST),
+    "angle": (_FLOAT, 0.0, float(np.nextafter(np.float32(2 * np.pi), np.float32(0)))),
+    "kind": (_BYTE, None, 2),
+    "quality": (_BYTE, None, 100),
+}
+"""Type, least and greatest value of the columns of minutiae."""
 MOST_DRAWN: Final = 300
 """Minutiae in the drawing of a notebook."""
 MOST_SHOWN: Final = 10
@@ -120,6 +130,11 @@ class Minutiae:
     quality: NDArray[np.uint8] = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
+        if _are_sound(self):
+            columns = {name: getattr(self, name).copy() for name in _KEPT}
+            columns["angle"] += 0.0  # no negative zero
+            _set_read_only(self, **columns)
+            return
         x = _real_column("x", self.x)
         n = x.size
         y = _real_column("y", self.y, n)
@@ -249,8 +264,7 @@ class RidgeField:
 
     def __post_init__(self) -> None:
         try:
-            with np.errstate(over="ignore"):
-                orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
+            orientation = _as_floats(self.orientation)
             mask = np.ascontiguousarray(self.mask, dtype=bool)
             ridges = None if self.ridges is None else _as_bits(self.ridges)
         except (OverflowError, ValueError) as error:
@@ -259,7 +273,7 @@ class RidgeField:
             raise MinutiaeError("ridge field: orientation and mask must be 2-D and of one shape")
         if not (np.isfinite(self.step) and self.step > 0):
             raise MinutiaeError("ridge field: step must be a positive number of pixels")
-        if not (np.abs(orientation[mask]) < _MOST_RADIANS).all():
+        if not (_within(orientation) or (np.abs(orientation[mask]) < _MOST_RADIANS).all()):
             raise MinutiaeError("ridge field: orientation must be finite radians inside the mask")
         _set_read_only(self, orientation=orientation, mask=mask)
         object.__setattr__(self, "step", float(self.step))
@@ -371,10 +385,44 @@ class Template:
         return f'<svg {frame} style="{style}">{marks}</svg><div>{self!r}</div>'
 
 
+def _are_sound(given: Minutiae) -> bool:
+    """Return whether all columns have the types and values that are kept; else they may have."""
+    shape = getattr(given.x, "shape", None)
+    for name, (dtype, least, most) in _KEPT.items():
+        column = getattr(given, name)
+        if type(column) is not np.ndarray or column.dtype != dtype or column.shape != shape:
+            return False
+        if column.ndim != 1 or not column.size or not np.maximum.reduce(column) <= most:
+            return False
+        if least is not None and not np.minimum.reduce(column) >= least:
+            return False
+    return True
+
+
+def _as_floats(values: ArrayLike) -> NDArray[np.float32]:
+    if getattr(values, "dtype", None) == np.float32:
+        return np.ascontiguousarray(values)
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(values, dtype=np.float32)
+
+
 def _as_bits(values: ArrayLike) -> NDArray[np.uint64]:
     """Return whole numbers of 64 bits, also those that floats hold."""
+    if getattr(values, "dtype", None) == np.uint64:
+        return np.asarray(values)
     with np.errstate(invalid="ignore"):
         return np.asarray(values, np.uint64)
+
+
+def _within(orientation: NDArray[np.float32]) -> bool:
+    """Return whether all orientations are such that any mask is allowed."""
+    if not orientation.size:
+        return True
+    least, most = (
+        np.minimum.reduce(orientation, axis=None),
+        np.maximum.reduce(orientation, axis=None),
+    )
+    return bool(least > -_MOST_RADIANS and most < _MOST_RADIANS)
 
 
 def _set_read_only(owner: object, **arrays: NDArray[Any]) -> None:

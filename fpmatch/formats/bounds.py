@@ -41,19 +41,25 @@ def check_bounds(template: Template) -> None:
     zoom = STANDARD_DPI / template.dpi
     for name, article in (("x", "an"), ("y", "a")):
         values = getattr(template.minutiae, name)
-        # pixel centres stay such at 500 dpi, where positions are kept as whole pixels
+        extremes = (values.min(), values.max()) if len(values) else ()
+        if not any(_is_far(float(value), zoom) for value in extremes):
+            continue
         scaled = np.abs((values.astype(np.float64) + 0.5) * zoom - 0.5)
-        if scaled.max(initial=0.0) >= MOST_PX + 0.5:
-            farthest = values[scaled.argmax()]
-            raise _beyond(
-                f"minutiae: {article} {name} of {farthest:g} is beyond {MOST_PX} pixels at 500 dpi"
-            )
+        farthest = values[scaled.argmax()]
+        raise _beyond(
+            f"minutiae: {article} {name} of {farthest:g} is beyond {MOST_PX} pixels at 500 dpi"
+        )
     if len(template.minutiae) > MOST_MINUTIAE:
         raise _beyond(f"more than {MOST_MINUTIAE} minutiae in one print")
     if max(template.width, template.height) > MOST_SIDE_PX:
         raise _beyond(f"a side of the print has more than {MOST_SIDE_PX} pixels")
     if template.field is not None:
         _check_field(template.field, zoom)
+
+
+def _is_far(value: float, zoom: float) -> bool:
+    # pixel centres stay such at 500 dpi, where positions are kept as whole pixels
+    return not abs((value + 0.5) * zoom - 0.5) < MOST_PX + 0.5
 
 
 def check_cells(rows: int, columns: int) -> None:
@@ -72,5 +78,7 @@ def _check_field(field: RidgeField, zoom: float) -> None:
             f"ridge_field: a step of {field.step:g} pixels is outside "
             f"{LEAST_STEP_PX:g} to {MOST_STEP_PX:g} at 500 dpi"
         )
+    if np.isfinite(field.orientation).all():
+        return
     if not np.isfinite(field.orientation[field.mask]).all():
         raise _beyond("ridge_field: an orientation is not finite")

@@ -21,19 +21,15 @@ from __future__ import annotations
 
 import struct
 import zlib
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 import numpy as np
 
 from fpmatch.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.formats.bounds import MOST_CELLS, MOST_PX, check_bounds
+from fpmatch.formats.bounds import MOST_CELLS, check_bounds
+from fpmatch.gallery._compact_kernel import at_500_dpi, read_columns, to_image, write_columns
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Ints = NDArray[np.int64]
 
 VERSION: Final = 2
 FIELD, RIDGES = 1, 2  # what there is beside the minutiae
@@ -47,6 +43,11 @@ _HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
 _FIELD: Final = struct.Struct("<fHHHHHH")
 _CRC: Final = struct.Struct("<I")
 _DPI_UNITS: Final = 1000
+MOST_BITS: Final = 32  # of a position that is read; none that was packed has more than 16
+_ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
+_STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
+_ORIENTATIONS: Final = np.stack([np.repeat(_STEPS, len(_STEPS)), np.tile(_STEPS, len(_STEPS))], 1)
+"""The two orientations in each byte."""
 
 
 def pack_template(template: Template) -> bytes:
@@ -67,11 +68,12 @@ def pack_template(template: Template) -> bytes:
     m = template.minutiae
     dpi_units = round(template.dpi * _DPI_UNITS)
     zoom = STANDARD_DPI / (dpi_units / _DPI_UNITS)
-    x, y = _at_500_dpi(m.x, zoom), _at_500_dpi(m.y, zoom)
-    least = [int(values.min(initial=MOST_PX)) if len(m) else 0 for values in (x, y)]
-    above = [values - start for values, start in zip((x, y), least, strict=True)]
-    bits = [int(values.max(initial=0)).bit_length() for values in above]
-    angle = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi))).astype(np.int64) % 2**ANGLE_BITS
+    columns = np.empty((5, len(m)), np.int64)
+    least = [at_500_dpi(values, zoom, columns[k]) for k, values in enumerate((m.x, m.y))]
+    bits = [int(column.max(initial=0)).bit_length() for column in columns[:2]]
+    columns[2] = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi)))
+    columns[2] %= 2**ANGLE_BITS
+    columns[3], columns[4] = m.kind, m.quality
     content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
     try:
         head = _HEAD.pack(
@@ -81,10 +83,10 @@ def pack_template(template: Template) -> bytes:
         field = b"" if template.field is None else _pack_field(template.field, zoom)
     except (struct.error, OverflowError) as error:
         raise TemplateError("template too large to be kept in a gallery") from error
-    columns = (*above, angle, m.kind, m.quality)
-    widths = (*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
-    body = b"".join(_to_bits(*column) for column in zip(columns, widths, strict=True))
-    whole = head + body + field
+    widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
+    body = np.zeros(_body_bytes(len(m), *bits), np.uint8)
+    write_columns(columns, widths, body)
+    whole = head + body.tobytes() + field
     return whole + _CRC.pack(zlib.crc32(whole))
 
 
@@ -117,11 +119,10 @@ def check_packed(data: bytes) -> tuple[int, float]:
     return count, dpi_units / _DPI_UNITS
 
 
-def _column(reader: ByteReader, count: int, width: int) -> Ints:
-    """Read `count` numbers of `width` bits each."""
-    octets = np.frombuffer(reader.take(-(-count * width // 8)), np.uint8)
-    bits = np.unpackbits(octets, count=count * width).reshape(count, width)
-    return bits @ (1 << np.arange(width - 1, -1, -1, dtype=np.int64))
+def _body_bytes(count: int, bits_x: int, bits_y: int) -> int:
+    """Return the bytes of the columns of the minutiae."""
+    widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    return sum((count * width + 7) // 8 for width in widths)
 
 
 def _unpack(reader: ByteReader) -> Template:
@@ -129,59 +130,55 @@ def _unpack(reader: ByteReader) -> Template:
     _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
     if content > KNOWN[version]:
         raise TemplateError("it contains unknown data")
+    if max(bits_x, bits_y) > MOST_BITS:
+        raise TemplateError("its positions have too many bits")
     dpi = dpi_units / _DPI_UNITS
     zoom = STANDARD_DPI / dpi if dpi else 1.0
-    widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
-    x, y, angle, kind, quality = (_column(reader, count, width) for width in widths)
-    minutiae = Minutiae(
-        x=((x + least_x + 0.5) / zoom - 0.5).astype(np.float32),
-        y=((y + least_y + 0.5) / zoom - 0.5).astype(np.float32),
-        angle=(angle * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32),
-        kind=kind.astype(np.uint8),
-        quality=quality.astype(np.uint8),
-    )
+    columns = np.empty((5, count), np.int64)
+    widths = np.array((bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
+    body = np.frombuffer(reader.take(_body_bytes(count, bits_x, bits_y)), np.uint8)
+    read_columns(body, widths, columns)
+    xy = np.empty((2, count), np.float32)
+    for column, least, values in zip(columns, (least_x, least_y), xy, strict=False):
+        to_image(column, least, zoom, values)
+    kind, quality = columns[3:].astype(np.uint8)
+    minutiae = Minutiae(xy[0], xy[1], _ANGLES[columns[2]], kind, quality)
     field = _unpack_field(reader, zoom, ridged=content == RIDGES) if content else None
     if reader.left:
         raise TemplateError("it has too many bytes")
     return Template(minutiae, width, height, dpi, field)
 
 
-def _at_500_dpi(values: NDArray[np.float32], zoom: float) -> Ints:
-    """Return pixel positions of the image as whole pixels at 500 dpi; pixel centres stay such."""
-    return np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5).astype(np.int64)
-
-
 def _pack_field(field: RidgeField, zoom: float) -> bytes:
-    rows, columns = (np.flatnonzero(field.mask.any(axis=axis)) for axis in (1, 0))
-    top, height = (int(rows[0]), int(np.ptp(rows)) + 1) if len(rows) else (0, 0)
-    left, width = (int(columns[0]), int(np.ptp(columns)) + 1) if len(columns) else (0, 0)
-    head = _FIELD.pack(field.step * zoom, *field.mask.shape, top, left, height, width)
-    steps = np.rint(field.orientation[field.mask] * (2**ORIENTATION_BITS / np.pi))
-    orientation = steps.astype(np.int64) % 2**ORIENTATION_BITS
-    box = field.mask[top : top + height, left : left + width]
-    ridges = b"" if field.ridges is None else field.ridges[field.mask].astype(">u8").tobytes()
-    return head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS) + ridges
+    mask = field.mask
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    top, bottom = (rows[0], rows[-1] + 1) if rows else (0, 0)
+    left, right = (columns[0], columns[-1] + 1) if columns else (0, 0)
+    head = _FIELD.pack(field.step * zoom, *mask.shape, top, left, bottom - top, right - left)
+    steps = np.rint(field.orientation[mask] * (2**ORIENTATION_BITS / np.pi))
+    coded = np.zeros(len(steps) + len(steps) % 2, np.uint8)
+    coded[: len(steps)] = steps.astype(np.int64) % 2**ORIENTATION_BITS
+    orientation = coded[::2] << ORIENTATION_BITS | coded[1::2]
+    ridges = b"" if field.ridges is None else field.ridges[mask].astype(">u8").tobytes()
+    box = np.packbits(mask[top:bottom, left:right])
+    return head + box.tobytes() + orientation.tobytes() + ridges
 
 
 def _unpack_field(reader: ByteReader, zoom: float, *, ridged: bool) -> RidgeField:
     step, rows, columns, top, left, height, width = _FIELD.unpack(reader.take(_FIELD.size))
     if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
+    cells = height * width
+    octets = np.frombuffer(reader.take((cells + 7) // 8), np.uint8)
     mask = np.zeros((rows, columns), bool)
-    box = _column(reader, height * width, 1).astype(bool).reshape(height, width)
+    box = np.unpackbits(octets, count=cells).view(bool).reshape(height, width)
     mask[top : top + height, left : left + width] = box
+    inside = int(np.count_nonzero(box))
+    pairs = np.frombuffer(reader.take((inside * ORIENTATION_BITS + 7) // 8), np.uint8)
     orientation = np.zeros((rows, columns), np.float32)
-    steps = _column(reader, int(np.count_nonzero(mask)), ORIENTATION_BITS)
-    orientation[mask] = steps * (np.pi / 2**ORIENTATION_BITS)
+    orientation[mask] = _ORIENTATIONS[pairs].reshape(-1)[:inside]
     ridges = None
     if ridged:
         ridges = np.zeros((rows, columns), np.uint64)
-        ridges[mask] = np.frombuffer(reader.take(8 * len(steps)), ">u8")
+        ridges[mask] = np.frombuffer(reader.take(8 * inside), ">u8")
     return RidgeField(step / zoom, orientation, mask, ridges)
-
-
-def _to_bits(values: NDArray[Any], width: int) -> bytes:
-    """Return numbers from 0 on, each in `width` bits, as bytes."""
-    places = np.arange(width - 1, -1, -1)
-    bits = (values.astype(np.int64)[:, None] >> places) & 1
-    return np.packbits(bits.astype(np.uint8)).tobytes()

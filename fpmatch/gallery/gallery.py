@@ -205,7 +205,7 @@ def _conflicts_in_order(
     packed = [entry for entry in new if isinstance(entry, PackedEntry)]
     requests = [EnrolmentRequest(e.label, e.content, e.dpi) for e in packed]
     conflicts, left = Conflicts(connection, requests), iter(requests)
-    found = []
+    found: list[str | None] = []
     for entry in new:
         if isinstance(entry, Failure):
             found.append(entry.reason)

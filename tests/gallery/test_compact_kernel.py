@@ -1,0 +1,90 @@
+"""Columns of bits and positions at 500 dpi are as numpy computes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from fpmatch.errors import MinutiaeError
+from fpmatch.gallery._compact_kernel import (
+    at_500_dpi,
+    read_columns,
+    to_image,
+    write_columns,
+)
+from fpmatch.minutiae import Minutiae
+
+
+def to_bits(values: NDArray[np.int64], width: int) -> NDArray[np.uint8]:
+    """Return numbers from 0 on, each in `width` bits, as bytes."""
+    places = np.arange(width - 1, -1, -1)
+    return np.packbits(((values[:, None] >> places) & 1).astype(np.uint8))
+
+
+@given(st.integers(0, 40), st.lists(st.integers(0, 32), max_size=6), st.integers(0, 2**32 - 1))
+def test_columns_are_read_as_they_were_written(count: int, widths: list[int], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    columns = np.array([rng.integers(0, 2**width, count) for width in widths], np.int64)
+    columns = columns.reshape(len(widths), count)
+    expected = [to_bits(column, width) for column, width in zip(columns, widths, strict=True)]
+    data = np.zeros(sum(map(len, expected)), np.uint8)
+    write_columns(columns, np.array(widths, np.int64), data)
+    np.testing.assert_array_equal(data, np.concatenate([np.empty(0, np.uint8), *expected]))
+    found = np.full_like(columns, -1)
+    data.flags.writeable = False
+    read_columns(data, np.array(widths, np.int64), found)
+    np.testing.assert_array_equal(found, columns)
+
+
+@given(st.integers(0, 40), st.floats(100, 4000) | st.just(500.0), st.integers(0, 2**32 - 1))
+def test_positions_are_rounded_as_by_numpy(count: int, dpi: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    zoom = 500.0 / dpi
+    values = (rng.integers(-3000, 3000, count) / 2).astype(np.float32)  # halves are rounded to even
+    column = np.empty(count, np.int64)
+    least = at_500_dpi(values, zoom, column)
+    expected = np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5).astype(np.int64)
+    assert least == (expected.min() if count else 0)
+    np.testing.assert_array_equal(column + least, expected)
+    back = np.empty(count, np.float32)
+    to_image(column, least, zoom, back)
+    np.testing.assert_array_equal(back, ((expected + 0.5) / zoom - 0.5).astype(np.float32))
+
+
+ANGLES = st.floats(-7, 7, width=32) | st.sampled_from([-0.0, 0.0, 2 * np.pi, 6.2831850051879883])
+
+
+@given(st.lists(ANGLES, max_size=5))
+def test_columns_of_the_types_that_are_kept_give_the_same_minutiae(angles: list[float]) -> None:
+    angle = np.array(angles, np.float32)
+    x, kind = np.arange(len(angle), dtype=np.float32) - 1, np.full(len(angle), 2, np.uint8)
+    kept = Minutiae(x, x, angle, kind, kind)
+    converted = Minutiae(*(column.astype(np.float64) for column in (x, x, angle, kind, kind)))
+    for name in ("x", "y", "angle", "kind", "quality"):
+        one, other = getattr(kept, name), getattr(converted, name)
+        assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes())
+        assert not one.flags.writeable
+        assert not np.shares_memory(one, x)
+    assert x.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("x", np.inf),
+        ("y", np.nan),
+        ("angle", np.nan),
+        ("angle", -np.inf),
+        ("kind", 3),
+        ("quality", 101),
+    ],
+)
+def test_impossible_values_of_these_types_are_refused(column: str, value: float) -> None:
+    columns = {name: np.ones(3, np.float32) for name in ("x", "y", "angle")}
+    columns |= {name: np.ones(3, np.uint8) for name in ("kind", "quality")}
+    columns[column][1] = value
+    with pytest.raises(MinutiaeError):
+        Minutiae(**columns)

@@ -123,7 +123,7 @@ class HeldSearch:
     """Search with the workers of an engine, which hold the prints."""
 
     def __init__(self, search: Search, held: Pieces[SearchPiece]) -> None:
-        self._search, self._held = search, held
+        self.search, self._held = search, held
         self._spans = spans(len(search))
 
     def answers(
@@ -138,14 +138,14 @@ class HeldSearch:
         `count` and `candidate_list` are those of `fpmatch.gallery.identify.identify`. Batches are
         drawn as they are needed. Raises EngineError if the engine broke down.
         """
-        size = candidate_list_size(self._search, candidate_list)
+        size = candidate_list_size(self.search, candidate_list)
         most = None if size is None else max(size, count)
         with closing(self._chosen(batches, most)) as chosen:
             yield from self._compared(chosen)
 
     def answered(self, answer: Answer) -> Search:
         """Return the search with which `identify` finds the candidates of an answered probe."""
-        s = self._search
+        s = self.search
         made = AnsweredSearch(s.matcher, s.numbers, s.fingers, s.references, s.damaged, answer)
         made.__dict__["_grouped"] = s._grouped  # computed once
         return made
@@ -154,9 +154,9 @@ class HeldSearch:
         self, batches: Iterable[Sequence[Any]], most: int | None
     ) -> Generator[tuple[Sequence[Any], list[NDArray[np.intp] | None]], None, None]:
         """Yield batches with the prints to compare with each probe; None for all."""
-        if most is None or most >= len(self._search):
+        if most is None or most >= len(self.search):
             for batch in batches:
-                every = None if most is None else np.arange(len(self._search))
+                every = None if most is None else np.arange(len(self.search))
                 yield batch, [every] * len(batch)
             return
         pending: deque[Sequence[Any]] = deque()

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
-from zlib import crc32
 
 import numpy as np
 
+from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.evaluation.batch.sources import unpack
-from fpmatch.evaluation.batch.store import Position, are_rows_of, flush
 from fpmatch.evaluation.comparison import Comparer
 from fpmatch.evaluation.score_file import (
     COLUMNS,
-    convert_to_parquet,
     csv_lines,
     failure_reason,
 )
-from fpmatch.evaluation.score_table import is_parquet
-from fpmatch.output import make_private
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -33,7 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.workers import Progress
     from fpmatch.evaluation.batch.plan import PairChunk, Plan
     from fpmatch.evaluation.batch.sources import PrintSource
-    from fpmatch.evaluation.batch.store import Store
+    from fpmatch.evaluation.batch.store import Position, Store
     from fpmatch.gallery.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
@@ -187,57 +183,21 @@ class Comparing:
 
     def run(self, engine: Engine, progress: Progress) -> tuple[Position, Position]:
         """Write the rows that are missing, and the file; return the positions before and after."""
-        position = start = self._saved_position()
-        progress(COMPARE, start.pairs, len(self.plan))
-        if not self._is_in_place(start):
-            with closing(self._write(start, engine)) as positions:
-                for position in positions:
-                    progress(COMPARE, position.pairs, len(self.plan))
-            self._finish()
-        self.store.clear()
-        return start, position
+        rows = ResumedRows(self.store, HEADER, self.plan.number_of_chunks, self.save_every_s)
+        return rows.write(
+            partial(self._rows, engine),
+            lambda position: progress(COMPARE, position.pairs, len(self.plan)),
+        )
 
-    def _saved_position(self) -> Position:
-        """Return the position of an earlier run; the start if its rows are missing."""
-        position = self.store.position
-        is_there = self.store.rows_file.exists() or self._is_in_place(position)
-        return position if is_there else Position()
-
-    def _is_in_place(self, position: Position) -> bool:
-        """Return whether an earlier run put its file in place without clearing up."""
-        output = self.store.output
-        if position.chunks != self.plan.number_of_chunks or self.store.rows_file.exists():
-            return False
-        if not output.is_file():
-            return False
-        with self.store.writing(), output.open("rb") as stream:
-            return are_rows_of(position, stream)
-
-    def _write(self, start: Position, engine: Engine) -> Generator[Position, None, None]:
-        position, saved_at = start, time.monotonic()
+    def _rows(self, engine: Engine, start: int) -> Generator[Rows, None, None]:
+        """Yield the rows of the chunks from number `start` on."""
         pending: deque[PairChunk] = deque()
-        tasks = self._tasks(start.chunks, pending)
-        with (
-            self.store.rows(start) as stream,
-            closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results,
-        ):
-            if start == Position():
-                stream.write(HEADER)
-                position = Position(size=len(HEADER), checksum=crc32(HEADER))
-            try:
-                for similarity in results:
-                    chunk = pending.popleft()
-                    lines, rows, failed = self.writer.lines(chunk, similarity)
-                    stream.write(lines)
-                    position = position.after(lines, pairs=len(chunk), rows=rows, failed=failed)
-                    if time.monotonic() - saved_at >= self.save_every_s:
-                        flush(stream)
-                        self.store.advance(position)
-                        saved_at = time.monotonic()
-                    yield position
-            finally:
-                flush(stream)
-                self.store.advance(position)
+        tasks = self._tasks(start, pending)
+        with closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results:
+            for similarity in results:
+                chunk = pending.popleft()
+                lines, rows, failed = self.writer.lines(chunk, similarity)
+                yield Rows(lines, pairs=len(chunk), rows=rows, failed=failed)
 
     def _tasks(self, start: int, pending: deque[PairChunk]) -> Iterator[ComparisonTask]:
         for chunk in self.plan.chunks(start):
@@ -247,15 +207,3 @@ class Comparing:
                 self.store.templates(self.probes, np.unique(chunk.probe).tolist()),
                 self.store.templates(self.references, np.unique(chunk.reference).tolist()),
             )
-
-    def _finish(self) -> None:
-        """Put the file in place."""
-        rows = self.store.rows_file
-        if is_parquet(self.store.output):
-            table = rows.with_suffix(self.store.output.suffix)
-            with self.store.writing():
-                convert_to_parquet(rows, table)
-            rows = table
-        with self.store.writing():
-            make_private(rows)
-            rows.replace(self.store.output)

@@ -25,6 +25,7 @@ from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.printable import csv_cell
+from fpmatch.reading import ASSUMED_DPI
 
 if TYPE_CHECKING:
     import os
@@ -56,6 +57,11 @@ class StoredTemplate:
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
     quality: int | None = None
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """The notes, with one on the resolution where it was assumed."""
+        return (*self.notes, ASSUMED_DPI) if self.dpi_assumed else self.notes
 
 
 class PrintSource(Protocol):
@@ -136,6 +142,7 @@ class FolderSource:
         self.place = str(place)
         self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
         self.names = [file.name for file in files]
+        self.paths = [str(file.path) for file in files]
         self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
         self.fingers = [

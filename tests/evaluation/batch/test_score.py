@@ -309,7 +309,7 @@ def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("fpmatch.evaluation.batch.run.flush", full)
+        patch.setattr("fpmatch.evaluation.batch.resumed_rows.flush", full)
         with pytest.raises(OutputError, match=r"scores.csv: cannot be written: no space left"):
             run(output)
     assert run(output).rows == 15

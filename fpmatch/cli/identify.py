@@ -20,6 +20,7 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import (
     FROM_1,
+    check_where,
     file_option,
     files_argument,
     json_option,
@@ -28,6 +29,7 @@ from fpmatch.cli.options import (
     old_names,
     polarity_option,
     raw_option,
+    scheduler_option,
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
@@ -111,11 +113,30 @@ Examples:
   fpmatch identify touches.db probe.tif --consolidate
   fpmatch identify people.db left.png --with right.png --finger left-index --finger right-index
 
+\b
+Many probes, on all cores or on a cluster (columns of the file: docs/how-to/batches.md):
+  fpmatch identify prints.db --probes seized -o candidates.csv
+  fpmatch identify prints.db --probes seized -o candidates.csv --scheduler tcp://host:8786
+
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
 """,
 )
 @click.argument("gallery")
-@files_argument("probes", metavar="PROBE...")
+@files_argument("probes", metavar="[PROBE]...", required=False)
+@file_option(
+    "--probes",
+    "more_probes",
+    metavar="DIR|MANIFEST|FILE",
+    multiple=True,
+    help="Search for these prints, too; repeatable.",
+)
+@file_option(
+    "-o",
+    "--output",
+    metavar="OUT.csv",
+    help="Write the candidates of all probes to this file, a row each. An interrupted run is "
+    "resumed by the same command.",
+)
 @click.option(
     "-k", "count", metavar="N", type=FROM_1, default=10, help="List N candidates at most."
 )
@@ -193,10 +214,13 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 )
 @json_option
 @workers_option
+@scheduler_option
 @key_option
 def identify(
     gallery: str,
     probes: tuple[Path, ...],
+    more_probes: tuple[Path, ...],
+    output: Path | None,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -209,6 +233,7 @@ def identify(
     positions: tuple[str, ...],
     as_json: bool,
     workers: int | None,
+    scheduler: str | None,
     **limits: Any,
 ) -> int:
     """Rank the subjects of GALLERY by how well they match each PROBE.
@@ -231,7 +256,29 @@ def identify(
     if impressions and consolidate:
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     curve = load_calibration(matcher_name(matcher), calibration)
-    files = find_prints(probes, dpi)
+    places = (*probes, *more_probes)
+    if not places:
+        raise click.UsageError("Missing argument 'PROBE...', or --probes.")
+    check_where(workers, scheduler)
+    files = find_prints(places, dpi)
+    if output is not None:
+        if others or positions or limits.pop("transforms"):
+            raise click.UsageError("-o excludes --with, --finger and --transform")
+        from fpmatch.cli.identify_many import identify_to_file, probe_source
+        from fpmatch.evaluation.batch.candidates import SearchOptions
+
+        reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+        say_slow_kernels()
+        return identify_to_file(
+            gallery,
+            probe_source(places, files, **reading),
+            output,
+            SearchOptions(listed=listed, consolidate=consolidate, calibration=curve, **limits),
+            matcher=matcher,
+            workers=workers,
+            scheduler=scheduler,
+            as_json=as_json,
+        )
     if others or positions:
         if all_fingers or impressions or consolidate or limits.pop("transforms"):
             raise click.UsageError(

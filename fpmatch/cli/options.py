@@ -105,6 +105,12 @@ def _restore_key(before: str | None) -> None:
         os.environ[KEY_VARIABLE] = before
 
 
+def check_where(workers: int | None, scheduler: str | None) -> None:
+    """Fail if both processes and a cluster are requested."""
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers and --scheduler exclude each other")
+
+
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
@@ -162,6 +168,11 @@ key_option: Final = click.option(
 )
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"
+)
+scheduler_option: Final = click.option(
+    "--scheduler",
+    metavar="URL",
+    help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
 )
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 json_array_option: Final = click.option(

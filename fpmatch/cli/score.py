@@ -19,6 +19,7 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import (
     by_folder_option,
+    check_where,
     file_option,
     json_option,
     key_option,
@@ -26,6 +27,7 @@ from fpmatch.cli.options import (
     output_option,
     pattern_option,
     polarity_option,
+    scheduler_option,
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
@@ -122,11 +124,7 @@ are rows with the reason), 2 when the run could not be done.
 @click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
 @polarity_option
 @workers_option
-@click.option(
-    "--scheduler",
-    metavar="URL",
-    help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
-)
+@scheduler_option
 @json_option
 @key_option
 def score(
@@ -159,8 +157,7 @@ def score(
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader
 
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers and --scheduler exclude each other")
+    check_where(workers, scheduler)
     opened = partial(
         open_source,
         dpi=dpi,

@@ -6,6 +6,7 @@ without a candidate, but with the reason, for a probe that has none or has no te
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections import deque
 from contextlib import closing
@@ -172,7 +173,7 @@ def write_candidates(
         "gallery": gallery.name,
         "content of the gallery": content,
         "set of probes": probes.content_hash,
-        "paths of the probes": repr(probes.paths),
+        "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
     size, total = batch_size(len(search)), len(probes.paths)
     failures: list[tuple[str, str]] = []

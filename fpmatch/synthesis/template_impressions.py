@@ -11,6 +11,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.synthesis import _impression_kernel as kernel
 from fpmatch.synthesis.contact import DRY_SPOT, WET_SPOT
 from fpmatch.synthesis.counted_random import keys_of, uniform
+from fpmatch.synthesis.presets import preset_named
 from fpmatch.synthesis.template_fingers import STEP_PX, TURN, smooth_grids
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.synthesis.contact import PressureParameters, SmearParameters
-    from fpmatch.synthesis.presets import Preset
+    from fpmatch.synthesis.plan import Plan
     from fpmatch.synthesis.sensor import Sensor
     from fpmatch.synthesis.template_fingers import FingerBatch
     from fpmatch.synthesis.warp import PlacementParameters
@@ -65,23 +66,22 @@ EXTRACTION: Final = ExtractionParameters()
 
 
 def draw_impressions(
-    seed: int,
+    plan: Plan,
     fingers: FingerBatch,
     numbers: NDArray[np.uint64],
-    preset: Preset,
     sensor: Sensor,
-    master_shape: tuple[int, int],
     extraction: ExtractionParameters = EXTRACTION,
 ) -> Iterator[Template]:
     """Yield the templates of the impressions `numbers`, from 1, of each finger in order."""
+    preset = preset_named(plan.preset)
     of = np.repeat(np.arange(len(fingers.finger), dtype=np.int32), len(numbers))
     number = np.tile(numbers, len(fingers.finger))
-    keys = [keys_of(seed, fingers.finger[of], number, purpose) for purpose in _PURPOSES]
+    keys = [keys_of(plan.seed, fingers.finger[of], number, purpose) for purpose in _PURPOSES]
     px = sensor.px
     cell = CELL_PX * px
     rows, columns = (int(np.ceil(side / cell)) for side in sensor.shape)
     shape = len(of), rows, columns
-    warp = draw_warps(keys[0], master_shape, sensor, preset.placement)
+    warp = draw_warps(keys[0], plan.master.shape, sensor, preset.placement)
     corner = np.empty((len(of), rows + 1, columns + 1, 2))
     kernel.map_corners(warp, cell, corner)
     threshold, strength, outline = _pressure(keys[1:6], shape[1:], preset.pressure)

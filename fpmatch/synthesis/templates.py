@@ -8,19 +8,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.synthesis.master import MasterParameters
-from fpmatch.synthesis.plan import DEFAULT_SENSOR, LARGEST_SEED, MOST_IMPRESSIONS, sensors_named
-from fpmatch.synthesis.presets import preset_named
+from fpmatch.synthesis.plan import DEFAULT_SENSOR, MOST_IMPRESSIONS, Plan, sensors_named
 from fpmatch.synthesis.template_fingers import draw_fingers
 from fpmatch.synthesis.template_impressions import draw_impressions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from numpy.typing import NDArray
+    from collections.abc import Iterable, Iterator, Sequence
 
     from fpmatch.minutiae import Template
-    from fpmatch.synthesis.presets import Preset
     from fpmatch.synthesis.sensor import Sensor
 
 LARGEST_FINGER: Final = 2**53
@@ -34,7 +29,7 @@ def make_templates(
     *,
     first_impression: int = 1,
     preset: str = "normal",
-    sensor: str | Sensor = DEFAULT_SENSOR,
+    sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
 ) -> Iterator[Template]:
     """Make the templates of synthetic fingers without drawing images.
 
@@ -55,8 +50,8 @@ def make_templates(
         Number of the first of them, from 1.
     preset : str
         ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``.
-    sensor : str or Sensor
-        Size and resolution of the image that would have been taken.
+    sensors : sequence of str or Sensor
+        What would have taken the images, in turn: their sizes and resolutions.
 
     Yields
     ------
@@ -76,27 +71,29 @@ def make_templates(
     >>> len(first) > 10 and len(second) > 10
     True
     """
-    chosen, (taken_by,) = preset_named(preset), sensors_named([sensor])
-    if not 0 <= seed <= LARGEST_SEED:
-        raise DatasetError(f"seed {seed}: must lie between 0 and {LARGEST_SEED}")
+    plan = Plan(seed, preset, sensors_named(sensors), MOST_IMPRESSIONS)
     last = first_impression + impressions - 1
     if not (impressions >= 1 and 1 <= first_impression <= last <= MOST_IMPRESSIONS):
         raise DatasetError(
             f"{impressions} impressions from number {first_impression}: there must be at least 1, "
             f"numbered within 1 to {MOST_IMPRESSIONS}"
         )
-    numbers = np.arange(first_impression, last + 1, dtype=np.uint64)
-    return _made(seed, iter(fingers), numbers, chosen, taken_by)
+    return _made(plan, iter(fingers), range(first_impression, last + 1))
 
 
-def _made(
-    seed: int, fingers: Iterator[int], numbers: NDArray[np.uint64], preset: Preset, sensor: Sensor
-) -> Iterator[Template]:
+def _made(plan: Plan, fingers: Iterator[int], numbers: range) -> Iterator[Template]:
     """Yield the templates of some fingers at once after another."""
-    master = MasterParameters()
+    turns: dict[Sensor, list[int]] = {}
+    for m in numbers:
+        turns.setdefault(plan.sensor_of(m), []).append(m)
     while chunk := list(islice(fingers, _AT_ONCE)):
         wrong = [finger for finger in chunk if not 0 <= finger <= LARGEST_FINGER]
         if wrong:
             raise DatasetError(f"finger {wrong[0]}: must lie between 0 and {LARGEST_FINGER}")
-        batch = draw_fingers(seed, np.array(chunk, np.uint64), master)
-        yield from draw_impressions(seed, batch, numbers, preset, sensor, master.shape)
+        batch = draw_fingers(plan.seed, np.array(chunk, np.uint64), plan.master)
+        taken = {
+            sensor: draw_impressions(plan, batch, np.array(turn, np.uint64), sensor)
+            for sensor, turn in turns.items()
+        }
+        for _ in chunk:
+            yield from (next(taken[plan.sensor_of(m)]) for m in numbers)

@@ -154,6 +154,10 @@ CASES = {
         ("new --size 400x400 --dpi nan", "resolution of nan dpi is outside"),
         ("set", "holds files but no"),
         ("notes.txt", "notes.txt: cannot be"),
+        ("notes.txt --templates", "notes.txt: not a gallery"),
+        ("set --templates", "set: is a folder, not a gallery"),
+        ("no/new.db --templates", "no/new.db: cannot be made"),
+        ("new.db --templates --fingers 99999999", "numbered within 1 to"),
     ],
     "verify": [
         *((f"{name} 1_1.png --overlay out.png", reason) for name, reason in IMAGES.items()),

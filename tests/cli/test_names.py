@@ -239,6 +239,8 @@ CASES = {
         ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1", {0}),
         ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", {0}),
         ("{dir} --fingers 1", {2}),
+        ("{out}/made.db --templates --fingers 1 --impressions 1 --workers 1", {0}),
+        ("{dir} --templates --fingers 1", {2}),
     ],
     "calibrate": [("{scores} -o {out}/c.json", {2}), ("{missing} -o {out}/c.json", {2})],
     "points match": [

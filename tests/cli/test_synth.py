@@ -80,3 +80,25 @@ def test_a_full_disk_is_one_line(run, tmp_path, monkeypatch):
 
     monkeypatch.setattr(database, "atomic_write_bytes", full)
     assert_refused(run("synth", tmp_path, *SMALL), "no space left on device")
+
+
+def test_a_gallery_of_templates_is_made_and_then_left_alone(run, tmp_path):
+    out = tmp_path / "made.db"
+    words = ("synth", out, "--templates", "--fingers", 3, "--workers", 1)
+    first = run(*words, "--impressions", 2)
+    assert first.exit_code == 0
+    assert first.stdout.startswith(f"3 fingers x 2 impressions in {out}: 6 templates in ")
+    again = run(*words, "--impressions", 2)
+    assert again.stdout == f"nothing to do: 3 fingers x 2 impressions, all there in {out}\n"
+    more = json.loads(run(*words, "--impressions", 3, "--json").stdout)
+    assert more.pop("seconds") >= 0
+    assert more == {"gallery": str(out), "fingers": 3, "impressions": 3, "made": 3}
+    other = run(*words, "--seed", 1)
+    assert_refused(other, "another picture is enrolled as 101_1 already")
+
+
+@pytest.mark.parametrize("words", ["--fingers 0", "--impressions 0", "--seed -1", "--size 9x9"])
+def test_no_gallery_is_left_of_a_refused_plan(run, tmp_path, words):
+    result = run("synth", tmp_path / "made.db", "--templates", *words.split())
+    assert result.exit_code == 2
+    assert not list(tmp_path.iterdir())

@@ -34,7 +34,7 @@ def test_another_seed_gives_other_fingers():
 
 
 def test_templates_have_the_size_and_resolution_of_their_sensor():
-    for template in make_templates(0, [1, 2], sensor="optical-296x560"):
+    for template in make_templates(0, [1, 2], sensors=["optical-296x560"]):
         assert (template.width, template.height, template.dpi) == (296, 560, 569.0)
         m = template.minutiae
         assert len(m) >= 5
@@ -47,6 +47,14 @@ def test_templates_have_the_size_and_resolution_of_their_sensor():
         assert np.mean(inside) > 0.8
 
 
+def test_sensors_take_impressions_in_turn():
+    names = ["plain-288x384", "capacitive-300x300", "plain-288x384"]
+    made = list(make_templates(0, range(40), impressions=4, sensors=names))
+    assert [t.width for t in made] == [288, 300, 288, 288] * 40
+    (alone,) = make_templates(0, [39], first_impression=4, sensors=names)
+    assert same(alone, made[-1])
+
+
 @pytest.mark.parametrize(
     ("seed", "fingers", "options", "error"),
     [
@@ -57,7 +65,8 @@ def test_templates_have_the_size_and_resolution_of_their_sensor():
         (0, [1], {"impressions": 0}, DatasetError),
         (0, [1], {"impressions": 1001}, DatasetError),
         (0, [1], {"first_impression": 0}, DatasetError),
-        (0, [1], {"sensor": "none"}, DatasetError),
+        (0, [1], {"sensors": ["none"]}, DatasetError),
+        (0, [1], {"sensors": []}, DatasetError),
         (0, [1], {"preset": "none"}, ImageError),
     ],
 )

@@ -85,7 +85,8 @@ def encode(
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     direction_bin = (turn % TURNS).astype(np.uint8)
     share = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2]).astype(np.float64)
-    share = (share / (2 * np.pi) + APART) % 1.0
+    share = share / (2 * np.pi) + APART
+    share += share < 0.0
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
     encode_neighbours(

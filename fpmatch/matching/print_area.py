@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -44,8 +44,10 @@ class PrintArea:
 
 def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:
     """Return the mask of a ridge field with its orientation and ridges, at 500 dpi."""
-    codes = orientation_codes(field.orientation, field.mask)
-    return _cropped(field.step * to_500dpi, codes, has_flow=True, ridges=field.ridges)
+    box, at = _box(field.mask)
+    code = orientation_codes(field.orientation[box], field.mask[box])
+    ridges = None if field.ridges is None else np.ascontiguousarray(field.ridges[box])
+    return PrintArea(field.step * to_500dpi, code, *at, has_flow=True, ridges=ridges)
 
 
 def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) -> PrintArea:
@@ -63,21 +65,14 @@ def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) ->
     mask = np.zeros((int(size[1]), int(size[0])), np.uint8)
     if len(corners):
         cv2.fillConvexPoly(mask, cv2.convexHull(corners), 1)
-    return _cropped(step, mask, has_flow=False)
+    box, at = _box(mask)
+    return PrintArea(step, np.ascontiguousarray(mask[box]), *at, has_flow=False)
 
 
-def _cropped(
-    step: float,
-    code: NDArray[np.uint8],
-    *,
-    has_flow: bool,
-    ridges: NDArray[np.uint64] | None = None,
-) -> PrintArea:
-    """Return the area of the cells that have a code, without empty rows and columns around it."""
-    row, column = np.nonzero(code)
-    first_row, first_column = (int(k.min()) if len(k) else 0 for k in (row, column))
-    end_row, end_column = (int(k.max()) + 1 if len(k) else 0 for k in (row, column))
-    box = (slice(first_row, end_row), slice(first_column, end_column))
-    kept = np.ascontiguousarray(code[box])
-    kept_ridges = None if ridges is None else np.ascontiguousarray(ridges[box])
-    return PrintArea(step, kept, first_row, first_column, has_flow, kept_ridges)
+def _box(mask: NDArray[Any]) -> tuple[tuple[slice, slice], tuple[int, int]]:
+    """Return the part of a mask without empty rows and columns around it, and where it begins."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    if not rows:
+        return (slice(0, 0), slice(0, 0)), (0, 0)
+    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    return box, (rows[0], columns[0])

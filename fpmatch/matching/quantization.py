@@ -26,7 +26,8 @@ def orientation_codes(
 ) -> NDArray[np.uint8]:
     """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
     known = np.where(mask, orientation, 0.0).astype(np.float64)
-    step = np.rint(known * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
+    step = np.rint(known * (ORIENTATIONS / np.pi)).astype(np.int64)
+    step -= step // ORIENTATIONS * ORIENTATIONS  # faster than the remainder
     return np.where(mask, step + 1, 0).astype(np.uint8)
 
 

@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import CandidateListSize, Identification
-    from fpmatch.gallery.search import Candidate
+    from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.search import Candidate, CandidateListSize
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 

@@ -169,6 +169,8 @@ def identify(
         )
     if impressions and consolidated is not None:
         raise MatcherError("single impressions are not compared with consolidated templates")
+    if not 0 < loss < 1:
+        raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
     prepared = search.matcher.prepare(probe)
     if candidate_list != "auto":
@@ -238,7 +240,9 @@ def _compare(
         similarities = search.similarities(probe, staged.places)
         more = search.further_impressions(staged.places, similarities, count)
         places = np.concatenate([staged.places, more])
-        return places, np.concatenate([similarities, search.similarities(probe, more)])
+        similarities = np.concatenate([similarities, search.similarities(probe, more)])
+        order = np.argsort(places)
+        return places[order], similarities[order]
     size = candidate_list_size(search, candidate_list)
     which = None if size is None else search.candidate_list(probe, max(size, count))
     places = np.arange(len(search)) if which is None else which

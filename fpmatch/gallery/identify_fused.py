@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import CandidateListSize
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.search import CandidateListSize, Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.pieces import Pieces
-    from fpmatch.gallery.identify import CandidateListSize
+    from fpmatch.gallery.search import CandidateListSize
 
 MAX_PIECE: Final = 4096  # prints of a piece
 LEAST_PIECES: Final = 32  # into which a smaller gallery is divided

@@ -110,11 +110,11 @@ class Segment:
             part.posting + np.uint32(k << _NUMBER_BITS)
             for part, k in zip(parts, first.tolist(), strict=False)
         ]
-        of_prints = (
+        number, finger, size = (
             np.concatenate([*(getattr(part, name) for part in parts), np.empty(0, dtype)])
             for name, dtype in (("number", np.int64), ("finger", np.int64), ("size", np.uint8))
         )
-        return cls(*of_prints, *_by_term(term, moved))
+        return cls(number, finger, size, *_by_term(term, moved))
 
     def take(self, which: NDArray[np.integer]) -> Segment:
         """Return a copy of the prints with the places `which`, ascending."""
@@ -125,8 +125,8 @@ class Segment:
         pose = self.posting[kept] & np.uint32(_POSE)
         posting = now[kept].astype(np.uint32) << np.uint32(_NUMBER_BITS) | pose
         term = np.repeat(_TERM, np.diff(self.term_start))[kept]
-        of_prints = (array[which] for array in (self.number, self.finger, self.size))
-        return Segment(*of_prints, *_by_term([term], [posting]))
+        number, finger, size = self.number[which], self.finger[which], self.size[which]
+        return Segment(number, finger, size, *_by_term([term], [posting]))
 
     def __len__(self) -> int:
         return len(self.number)

@@ -1,15 +1,40 @@
 # Types of the kernel. Arrays may be mapped from a file that cannot be written.
 cimport cython
 
+cdef extern from *:
+    """
+    #if defined(__GNUC__)
+    #define prefetch(address) __builtin_prefetch(address)
+    #else
+    #define prefetch(address) ((void)(address))
+    #endif
+    """
+    void prefetch(const void *address) noexcept nogil
+
+cdef enum:
+    AHEAD = 12  # lists, of which the first posting is fetched
+    TURN = 63  # the steps of a rotation are numbered by its bits
+    CELLS = 256  # of a print
+    WORDS = 64  # of four cells along y
+    TURNS = 16  # of them, of the rotations of one shift along x
+    PRINTS = 2048  # whose cells lie in the table at once
+    MOST = 63  # votes that are counted in a cell: four make less than 256
+
 
 @cython.locals(
     q=cython.Py_ssize_t, p=cython.Py_ssize_t, first=cython.Py_ssize_t, last=cython.Py_ssize_t,
-    at=cython.uint, end=cython.uint, found=cython.uint, turn=cython.int, place=cython.int,
-    x=cython.int, y=cython.int, window=cython.Py_ssize_t, count=cython.int, best=cython.int,
+    at=cython.uint, end=cython.uint, found=cython.uint, turn=cython.uint, turned=cython.uint,
+    own=cython.int, own_place=cython.uint, cell=cython.uint, count=cython.uint,
+    votes_each=cython.uint, cells=cython.p_uchar, counted=cython.p_uchar,
+    place="const unsigned short *", here=cython.p_uint,
 )
 cpdef int count_votes(
     const unsigned int[::1] start, const unsigned int[::1] posting, const int[::1] term,
     const unsigned char[::1] weight, const int[::1] reading, const unsigned char[::1] rotation,
-    const unsigned short[:, ::1] shift, unsigned int[::1] cursor, unsigned char[::1] table,
-    unsigned char[::1] votes,
+    const unsigned short[:, ::1] shift, const unsigned short[::1] factor,
+    unsigned int[::1] cursor, unsigned int[::1] table, unsigned short[::1] votes,
 ) noexcept nogil
+@cython.locals(
+    k=cython.Py_ssize_t, sums=cython.p_uint, each=cython.p_uchar, best=cython.uchar,
+)
+cdef unsigned int most_votes(unsigned int *cells, unsigned int *room) noexcept nogil

@@ -1,9 +1,10 @@
 """Kernel: votes of a probe's terms for the prints of a segment, and for how to move the probe.
 
 Each posting that a probe's term finds votes for a print, and for the rotation and the shift that
-lay the probe's edge on that of the print: rotations are counted in windows of an eighth of a turn,
-shifts in windows of 64 by 64 pixels, which repeat after 256, and all of it a second time in windows
-that begin half a window later. What a print has is the most votes in one window.
+map the probe's edge onto that of the print. Votes are counted in cells: 4 by 4 of shifts, of 64 by
+64 pixels, which repeat after 256, by 16 of rotation. What a print has is the greatest sum of four
+cells: two adjacent ones along x by two of rotation, so that votes for nearly the same movement are
+added up although they lie in two cells.
 """
 
 import cython
@@ -11,61 +12,72 @@ import cython
 if cython.compiled:
     from cython.cimports.libc.string import memset
 
-ROTATIONS = cython.declare(cython.int, 64)  # steps of an edge's own direction
-PLACES = cython.declare(cython.int, 32)  # steps of a place along x and y, after which they repeat
-WINDOWS = cython.declare(cython.int, 128)  # of one grid: 8 of rotation by 4 by 4 of shifts
-TWO_GRIDS = cython.declare(cython.int, 256)
-HALF = cython.declare(cython.int, 4)  # a window, in steps of rotation and of place
-PRINTS = cython.declare(cython.int, 2048)  # whose windows lie in the table at once
-MOST = cython.declare(cython.int, 250)  # votes that are counted in one window
+# The pxd file has the constants, so that the compiler knows them.
 
 
-def count_votes(start, posting, term, weight, reading, rotation, shift, cursor, table, votes):
-    """Fill `votes` with the most votes of each print in one window.
+def count_votes(
+    start, posting, term, weight, reading, rotation, shift, factor, cursor, table, votes
+):
+    """Fill `votes` with the greatest sum of the votes of each print in four cells.
 
     The postings of a term are ``posting[start[term]:start[term + 1]]``, in the order of the prints:
     the number of the print in the upper half, the pose in the lower one. `term`, `weight` and
     `reading` are the probe's; `rotation` (R,) and `shift` (R, 64) belong to its readings: the
     direction of the edge, and its place x, y for each rotation of the probe, as poses are
-    quantised. `cursor` and `table` are room: one number a term, and 256 for 2,048 prints.
+    quantised. A quarter of `factor` multiplies the votes of each print. `cursor` and `table` are
+    room: one number a term, and 64 for 2,048 prints and two.
     """
     for q in range(term.shape[0]):
         cursor[q] = start[term[q]]
+    cells = cython.cast(cython.p_uchar, cython.address(table[0]))
     first = 0
     while first < votes.shape[0]:
         last = min(first + PRINTS, votes.shape[0])
-        memset(cython.address(table[0]), 0, (last - first) * TWO_GRIDS)
-        for p in range(first, last):
-            votes[p] = 0
+        memset(cells, 0, (last - first) * CELLS)
         for q in range(term.shape[0]):
-            at, end = cursor[q], start[term[q] + 1]
+            at, end, votes_each, own = cursor[q], start[term[q] + 1], weight[q], reading[q]
+            turn = rotation[own]
+            place = cython.address(shift[own, 0])
+            if q + AHEAD < term.shape[0]:
+                prefetch(cython.address(posting[0]) + cursor[q + AHEAD])
             while at < end:
                 found = posting[at]
                 p = found >> 16
                 if p >= last:
                     break
                 at += 1
-                turn = ((found >> 10) - rotation[reading[q]]) & (ROTATIONS - 1)
-                place = shift[reading[q], turn]
-                x = (found >> 5) - (place >> 5)
-                y = found - place
-                window = (p - first) * TWO_GRIDS
-                window += (turn >> 3 << 4) + ((x >> 1) & 12) + ((y >> 3) & 3)
-                count = table[window] + weight[q]
-                count = count if count < MOST else MOST
-                table[window] = count
-                best = votes[p]
-                best = count if count > best else best
-                turn, x, y = turn + HALF, x + HALF, y + HALF
-                window = (p - first) * TWO_GRIDS + WINDOWS
-                window += ((turn >> 3 & 7) << 4) + ((x >> 1) & 12) + ((y >> 3) & 3)
-                count = table[window] + weight[q]
-                count = count if count < MOST else MOST
-                table[window] = count
-                votes[p] = count if count > best else best
+                turned = ((found >> 10) - turn) & TURN
+                own_place = place[turned]
+                cell = ((found >> 5) - (own_place >> 5)) << 3 & 192
+                cell += turned & 60
+                cell += (found - own_place) >> 3 & 3
+                counted = cython.address(cells[(p - first) * CELLS + cell])
+                count = counted[0] + votes_each
+                counted[0] = count if count < MOST else MOST
             cursor[q] = at
+        for p in range(first, last):
+            here = cython.address(table[(p - first) * WORDS])
+            votes[p] = most_votes(here, cython.address(table[PRINTS * WORDS])) * factor[p] >> 2
         first = last
     return 0
+
+
+def most_votes(cells, room):
+    """Return the greatest sum of four cells of a print; `room` is for twice as many cells."""
+    for k in range(WORDS - 1):
+        room[k] = cells[k] + cells[k + 1]
+    for k in range(WORDS // TURNS):  # the last rotation is beside the first
+        room[k * TURNS + TURNS - 1] = cells[k * TURNS + TURNS - 1] + cells[k * TURNS]
+    sums = room + WORDS
+    for k in range(WORDS - TURNS):
+        sums[k] = room[k] + room[k + TURNS]
+    for k in range(TURNS):
+        sums[WORDS - TURNS + k] = room[WORDS - TURNS + k] + room[k]
+    each = cython.cast(cython.p_uchar, sums)
+    best = each[0]
+    for k in range(CELLS):
+        best = each[k] if each[k] > best else best
+    return best
 
 
 if not cython.compiled:

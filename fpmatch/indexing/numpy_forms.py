@@ -15,8 +15,9 @@ SECTORS: Final = 36
 ROTATIONS: Final = 64
 PLACES: Final = 32
 PER_PX: Final = 0.125
-GRIDS: Final = (0, 4)
-MOST: Final = 250
+SHAPE: Final = (4, 16, 4)  # cells of shifts along x, of rotation, of shifts along y
+CELLS: Final = 256
+MOST: Final = 63
 
 
 def describe_edges(points: Any, edge: Any, term: Any, pose: Any) -> int:
@@ -47,11 +48,12 @@ def count_votes(
     reading: Any,
     rotation: Any,
     shift: Any,
+    factor: Any,
     cursor: Any,
     table: Any,
     votes: Any,
 ) -> int:
-    """Fill `votes` with the most votes of each print in one window, as the kernel does."""
+    """Fill `votes` with the greatest sum of the votes of each print, as the kernel does."""
     start, term = np.asarray(start).astype(np.int64), np.asarray(term)
     length = start[term + 1] - start[term]
     q = np.repeat(np.arange(len(term)), length)
@@ -60,14 +62,13 @@ def count_votes(
     turn = ((found >> 10) - np.asarray(rotation)[of]) & (ROTATIONS - 1)
     place = np.asarray(shift)[of, turn].astype(np.int64)
     x, y = (found >> 5) - (place >> 5), found - place
-    votes[:] = 0
-    weights = np.asarray(weight)[q]
-    for half in GRIDS:
-        window = ((turn + half) >> 3 & 7) << 4
-        window += (((x + half) >> 1) & 12) + (((y + half) >> 3) & 3)
-        key, sum_of = np.unique((found >> 16) * 128 + window, return_inverse=True)
-        sums = np.minimum(np.bincount(sum_of.ravel(), weights), MOST).astype(np.uint8)
-        np.maximum.at(votes, key >> 7, sums)
+    cell = (x << 3 & 192) + (turn & 60) + (y >> 3 & 3)
+    counted = np.bincount((found >> 16) * CELLS + cell, np.asarray(weight)[q], len(votes) * CELLS)
+    cells = np.minimum(counted, MOST).astype(np.uint8).reshape(-1, *SHAPE)
+    cells += np.roll(cells, -1, 1)
+    cells += np.roll(cells, -1, 2)
+    best = cells.reshape(-1, CELLS).max(1, initial=0).astype(np.uint32)
+    votes[:] = best * np.asarray(factor) >> 2
     return 0
 
 

@@ -7,6 +7,7 @@ Once made, a segment is not changed. Its arrays may be mapped from a file (see
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -27,8 +28,7 @@ if TYPE_CHECKING:
 
 MAX_PRINTS: Final = 1 << 16  # that 16 bits can number
 MAX_POSTINGS: Final = 1 << 31
-PRINTS_AT_ONCE: Final = 2048  # whose votes are in the kernel's table
-WINDOWS: Final = 256  # of a print
+TABLE: Final = (2048 + 2) * 64  # words of the kernel's table
 _NUMBER_BITS: Final = 16
 _POSE: Final = 0xFFFF
 _TERM: Final = np.arange(TERMS, dtype=np.uint16)
@@ -36,7 +36,7 @@ SIZE_OFFSET: Final = 4
 """Added to the minutiae of a print, by whose square root its votes are divided."""
 SIZE_SCALE: Final = 2048
 _SIZES: Final = np.arange(256)
-_FACTOR: Final = np.rint(SIZE_SCALE / np.sqrt(_SIZES + SIZE_OFFSET)).astype(np.uint32)
+_FACTOR: Final = np.rint(SIZE_SCALE / np.sqrt(_SIZES + SIZE_OFFSET)).astype(np.uint16)
 
 # dimensions: one entry a print; one a term, and one more; one an edge of all prints
 PRINT: Final = "print"
@@ -150,18 +150,22 @@ class Segment:
         """Return the arrays by name."""
         return {name: getattr(self, name) for name in COLUMNS}
 
+    @cached_property
+    def _factor(self) -> NDArray[np.uint16]:
+        return _FACTOR[self.size]
+
     def votes(self, probe: ProbeTerms) -> NDArray[np.uint16]:
         """Return how much of a probe's terms each print has in one place and rotation, (N,).
 
         Votes are divided by the square root of the print's size.
         """
-        found = np.zeros(len(self), np.uint8)
+        found = np.zeros(len(self), np.uint16)
         cursor = np.empty(len(probe.term), np.uint32)
-        table = np.empty(WINDOWS * PRINTS_AT_ONCE, np.uint8)
+        table = np.empty(TABLE, np.uint32)
         p = probe
         looked_up = p.term, p.weight, p.reading, p.rotation, p.shift
-        count_votes(self.term_start, self.posting, *looked_up, cursor, table, found)
-        return (found * _FACTOR[self.size] >> 2).astype(np.uint16)
+        count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, found)
+        return found
 
 
 COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(Segment)}

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _NO_NUMBERS = np.empty(0, np.int64)
 _BINS = 1 << 16  # values that votes can have
+_REMOVED = _BINS - 1  # more than any print can have
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,15 +56,16 @@ def preselect(
     sets how many postings are visited (see `probe_terms`).
     """
     terms = probe_terms(probe, budget)
-    every = [segment.votes(terms).astype(np.int32) for segment in segments]
+    every = [segment.votes(terms) for segment in segments]
     gone = np.unique(np.asarray(removed, np.int64))
-    counts = np.zeros(_BINS, np.int64)
+    counts = np.zeros(_BINS, np.int64)  # of prints, by their votes
     for segment, votes in zip(segments, every, strict=True):
         place = np.searchsorted(segment.number, gone)
         inside = place < len(segment)
         place = place[inside][segment.number[place[inside]] == gone[inside]]
-        votes[place] = -1
-        counts += np.bincount(votes[votes >= 0] if len(place) else votes, minlength=_BINS)
+        votes[place] = _REMOVED
+        counts += np.bincount(votes, minlength=_BINS)
+    counts[_REMOVED] = 0
     better = np.cumsum(counts[::-1])[::-1]  # prints with at least so many votes
     if not every or better[0] <= passed_on:
         least, ties = 0, int(counts[0])
@@ -71,12 +73,11 @@ def preselect(
         least = int(np.flatnonzero(better > max(passed_on, 0))[-1])
         ties = max(passed_on, 0) - int(better[least] - counts[least])
     at = [np.flatnonzero(votes >= least) for votes in every]
+    at = [a[v[a] != _REMOVED] for v, a in zip(every, at, strict=True)]
     found = Candidates(
         segment=np.repeat(np.arange(len(every)), [len(a) for a in at]),
         local=np.concatenate([*at, _NO_NUMBERS]),
-        votes=np.concatenate([*(v[a] for v, a in zip(every, at, strict=True)), _NO_NUMBERS]).astype(
-            np.uint16
-        ),
+        votes=np.concatenate([*map(np.take, every, at), np.empty(0, np.uint16)]),
     )
     equal = np.flatnonzero(found.votes == least)
     if ties >= len(equal):

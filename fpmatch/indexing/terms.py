@@ -62,7 +62,7 @@ def print_terms(print_: PreparedTemplate) -> tuple[NDArray[np.uint16], NDArray[n
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeTerms:
-    """Hold the terms that a probe looks up, rarest first, for `Segment.votes`.
+    """Hold the terms that a probe looks up, ascending, for `Segment.votes`.
 
     Each edge of the probe is read from both ends. A reading looks up its own term and those that
     errors of its length and directions turn it into.
@@ -81,7 +81,7 @@ def probe_terms(
 ) -> ProbeTerms:
     """Return the terms that a probe looks up.
 
-    Those that most favour a print of the finger come first, up to a budget of postings: so many a
+    Those are taken that most favour a print of the finger, up to a budget of postings: so many a
     print of the gallery for each minutia of the probe.
     """
     model = model or index_model()
@@ -107,6 +107,7 @@ def probe_terms(
     kept = kept[np.argsort(-gain[kept], kind="stable")]
     cost = np.cumsum(share[cell.ravel()[kept]]) * model.edges
     kept = kept[: np.searchsorted(cost, budget * len(probe), "right")]
+    kept = kept[np.argsort(cell.ravel()[kept], kind="stable")]
     weight = np.clip(np.rint(WEIGHT_SCALE * np.log(gain[kept])), 1, MOST_WEIGHT)
     middle = 0.5 * np.stack([x[first] + x[second], y[first] + y[second]])
     return ProbeTerms(

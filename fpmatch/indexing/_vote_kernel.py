@@ -10,9 +10,17 @@ added up although they lie in two cells.
 import cython
 
 if cython.compiled:
+    from cython.cimports.fpmatch.indexing._vote_cells import (
+        AHEAD,
+        CELLS,
+        MOST,
+        PRINTS,
+        TURN,
+        TURNS,
+        WORDS,
+        prefetch,
+    )
     from cython.cimports.libc.string import memset
-
-# The pxd file has the constants, so that the compiler knows them.
 
 
 def count_votes(

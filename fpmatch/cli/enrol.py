@@ -34,7 +34,6 @@ from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from fpmatch.gallery.enrol import Enrolment
-    from fpmatch.gallery.entry import GallerySummary
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -196,7 +195,8 @@ def enrol(
             )
             runs.append(found)
         done = work.joined(runs)
-        summary, name, private = opened.summary(), opened.name, opened.private
+        sizes = len(opened), opened.subjects()
+        name, private = opened.name, opened.private
     seconds = time.perf_counter() - start
     if not private:
         say_note(f"{name}: other users may read it; `chmod 600` makes it private")
@@ -205,24 +205,23 @@ def enrol(
         [f"{failure.source}: {failure.reason}" for failure in done.failures],
         f"; `fpmatch gallery list {name} --failures` shows all",
     )
-    outcome = (name, done, summary, seconds)
+    outcome = (name, done, sizes, seconds)
     show(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
     return 1 if done.failures else 0
 
 
-def _as_text(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> str:
+def _as_text(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> str:
     total = done.enrolled + done.known + len(done.failures)
     counts = [f"enrolled {done.enrolled} of {count(total, 'picture')}"]
     counts += [f"{done.known} were enrolled before"] if done.known else []
     counts += [f"{len(done.failures)} failed"] if done.failures else []
-    impressions = count(summary.impressions, "impression")
-    subjects = count(summary.subjects, "subject")
+    impressions, subjects = count(sizes[0], "impression"), count(sizes[1], "subject")
     rate = f" ({done.enrolled / seconds:.1f} a second)" if done.enrolled else ""
     place = f"{printable(name)}: {impressions} of {subjects}"
     return f"{', '.join(counts)}: {seconds:.1f} s{rate}\n{place}"
 
 
-def _as_dict(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> dict[str, Any]:
+def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> dict[str, Any]:
     from fpmatch.reading import ASSUMED_DPI
 
     noted = dict(done.noted)
@@ -235,6 +234,6 @@ def _as_dict(name: str, done: Enrolment, summary: GallerySummary, seconds: float
         "dpi_assumed": len(noted.pop(ASSUMED_DPI, ())),
         "notes": notes_as_json(noted),
         "seconds": round(seconds, 3),
-        "impressions": summary.impressions,
-        "subjects": summary.subjects,
+        "impressions": sizes[0],
+        "subjects": sizes[1],
     }

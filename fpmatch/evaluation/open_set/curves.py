@@ -38,6 +38,7 @@ HEADS: Final = {
 """The files and their columns."""
 _PANEL_INCHES: Final = (5.2, 4.2)
 _DPI: Final = 150
+_RANK_TICKS: Final = (1, 2, 5, 10, 20, 50, 100)
 # Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
 _COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
@@ -103,23 +104,26 @@ def save_identification_plot(
     with plain_style():
         size = 2 * _PANEL_INCHES[0], _PANEL_INCHES[1]
         det, ranks = (figure := Figure(figsize=size, layout="constrained")).subplots(1, 2)
+        most = 1
         for k, report in enumerate(reports):
             colour = _COLOURS[k % len(_COLOURS)]
             name = count(report.fingers, "finger")
             if len({one.matcher for one in reports}) > 1:
                 name = f"{report.matcher}, {name}"
             _det(det, report.pooled, colour, name)
-            most = min(LIST_LENGTH, report.enrolled[1])
-            _rank(ranks, report.pooled, colour, name, most)
+            most = max(most, listed := min(LIST_LENGTH, report.enrolled[1]))
+            _rank(ranks, report.pooled, colour, name, listed)
         det.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
         det.plot([], [], "--", color="#5f6368", label="predicted by 1:1")
         ranks.set(xlabel="rank", ylabel="FNIR without threshold, %", xscale="log", yscale="log")
         for axes in (det, ranks):
             axes.grid(visible=True, linewidth=0.4)
+            axes.yaxis.set_minor_formatter("")
             axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
             axes.legend(frameon=False)
         det.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
-        ranks.xaxis.set_major_formatter(lambda rank, _: f"{rank:g}")
+        ranks.minorticks_off()
+        ranks.set_xticks(shown := [r for r in _RANK_TICKS if r <= most], map(str, shown))
         atomic_write_bytes(path, figure_bytes(figure, path, _DPI))
 
 

@@ -47,16 +47,19 @@ class IdentificationPoint:
     """Hold the FNIR at the lowest threshold whose FPIR is at most `fpir`, and what 1:1 predicts.
 
     `fnir` is None where there are fewer than 1 / `fpir` searches without a mate; `interval` is its
-    95 % interval; `threshold` is the score above which candidates count. `predicted_fnir` is the
-    share of the mated 1:1 comparisons below `predicted_threshold`, the score at which N comparisons
-    with other subjects give the FPIR if they are independent, as the calibration states it; that is
-    `extrapolated` where the score is above the largest measured one.
+    95 % interval. Candidates count above the score `threshold`; `false_positives` is the number of
+    different probes without a mate that then have one.
+
+    `predicted_fnir` is the share of the mated 1:1 comparisons below `predicted_threshold`, the
+    score at which independent comparisons with all others give the FPIR, as the calibration states
+    it; that is `extrapolated` where the score is above the largest measured one.
     """
 
     fpir: float
     fnir: float | None
     interval: Interval | None
     threshold: float | None
+    false_positives: int | None
     predicted_fnir: float | None
     predicted_threshold: float
     extrapolated: bool
@@ -128,7 +131,7 @@ def open_set_rates(
     >>> searches = Searches(
     ...     mated=np.arange(3), score=mates, rank=np.array([2, 1, NOT_LISTED]), direct=mates,
     ...     nonmated=np.zeros(4, int), highest=np.array([10.0, 20.0, 25.0, 35.0]),
-    ...     enrolled=np.array([100]), preselected=False,
+    ...     enrolled=np.array([100]), compared=np.array([100]), preselected=False,
     ... )
     >>> rates = open_set_rates(
     ...     searches, np.arange(3), load_calibration("unit-circle"), fpirs=[0.25, 0.5]
@@ -142,9 +145,9 @@ def open_set_rates(
     grid = [f for f in DET_FPIRS if f * searches.highest.size >= 1]
     every = [*fpirs, *grid]
     drawn = _drawn_rates(searches, subject, draws, every) if enough and draws is not None else None
-    enrolled = float(searches.enrolled.mean())
+    compared = float(searches.compared.mean())
     points = [
-        _point(searches, fpir, enrolled, calibration, None if drawn is None else drawn[:, k])
+        _point(searches, fpir, compared, calibration, None if drawn is None else drawn[:, k])
         for k, fpir in enumerate(every)
     ]
     missed = searches.rank[:, np.newaxis] > np.arange(1, LIST_LENGTH + 1)
@@ -179,19 +182,22 @@ def predicted_threshold(fpir: float, subjects: float) -> float:
 def _point(
     searches: Searches,
     fpir: float,
-    enrolled: float,
+    compared: float,
     calibration: Calibration,
     draws: NDArray[np.float64] | None,
 ) -> IdentificationPoint:
     fnir = fnmr_at_fmr(searches.score, searches.highest, fpir)
     known = fnir is not None and searches.highest.size > 0
-    predicted = predicted_threshold(fpir, enrolled)
+    predicted = predicted_threshold(fpir, compared)
     below = searches.direct < predicted
+    threshold = threshold_at_fmr(searches.highest, fpir) if known else None
+    reached = None if threshold is None else searches.nonmated[searches.highest > threshold]
     return IdentificationPoint(
         fpir=fpir,
         fnir=fnir,
         interval=None if draws is None or not known else interval_of(draws),
-        threshold=threshold_at_fmr(searches.highest, fpir) if known else None,
+        threshold=threshold,
+        false_positives=None if reached is None else len(np.unique(reached)),
         predicted_fnir=float(below.mean()) if below.size else None,
         predicted_threshold=predicted,
         extrapolated=predicted > calibration.largest_measured_score,

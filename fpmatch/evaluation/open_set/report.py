@@ -107,12 +107,11 @@ class IdentificationReport:
         lines.append(text_table(table))
         if self.bootstrap:
             lines.append(_intervals(rows, ranks, titles))
-        lines.append(self._predictions(rows[-1][1].points))
+        lines.append(self._predictions(rows[-1][0], rows[-1][1].points))
         return "\n\n".join(lines)
 
-    def _predictions(self, points: Sequence[IdentificationPoint]) -> str:
-        head = "from 1:1 comparisons", "threshold", "1:1 predicts", "FNIR", "1:1 predicts"
-        table = [head]
+    def _predictions(self, name: str, points: Sequence[IdentificationPoint]) -> str:
+        table = [(name, "threshold", "1:1 predicts", "false positives", "FNIR", "1:1 predicts")]
         for point in points:
             beyond = " *" if point.extrapolated else ""
             table.append(
@@ -120,6 +119,7 @@ class IdentificationReport:
                     f"FPIR {100 * point.fpir:.6g} %",
                     "-" if point.threshold is None else f"{point.threshold:.1f}",
                     f"{point.predicted_threshold:.1f}{beyond}",
+                    "-" if (n := point.false_positives) is None else f"of {count(n, 'probe')}",
                     percent(point.fnir),
                     f"{percent(point.predicted_fnir)}{beyond}",
                 )

@@ -44,7 +44,8 @@ class Searches:
     Of those with a mate, M, `score` and `rank` are those of the mate, ties counting against it, and
     `direct` is the score of comparing both 1:1. Of those without one, L, `highest` is the highest
     score. `mated` and `nonmated` hold the presentation that was searched for. `enrolled` holds the
-    number of subjects in the gallery of each round.
+    number of subjects in the gallery of each round, `compared` that of their scores: one a finger,
+    or one a subject where several fingers are fused.
     """
 
     mated: NDArray[np.intp]
@@ -54,6 +55,7 @@ class Searches:
     nonmated: NDArray[np.intp]
     highest: Scores
     enrolled: NDArray[np.intp]
+    compared: NDArray[np.intp]
     preselected: bool
 
     def of(self, which: NDArray[np.bool_]) -> Searches:
@@ -197,6 +199,8 @@ def search_all(
             else:
                 mated.append((k, of_mate, rank, direct[mate]))
     progress("search", len(presentations), len(presentations))
+    of_round = np.array([len(enrolled) for turn in rounds for enrolled in turn])
+    one_finger = len(presentations[0]) == 1
     with_mate, without = np.array(mated).reshape(-1, 4), np.array(nonmated).reshape(-1, 2)
     return Searches(
         mated=with_mate[:, 0].astype(np.intp),
@@ -205,7 +209,8 @@ def search_all(
         direct=with_mate[:, 3],
         nonmated=without[:, 0].astype(np.intp),
         highest=without[:, 1],
-        enrolled=np.array([gallery.first + len(e) for turn in rounds for e in turn]),
+        enrolled=gallery.first + of_round,
+        compared=of_round + (len(background.search.finger_sizes) if one_finger else gallery.first),
         preselected=preselected,
     )
 

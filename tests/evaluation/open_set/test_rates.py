@@ -21,6 +21,7 @@ def searches_of(scores, ranks, highest, enrolled=10):
         nonmated=np.arange(len(highest)),
         highest=np.array(highest, float),
         enrolled=np.full(3, enrolled),
+        compared=np.full(3, enrolled),
         preselected=False,
     )
 
@@ -38,6 +39,7 @@ def test_rates_of_a_few_searches_counted_by_hand():
     # one of four may have a candidate: the threshold lies above 35: 50 and 40 are found
     assert [point.fnir for point in rates.points] == [0.5, 0.25, 0.25, None]
     assert [point.threshold for point in rates.points] == [35.0, 20.0, 10.0, None]
+    assert [point.false_positives for point in rates.points] == [1, 2, 3, None]
     assert rates.fnir_at_rank[:4] == (0.5, 0.5, 0.25, 0.25)
     assert len(rates.fnir_at_rank) == LIST_LENGTH
     assert (rates.mated, rates.nonmated) == (4, 4)

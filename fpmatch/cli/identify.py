@@ -40,6 +40,7 @@ from fpmatch.text_table import count
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from fpmatch.evaluation.batch.candidates import Listed
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.search import Candidate, CandidateListSize
@@ -252,7 +253,7 @@ def identify(
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader, group_by_note
 
-    listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"
+    listed: Listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"
     if impressions and consolidate:
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     curve = load_calibration(matcher_name(matcher), calibration)

@@ -161,16 +161,9 @@ def identify(
     >>> found.compared, found.candidates[0].number
     (1, 1)
     """
-    if count < 1:
-        raise MatcherError(f"the number of candidates must be at least 1, not {count}")
-    if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(
-            f"a threshold is between 0 and {MAX_SCORE:g}, not {number_text(threshold)}"
-        )
-    if impressions and consolidated is not None:
-        raise MatcherError("single impressions are not compared with consolidated templates")
-    if not 0 < loss < 1:
-        raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
+    check_limits(
+        count, threshold, loss, impressions=impressions, consolidated=consolidated is not None
+    )
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
     prepared = search.matcher.prepare(probe)
     if candidate_list != "auto":
@@ -226,6 +219,22 @@ def identify(
         loss=None if staged is None else staged.loss,
         passed_on=() if staged is None else staged.passed_on,
     )
+
+
+def check_limits(
+    count: int, threshold: float, loss: float, *, impressions: bool, consolidated: bool
+) -> None:
+    """Raise MatcherError if parameters of `identify` are out of range or exclude each other."""
+    if count < 1:
+        raise MatcherError(f"the number of candidates must be at least 1, not {count}")
+    if not 0 <= threshold <= MAX_SCORE:
+        raise MatcherError(
+            f"a threshold is between 0 and {MAX_SCORE:g}, not {number_text(threshold)}"
+        )
+    if impressions and consolidated:
+        raise MatcherError("single impressions are not compared with consolidated templates")
+    if not 0 < loss < 1:
+        raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
 
 
 def _compare(

@@ -5,7 +5,7 @@ import pytest
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.reading import ASSUMED_DPI
 
-from .conftest import copied
+from .conftest import assert_refused, copied, rows_of
 
 
 def test_candidates_in_words(run, gallery, prints):
@@ -182,3 +182,70 @@ def test_a_second_finger_that_cannot_be_read_ends_the_search(run, gallery, print
     result = run("identify", gallery, prints / "1_1.png", "--with", tmp_path / "empty.png")
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr == f"fpmatch: error: {tmp_path}/empty.png: the file is empty\n"
+
+
+def test_candidates_in_a_file_are_those_that_are_shown(run, gallery, prints, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png", other="2_1.png")
+    words = ("--workers", 1, "-k", 2, "--json")
+    shown = run("identify", gallery, folder, *words)
+    output = tmp_path / "c.csv"
+    result = run("identify", gallery, "--probes", folder, "-o", output, *words)
+    assert (result.exit_code, shown.exit_code) == (1, 1)
+    assert result.stderr == f"fpmatch: failed: {folder}/empty.png: the file is empty\n"
+    document = json.loads(result.stdout)
+    assert (document["probes"], document["rows"], document["failed"]) == (3, 5, 1)
+    assert document["failures"] == [{"probe": f"{folder}/empty.png", "reason": "the file is empty"}]
+    rows = rows_of(output)
+    assert [(row["probe"], row["reason"]) for row in rows if row["reason"]] == [
+        (f"{folder}/empty.png", "the file is empty")
+    ]
+    for probe in json.loads(shown.stdout)["probes"]:
+        found = [row for row in rows if row["probe"] == probe["probe"]]
+        assert [(row["id"], row["score"], row["fmr"]) for row in found] == [
+            (str(one["id"]), str(one["score"]), str(one["fmr"])) for one in probe["candidates"]
+        ]
+
+
+def test_a_file_of_candidates_is_said_in_words_and_resumed(run, gallery, prints, tmp_path):
+    output, words = tmp_path / "c.csv", ("--workers", 1, "-k", 1)
+    probes = (prints / "1_1.png", prints / "2_1.png")
+    usual = ("identify", gallery, probes[0], "--probes", probes[1], "-o", output, *words)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.evaluation.batch.candidates.identify_entries", _interrupt)
+        interrupted = run(*usual)
+    assert interrupted.exit_code == 130
+    assert interrupted.stderr == "fpmatch: note: the same command resumes the run\n"
+    assert (tmp_path / "c.csv.unfinished").is_dir()
+    assert_refused(run(*usual, "--threshold", 3), "but with another threshold")
+    result = run(*usual)
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, last = result.stdout.splitlines()
+    assert head.startswith("2 probes: ")
+    assert last == f"{output}: 2 rows"
+    assert [row["subject"] for row in rows_of(output)] == ["1", "2"]
+
+
+def _interrupt(*_, **__):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ((), "Missing argument 'PROBE...'"),
+        (("p.png", "-o", "c.csv", "--transform"), "-o excludes"),
+        (("p.png", "-o", "c.csv", "--with", "q.png"), "-o excludes"),
+        (("p.png", "--workers", 2, "--scheduler", "tcp://x:1"), "exclude each other"),
+        (("p.png", "-o", "c.csv", "--scheduler", "nonsense"), "no Dask scheduler answers"),
+        (("p.png", "-o", "c.txt"), "candidates are written as .csv"),
+        (("p.png", "-o", "no/where/c.csv"), "no such file or directory"),
+    ],
+)
+def test_what_a_file_of_candidates_needs(run, gallery, prints, monkeypatch, words, reason):
+    monkeypatch.setattr("fpmatch.engine.cluster.CONNECT_S", 0.3)
+    monkeypatch.chdir(gallery.parent)
+    files = {"p.png": prints / "1_1.png", "q.png": prints / "2_1.png"}
+    result = run("identify", gallery, *(files.get(word, word) for word in words))
+    assert result.exit_code == 2
+    assert reason in result.stderr
+    assert "Traceback" not in result.stderr

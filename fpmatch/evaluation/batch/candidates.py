@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from fpmatch._version import __version__
 from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import MatcherError, OutputError
+from fpmatch.errors import OutputError
 from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.gallery.candidates import identify_entries
+from fpmatch.gallery.identify import candidate_list_size, check_limits
 from fpmatch.gallery.search import ConsolidatedFingers
 from fpmatch.gallery.search_pieces import batch_size, hold_search
 from fpmatch.matching.calibration import load_calibration
@@ -159,7 +160,11 @@ def write_candidates(
     """
     target = Path(output)
     check_candidates_format(target)
-    check_options(options)
+    impressions = options.listed == "impressions"
+    check_limits(
+        options.count, options.threshold, impressions=impressions, consolidated=options.consolidate
+    )
+    candidate_list_size(search, options.candidate_list)  # before a file is made
     curve = options.calibration or load_calibration(search.matcher.name)
     run = {
         "format": _FORMAT,
@@ -237,7 +242,7 @@ def identify_each(
             pending.append([(k, *_opened(one)) for k, one in batch])
             yield [search.matcher.prepare(t) for _, _, t in pending[-1] if t is not None]
 
-    limits = {"count": options.count, "candidate_list": options.candidate_list}
+    limits: dict[str, Any] = {"count": options.count, "candidate_list": options.candidate_list}
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
         closing(held.answers(batches(templates), **limits)) as answered,
@@ -263,12 +268,6 @@ def identify_each(
                 found = [candidate.number for candidate in result.candidates]
                 gallery.record(IDENTIFY, probe=Path(probes.paths[number]), candidates=found)
                 yield Identified(number, stored, result, entries)
-
-
-def check_options(options: SearchOptions) -> None:
-    """Raise MatcherError if options exclude each other."""
-    if options.listed == "impressions" and options.consolidate:
-        raise MatcherError("single impressions are not compared with consolidated templates")
 
 
 def check_candidates_format(output: Path) -> None:

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from fpmatch.engine.pieces import hold_pieces
-from fpmatch.gallery.identify import candidate_list_size
-from fpmatch.gallery.search import Search
+from fpmatch.gallery.identify import DEFAULT_LOSS, candidate_list_size
+from fpmatch.gallery.search import Preselection, Search
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 
@@ -38,30 +38,48 @@ COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
 
 
 class Answer(NamedTuple):
-    """Hold which prints were compared with a probe (None: all), and their similarities to it."""
+    """Hold which prints were compared with a probe (None: all), and their similarities to it.
+
+    Prints that were chosen in stages are those of `staged`, and `further` ones with theirs.
+    """
 
     which: NDArray[np.intp] | None
     similarities: NDArray[np.float64]
+    staged: Preselection | None = None
+    further: tuple[NDArray[np.intp], NDArray[np.float64]] | None = None
+
+
+NO_ANSWER: Final = Answer(None, np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
 class AnsweredSearch(Search):
     """A search for one probe, whose comparisons have been made."""
 
-    answer: Answer | None = None
+    answer: Answer = NO_ANSWER
+
+    def preselect(self, probe: Any, loss: float, count: int) -> Preselection | None:
+        """Return what the stages chose."""
+        return self.answer.staged
+
+    def further_impressions(
+        self, places: NDArray[np.intp], similarities: NDArray[np.float64], count: int
+    ) -> NDArray[np.intp]:
+        """Return the further prints that were compared."""
+        return np.empty(0, np.intp) if self.answer.further is None else self.answer.further[0]
 
     def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
         """Return the prints that were compared with the probe."""
-        assert self.answer is not None
-        assert self.answer.which is not None
-        return self.answer.which
+        return np.arange(len(self)) if self.answer.which is None else self.answer.which
 
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None
     ) -> NDArray[np.float64]:
-        """Return their similarities."""
-        assert self.answer is not None
-        return self.answer.similarities
+        """Return their similarities, or those of the further prints."""
+        further = self.answer.further
+        return (
+            self.answer.similarities if further is None or which is not further[0] else further[1]
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,11 +150,12 @@ class HeldSearch:
         *,
         count: int = 10,
         candidate_list: CandidateListSize = "auto",
+        loss: float = DEFAULT_LOSS,
     ) -> Generator[list[Answer], None, None]:
         """Yield what each probe of each batch, prepared by the matcher, is answered.
 
-        `count` and `candidate_list` are those of `fpmatch.gallery.identify.identify`. Batches are
-        drawn as they are needed. Raises EngineError if the engine broke down.
+        `count`, `candidate_list` and `loss` are those of `fpmatch.gallery.identify.identify`.
+        Batches are drawn as they are needed. Raises EngineError if the engine broke down.
         """
         size = candidate_list_size(self.search, candidate_list)
         most = None if size is None else max(size, count)
@@ -147,7 +166,7 @@ class HeldSearch:
         """Return the search with which `identify` finds the candidates of an answered probe."""
         s = self.search
         made = AnsweredSearch(s.matcher, s.numbers, s.fingers, s.references, s.damaged, answer)
-        made.__dict__["_grouped"] = s._grouped  # computed once
+        made.__dict__.update({"_by_finger": s._by_finger, "_grouped": s._grouped})  # computed once
         return made
 
     def _chosen(

@@ -24,7 +24,7 @@ from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.gallery.candidates import identify_entries
-from fpmatch.gallery.identify import candidate_list_size, check_limits
+from fpmatch.gallery.identify import DEFAULT_LOSS, candidate_list_size, check_limits
 from fpmatch.gallery.search import ConsolidatedFingers
 from fpmatch.gallery.search_pieces import batch_size, hold_search
 from fpmatch.matching.calibration import load_calibration
@@ -51,7 +51,7 @@ OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
 )
-OF_SEARCHES: Final = ("enrolled", "compared", "fingers")
+OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
 COLUMNS: Final = ("probe", *OF_CANDIDATES, *OF_SEARCHES, "reason")
 NO_CANDIDATE: Final = "no candidate"
 _FORMAT: Final = "1"  # of the state of an unfinished run
@@ -81,6 +81,7 @@ class SearchOptions:
     candidate_list: CandidateListSize = "auto"
     calibration: Calibration | None = None
     transforms: bool = False
+    loss: float = DEFAULT_LOSS
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +176,7 @@ def write_candidates(
         "threshold": repr(options.threshold),
         "list": repr((options.listed, options.consolidate)),
         "candidate list": repr(options.candidate_list),
+        "loss": repr(options.loss),
         "gallery": gallery.name,
         "content of the gallery": content,
         "set of probes": probes.content_hash,
@@ -242,7 +244,11 @@ def identify_each(
             pending.append([(k, *_opened(one)) for k, one in batch])
             yield [search.matcher.prepare(t) for _, _, t in pending[-1] if t is not None]
 
-    limits: dict[str, Any] = {"count": options.count, "candidate_list": options.candidate_list}
+    limits: dict[str, Any] = {
+        "count": options.count,
+        "candidate_list": options.candidate_list,
+        "loss": options.loss,
+    }
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
         closing(held.answers(batches(templates), **limits)) as answered,
@@ -287,7 +293,9 @@ def _lines(path: str, one: Identified) -> Iterator[list[object]]:
     if one.result is None:
         yield [path, *nobody, *[""] * len(OF_SEARCHES), one.probe.reason]
         return
-    about = [getattr(one.result, name) for name in OF_SEARCHES]
+    result = one.result
+    stages = ["" if result.loss is None else result.loss, " ".join(map(str, result.passed_on))]
+    about = [result.enrolled, result.compared, result.fingers, *stages]
     found = one.result.candidate_dicts(one.entries)
     for candidate in found:
         candidate["extrapolated"] = int(candidate["extrapolated"])

@@ -163,7 +163,11 @@ def write_candidates(
     check_candidates_format(target)
     impressions = options.listed == "impressions"
     check_limits(
-        options.count, options.threshold, impressions=impressions, consolidated=options.consolidate
+        options.count,
+        options.threshold,
+        options.loss,
+        impressions=impressions,
+        consolidated=options.consolidate,
     )
     candidate_list_size(search, options.candidate_list)  # before a file is made
     curve = options.calibration or load_calibration(search.matcher.name)

@@ -136,7 +136,7 @@ def _weights() -> NDArray[np.int64]:
         for i, (row, column) in enumerate(sample[k].tolist()):
             weight[:, own, i, row, column] = 1.0
     weight *= _LARGEST / np.abs(weight).sum(axis=(1, 2), keepdims=True)
-    return np.trunc(weight).astype(np.int64)
+    return np.asarray(np.trunc(weight), np.int64)
 
 
 def _own() -> list[int]:

@@ -24,7 +24,7 @@ _PICTURES = tuple(
 _TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
 
 READERS: dict[str, tuple[str, ...] | str] = {
-    "array_file.py": ("prepared", "prepared-forged"),
+    "array_file.py": ("prepared", "prepared-forged", "packed-descriptors"),
     "audit/chain.py": ("audit-log",),
     "audit/log.py": ("audit-log",),
     "cli/group.py": _OUT,
@@ -63,12 +63,13 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "installation.py": "reads what the system states about memory",
     "matching/_compare_kernel.py": "opens prints that are in memory",
     "matching/calibration.py": ("calibration",),
-    "matching/packed_descriptors.py": "makes arrays of bytes that it has packed itself",
+    "matching/compact_template.py": ("compact-template",),
     "matching/packed_templates.py": ("prepared", "prepared-forged"),
     "matching/score.py": _OWN,
     "matching/score_model.py": _OWN,
     "npy.py": ("npy", "points", "array-picture"),
     "output.py": _OUT,
+    "packed_template.py": ("packed-template", "compact-template"),
     "parsing.py": ("json", "calibration", "truth", "points-results", "dataset-info", "clients"),
     "pointset/points_csv.py": ("points",),
     "reading.py": _OUT,

@@ -22,6 +22,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from fpmatch.array_file import read_arrays, write_arrays
 from fpmatch.encryption.keys import load_keys
 from fpmatch.engine.engine import serial
 from fpmatch.evaluation.batch.plan import AllPairs
@@ -35,7 +36,10 @@ from fpmatch.gallery.prepared import load_prepared
 from fpmatch.gallery.search import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
+from fpmatch.matching.compact_template import compact, expand
 from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
+from fpmatch.matching.prepare import prepare
 from fpmatch.printable import printable
 from fpmatch.revocable.compare import similarity
 from fpmatch.revocable.template import RevocableTemplate, protect
@@ -68,6 +72,8 @@ def store_targets() -> list[Target]:
         Target("prepared", lambda: _prepared(strict=True), **stores),
         Target("prepared-forged", lambda: _prepared(strict=False), ARRAYS, **stores),
         Target("packed-template", _packed, (packed_template,), kernels=True),
+        Target("compact-template", _compact, (packed_template,), kernels=True),
+        Target("packed-descriptors", _descriptors, ARRAYS, kernels=True),
         Target("stored-template", _stored, (zip_member,), kernels=True),
         Target("unfinished-run", _unfinished, SQLITE),
         Target("revocable", _revocable, ARRAYS),
@@ -210,6 +216,31 @@ def _packed() -> Reader:
         _compare(template)
 
     return Reader([pack_template(template) for template in templates().values()], read)
+
+
+def _compact() -> Reader:
+    def read(data: bytes) -> None:
+        template = expand(data)
+        if compact(expand(compact(template))) != compact(template):
+            raise AssertionError("an expanded template gives other bytes")
+        _compare(template)
+
+    return Reader([compact(template) for template in templates().values()], read)
+
+
+def _descriptors() -> Reader:
+    prints = [prepare(template) for template in templates().values()]
+    path = scratch() / "descriptors"
+    write_arrays(path, PackedDescriptors.pack(prints).arrays(), COLUMNS, {})
+
+    def read(data: bytes) -> None:
+        loaded = PackedDescriptors.of_arrays(read_arrays(written("read", data), COLUMNS, {}))
+        if (loaded.scores(prints[0]) < 0).any():
+            raise AssertionError("a negative score")
+        for k in range(len(loaded)):
+            loaded[k]
+
+    return Reader([path.read_bytes()], read)
 
 
 def _stored() -> Reader:

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fpmatch.errors import MinutiaeError
-from fpmatch.gallery._compact_kernel import (
+from fpmatch._template_column_kernel import (
     at_500_dpi,
     read_columns,
     to_image,
     write_columns,
 )
+from fpmatch.errors import MinutiaeError
 from fpmatch.minutiae import Minutiae
 
 

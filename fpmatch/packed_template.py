@@ -1,0 +1,200 @@
+"""Templates in few bytes: what galleries and indices keep of a print.
+
+All numbers are little-endian; bits are packed from the highest of a byte on, each column of
+numbers beginning with a byte of its own::
+
+    two letters and the version of the layout, 1 where there is a ridge field and 2 where it shows the ridges; dpi in
+    thousandths; width, height; number of minutiae; least x and y; bits of an x and of a y
+    columns of the minutiae: x and y above the least, angle (8 bits), kind (2), quality (7)
+    of a ridge field: step; rows, columns; first row and column of the box around its mask, and the
+    box's rows and columns; the mask inside the box, a bit a cell; the orientation of the cells
+    inside the mask (4 bits), in row order; their pictures of the ridges, as the layout has them
+    CRC-32 of all before
+
+Positions are whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
+minutiae; angles are 256ths of a turn, ridge orientations 16ths of a half turn. Kinds, qualities
+and mask are exact.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch._template_column_kernel import at_500_dpi, read_columns, to_image, write_columns
+from fpmatch.binary_records import ByteReader
+from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats.bounds import MOST_CELLS, check_bounds
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    Mask = NDArray[np.bool_]
+    Words = NDArray[np.uint64]
+
+FIELD, RIDGES = 1, 2  # what there is beside the minutiae
+ANGLE_BITS: Final = 8
+KIND_BITS: Final = 2
+QUALITY_BITS: Final = 7
+ORIENTATION_BITS: Final = 4
+_HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
+_FIELD: Final = struct.Struct("<fHHHHHH")
+_CRC: Final = struct.Struct("<I")
+_DPI_UNITS: Final = 1000
+MOST_BITS: Final = 32  # of a position that is read; none that was packed has more than 16
+_ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
+_STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
+_PAIRS: Final = np.stack(np.divmod(np.arange(256, dtype=np.uint8), 16), axis=1)
+"""The two orientations in each byte."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """State what distinguishes one kind of packed templates from another.
+
+    `known` is the greatest content, `FIELD` or `RIDGES`, of each version that is read; `version`
+    is the one that is written. The ridges of N cells take ``cell_bytes * N`` bytes, which
+    `pack_ridges` makes of the words; `unpack_ridges` takes them, the orientation of the cells in
+    steps, and the mask, and returns the words of all cells, 0 outside the mask.
+    """
+
+    magic: bytes
+    version: int
+    known: Mapping[int, int]
+    cell_bytes: int
+    pack_ridges: Callable[[Words], bytes]
+    unpack_ridges: Callable[[bytes, NDArray[np.uint8], Mask], Words]
+
+
+def pack(template: Template, layout: Layout) -> bytes:
+    """Return a template in few bytes, in a layout; an unpacked one gives the same bytes again.
+
+    Raises TemplateError if a number is outside the bounds of `fpmatch.formats.bounds`.
+    """
+    check_bounds(template)
+    m = template.minutiae
+    dpi_units = round(template.dpi * _DPI_UNITS)
+    zoom = STANDARD_DPI / (dpi_units / _DPI_UNITS)
+    columns = np.empty((5, len(m)), np.int64)
+    least = [at_500_dpi(values, zoom, columns[k]) for k, values in enumerate((m.x, m.y))]
+    bits = [int(column.max(initial=0)).bit_length() for column in columns[:2]]
+    columns[2] = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi)))
+    columns[2] %= 2**ANGLE_BITS
+    columns[3], columns[4] = m.kind, m.quality
+    content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
+    try:
+        head = _HEAD.pack(
+            *(layout.magic, layout.version, content, dpi_units),
+            *(template.width, template.height, len(m), *least, *bits),
+        )
+        field = b"" if template.field is None else _pack_field(template.field, zoom, layout)
+    except (struct.error, OverflowError) as error:
+        raise TemplateError("template too large to be kept in a gallery") from error
+    widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
+    body = np.zeros(_body_bytes(len(m), *bits), np.uint8)
+    write_columns(columns, widths, body)
+    whole = head + body.tobytes() + field
+    return whole + _CRC.pack(zlib.crc32(whole))
+
+
+def unpack(data: bytes, layout: Layout) -> Template:
+    """Return the template that `pack` packed in a layout, its numbers rounded once.
+
+    Raises TemplateError if `data` is of another version, damaged, or no packed template at all.
+    """
+    check(data, layout)
+    try:
+        template = _unpack(ByteReader(data[: -_CRC.size], TemplateError), layout)
+        check_bounds(template)
+    except (ValueError, struct.error, FpmatchError) as error:
+        raise TemplateError(f"packed template is damaged: {error}") from error
+    return template
+
+
+def check(data: bytes, layout: Layout) -> tuple[int, float]:
+    """Check the checksum of a packed template; return its number of minutiae and its dpi.
+
+    Raises TemplateError as `unpack`, which finds damage that was there before packing too.
+    """
+    if data[:2] != layout.magic or len(data) < _HEAD.size + _CRC.size:
+        raise TemplateError("not a packed template")
+    if data[2] not in layout.known:
+        latest = layout.version
+        raise TemplateError(f"packed template of version {data[2]} (known: up to {latest})")
+    if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(memoryview(data)[: -_CRC.size]):
+        raise TemplateError("packed template is damaged")
+    _, _, _, dpi_units, _, _, count, *_ = _HEAD.unpack(data[: _HEAD.size])
+    return count, dpi_units / _DPI_UNITS
+
+
+def _body_bytes(count: int, bits_x: int, bits_y: int) -> int:
+    """Return the bytes of the columns of the minutiae."""
+    widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    return sum((count * width + 7) // 8 for width in widths)
+
+
+def _unpack(reader: ByteReader, layout: Layout) -> Template:
+    head = _HEAD.unpack(reader.take(_HEAD.size))
+    _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
+    if content > layout.known[version]:
+        raise TemplateError("it contains unknown data")
+    if max(bits_x, bits_y) > MOST_BITS:
+        raise TemplateError("its positions have too many bits")
+    dpi = dpi_units / _DPI_UNITS
+    zoom = STANDARD_DPI / dpi if dpi else 1.0
+    columns = np.empty((5, count), np.int64)
+    widths = np.array((bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
+    body = np.frombuffer(reader.take(_body_bytes(count, bits_x, bits_y)), np.uint8)
+    read_columns(body, widths, columns)
+    xy = np.empty((2, count), np.float32)
+    for column, least, values in zip(columns, (least_x, least_y), xy, strict=False):
+        to_image(column, least, zoom, values)
+    kind, quality = columns[3:].astype(np.uint8)
+    minutiae = Minutiae(xy[0], xy[1], _ANGLES[columns[2]], kind, quality)
+    field = _unpack_field(reader, zoom, layout if content == RIDGES else None) if content else None
+    if reader.left:
+        raise TemplateError("it has too many bytes")
+    return Template(minutiae, width, height, dpi, field)
+
+
+def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
+    mask = field.mask
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    top, bottom = (rows[0], rows[-1] + 1) if rows else (0, 0)
+    left, right = (columns[0], columns[-1] + 1) if columns else (0, 0)
+    head = _FIELD.pack(field.step * zoom, *mask.shape, top, left, bottom - top, right - left)
+    steps = np.rint(field.orientation[mask] * (2**ORIENTATION_BITS / np.pi))
+    coded = np.zeros(len(steps) + len(steps) % 2, np.uint8)
+    coded[: len(steps)] = steps.astype(np.int64) % 2**ORIENTATION_BITS
+    orientation = coded[::2] << ORIENTATION_BITS | coded[1::2]
+    ridges = b"" if field.ridges is None else layout.pack_ridges(field.ridges[mask])
+    box = np.packbits(mask[top:bottom, left:right])
+    return head + box.tobytes() + orientation.tobytes() + ridges
+
+
+def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> RidgeField:
+    """Return a ridge field, with ridges where they follow in a layout."""
+    step, rows, columns, top, left, height, width = _FIELD.unpack(reader.take(_FIELD.size))
+    if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
+        raise TemplateError("its ridge field leaves its frame")
+    cells = height * width
+    octets = np.frombuffer(reader.take((cells + 7) // 8), np.uint8)
+    mask = np.zeros((rows, columns), bool)
+    box = np.unpackbits(octets, count=cells).view(bool).reshape(height, width)
+    mask[top : top + height, left : left + width] = box
+    inside = int(np.count_nonzero(box))
+    pairs = np.frombuffer(reader.take((inside * ORIENTATION_BITS + 7) // 8), np.uint8)
+    steps = _PAIRS[pairs].reshape(-1)[:inside]
+    orientation = np.zeros((rows, columns), np.float32)
+    orientation[mask] = _STEPS[steps]
+    ridges = None
+    if ridged is not None:
+        ridges = ridged.unpack_ridges(reader.take(ridged.cell_bytes * inside), steps, mask)
+    return RidgeField(step / zoom, orientation, mask, ridges)

@@ -131,7 +131,10 @@ class RidgeSearch:
         return 0
 
     def _flow_agreement(self, large):
-        """Return how well the orientation agrees under the transform at hand, -1 to 1."""
+        """Return how well the orientation agrees under the transform at hand, -1 to 1.
+
+        -2 where the prints have too little in common.
+        """
         common = 0
         turn_c = self.c * self.c - self.s * self.s
         turn_s = 2.0 * self.c * self.s
@@ -153,8 +156,8 @@ class RidgeSearch:
             y = turn_s * self.sample_flow[0, k] + turn_c * self.sample_flow[1, k]
             total += x * self.flow_c[code] + y * self.flow_s[code]
         if common < self.least_common * self.samples:
-            return -1.0
-        return total / common if common > 0 else -1.0
+            return -2.0
+        return total / common if common > 0 else -2.0
 
     def _select(self, small, large):
         """Keep the pairs under which the orientation agrees best; return their number."""

@@ -101,7 +101,7 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
     [
         ("verfy a b", "Error: No such command 'verfy'. Did you mean 'verify'?"),
         ("points mach a b", "Error: No such command 'mach'. Did you mean 'match'?"),
-        ("verify a b --overly c", "'--overlay'?"),
+        ("verify a b --overly c", "--overlay"),
         ("convert a b --format iso205", "Did you mean 'iso2005'?"),
         ("convert a b --from xty", "Did you mean 'xyt'?"),
         ("synth x --preset clen", "Did you mean 'clean'?"),

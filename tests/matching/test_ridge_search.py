@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from matching_prints import (
     COMPILED,
     cells_of,
@@ -127,6 +127,7 @@ def whole(fingers):
 
 
 @given(seeds)
+@example(59487)  # under one pair the prints have less in common than is required
 def test_search_agrees_with_its_twin(seed):
     rng = np.random.default_rng(seed)
     a = some_print(rng, int(rng.integers(0, 6)), int(rng.integers(2, 7)))

@@ -237,7 +237,7 @@ def pack(template: Template) -> bytes:
         if field.ridges is not None:
             arrays["ridges"] = field.ridges
     stream = io.BytesIO()
-    np.savez(stream, allow_pickle=False, **arrays)
+    np.savez(stream, **arrays)
     return stream.getvalue()
 
 

@@ -11,7 +11,10 @@ from fpmatch.matching.numpy_forms.ridges import cells_of
 
 @np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
 def flow_agreements(search: Any, small: Any, i: Any, large: Any, j: Any) -> list[float]:
-    """Return how well the orientation agrees under the transforms that pairs fix, -1 to 1."""
+    """Return how well the orientation agrees under the transforms that pairs fix, -1 to 1.
+
+    -2 where the prints have too little in common.
+    """
     near, far = np.asarray(small.points)[:, i, None], np.asarray(large.points)[:, j, None]
     c = near[2] * far[2] + near[3] * far[3]
     s = near[2] * far[3] - near[3] * far[2]
@@ -34,10 +37,10 @@ def flow_agreements(search: Any, small: Any, i: Any, large: Any, j: Any) -> list
     agreement = x * np.asarray(search.flow_c)[code] + y * np.asarray(search.flow_s)[code]
     count = common.sum(axis=1)
     if not search.samples:
-        return [-1.0] * len(count)
+        return [-2.0] * len(count)
     total = np.cumsum(np.where(common, agreement, 0.0), axis=1)[:, -1]
     enough = (count > 0) & (count >= search.least_common * search.samples)
-    found: list[float] = np.where(enough, total / np.maximum(count, 1), -1.0).tolist()
+    found: list[float] = np.where(enough, total / np.maximum(count, 1), -2.0).tolist()
     return found
 
 

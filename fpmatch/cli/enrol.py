@@ -21,11 +21,13 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import (
     by_folder_option,
+    check_where,
     json_option,
     key_option,
     places_argument,
     polarity_option,
     raw_option,
+    scheduler_option,
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
@@ -71,6 +73,7 @@ Examples:
   fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db prints --encrypt --key file:keys.txt
   fpmatch enrol prints.db people --by-folder
+  fpmatch enrol prints.db scans --scheduler tcp://host:8786
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 
 Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
@@ -112,6 +115,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 )
 @raw_option
 @workers_option
+@scheduler_option
 @json_option
 @key_option
 def enrol(
@@ -127,6 +131,7 @@ def enrol(
     audit: bool,
     raw: tuple[RawSize, ...],
     workers: int | None,
+    scheduler: str | None,
     as_json: bool,
 ) -> int:
     """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
@@ -143,16 +148,24 @@ def enrol(
     """
     from fpmatch.engine.local import start_fork_server
 
-    start_fork_server(workers, *_WORKERS_NEED)
+    check_where(workers, scheduler)
+    if scheduler is None:
+        start_fork_server(workers, *_WORKERS_NEED)
     with fast_imports():
         from fpmatch.encryption.keys import load_keys
-        from fpmatch.engine.engine import processes
+        from fpmatch.engine.engine import make_engine
         from fpmatch.gallery import enrol as work
         from fpmatch.gallery.audit import turn_on
         from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.kinds import kind_of
-        from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
+        from fpmatch.gallery.prints import (
+            extract_opened,
+            extract_print,
+            find_prints,
+            folder_reader,
+            open_print,
+        )
         from fpmatch.gallery.transfer import enrol_gallery
         from fpmatch.reading import PrintReader
 
@@ -174,8 +187,9 @@ def enrol(
     runs: list[Enrolment] = []
     with ExitStack() as stack:
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
-        engine = stack.enter_context(processes(workers))
-        reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
+        engine = stack.enter_context(make_engine(workers, scheduler))
+        near = engine if scheduler is None else None  # workers elsewhere see none of the files
+        reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=near)
         bars = ProgressBars({"enrol": "enrolling"})
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
         stack.enter_context(bars)
@@ -189,7 +203,12 @@ def enrol(
                 prints,
                 pattern=names,
                 engine=engine,
-                extractor=partial(extract_print, reader=reader, min_quality=min_quality),
+                extractor=(
+                    partial(extract_opened, min_quality=min_quality)
+                    if scheduler
+                    else partial(extract_print, reader=reader, min_quality=min_quality)
+                ),
+                opener=partial(open_print, reader) if scheduler else None,
                 progress=bars.show,
                 strict=strict,
             )

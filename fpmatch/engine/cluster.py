@@ -52,8 +52,15 @@ class DaskCluster:
         self._open = ExitStack()
         self._counted = self._seen = -POLL_S
         self._workers: Collection[str] = ()
+        self._entered = 0
 
     def __enter__(self) -> Self:
+        if not self._entered:
+            self._connect()
+        self._entered += 1
+        return self
+
+    def _connect(self) -> None:
         with ExitStack() as stack:
             stack.enter_context(_dask_silenced())
             try:
@@ -66,10 +73,11 @@ class DaskCluster:
                 raise self.error(f"no Dask scheduler answers: {why}") from error
             self._open = stack.pop_all()
         self._seen = time.monotonic()
-        return self
 
     def __exit__(self, *_: object) -> None:
-        self._open.close()
+        self._entered -= 1
+        if not self._entered:
+            self._open.close()
 
     async def _check_scheduler(self) -> None:
         """Check that a scheduler answers: a client would wait for ever for another server."""

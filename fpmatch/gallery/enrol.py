@@ -16,21 +16,26 @@ from fpmatch.errors import GalleryError, without_path
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
 from fpmatch.gallery.print_file import resolution_notes
-from fpmatch.gallery.prints import ExtractedPrint, extract_print, folder_reader
+from fpmatch.gallery.prints import (
+    ExtractedPrint,
+    extract_opened,
+    extract_print,
+    folder_reader,
+)
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
 from fpmatch.printable import printable
 from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.entry import Label
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.print_file import PrintFile
-    from fpmatch.gallery.prints import Extractor
+    from fpmatch.gallery.prints import OpenedPrint
 
 Item = TypeVar("Item")
 
@@ -64,7 +69,8 @@ def enrol(
     *,
     pattern: NamePattern | None = None,
     engine: Engine | None = None,
-    extractor: Extractor | None = None,
+    extractor: Callable[..., ExtractedPrint] | None = None,
+    opener: Callable[[PrintFile], OpenedPrint] | None = None,
     progress: Progress = no_progress,
     strict: bool = False,
 ) -> Enrolment:
@@ -83,10 +89,14 @@ def enrol(
     pattern : NamePattern, optional
         Gets the labels of prints without one from their paths (default: FVC's names).
     engine : Engine, optional
-        Where templates are extracted (default: all cores); its workers must see the files.
+        Where templates are extracted (default: all cores); its workers must see the files, unless
+        there is an `opener`.
     extractor : callable
         Makes the template of a print (default: `extract_print`, the images of a folder read with
         one polarity); a function at the top of a module.
+    opener : callable, optional
+        Reads each print here: a `fpmatch.gallery.prints.open_print` with its reader. The extractor,
+        a `fpmatch.gallery.prints.extract_opened`, is then called with what it returns.
     progress : callable
         Called with stage "enrol" and numbers of prints.
     strict : bool
@@ -106,8 +116,13 @@ def enrol(
     gallery.check_keys()
     progress("enrol", 0, len(prints))
     with engine or processes() as place:
-        make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))
-        with closing(attempt_each(place, make, run.new(prints))) as attempts:
+        new = run.new(prints)
+        if opener is None:
+            make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))
+            found = attempt_each(place, make, new)
+        else:
+            found = _of_files(attempt_each(place, extractor or extract_opened, map(opener, new)))
+        with closing(found) as attempts:
             for batch in _batches(attempts):
                 run.commit(batch)
     run.commit([])
@@ -118,6 +133,15 @@ def enrol(
         (*run.failures, *refused),
         group_by_note(run.noted),
     )
+
+
+def _of_files(
+    attempts: Generator[tuple[OpenedPrint, Attempt[ExtractedPrint]], None, None],
+) -> Generator[tuple[PrintFile, Attempt[ExtractedPrint]], None, None]:
+    """Yield attempts at prints that were read here with their files."""
+    with closing(attempts):
+        for (file, _), attempt in attempts:
+            yield file, attempt
 
 
 def _batches(items: Iterable[Item]) -> Iterator[list[Item]]:

@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.engine.workers import results_of_each
-from fpmatch.errors import ImageError, ImageReadError, QualityError, TemplateError
+from fpmatch.errors import (
+    FpmatchError,
+    ImageError,
+    ImageReadError,
+    QualityError,
+    TemplateError,
+)
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.folders import prints_below, prints_by_folder, prints_in
 from fpmatch.gallery.kinds import kind_of
@@ -31,6 +37,7 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
+    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +164,24 @@ def extract_print(
         raise ImageError(why, path=file.path, code="no minutiae")
     quality = given.quality.score if graded and given.quality is not None else None
     return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes, quality)
+
+
+def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:
+    """Read a print here, for workers that see none of the files; an error is kept, too."""
+    try:
+        return file, reader(file.path)
+    except FpmatchError as error:
+        return file, error
+
+
+def extract_opened(
+    opened: OpenedPrint, min_quality: int = 0, *, graded: bool = False
+) -> ExtractedPrint:
+    """Return the template of a print that `open_print` has read, as `extract_print` does."""
+    file, found = opened
+    if isinstance(found, FpmatchError):
+        raise found
+    return extract_print(file, lambda _: found, min_quality, graded=graded)
 
 
 def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iterable[PrintFile]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from fpmatch.engine.workers import attempt_each
-from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
+from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.audit import ranges
 from fpmatch.gallery.compact import unpack_template
@@ -21,7 +21,7 @@ from fpmatch.gallery.entry import entry_names
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.print_file import resolution_notes
-from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
+from fpmatch.gallery.prints import extract_opened, find_prints, folder_reader, open_print
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.printable import csv_cell
@@ -35,10 +35,9 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.entry import Label, NamePattern
     from fpmatch.gallery.print_file import PrintFile
+    from fpmatch.gallery.prints import OpenedPrint
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
-
-    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
 
 _ZIP: Final = b"PK"  # how what `pack` returns begins
 _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
@@ -162,7 +161,7 @@ class FolderSource:
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their numbers."""
         # Read here, so that workers elsewhere need not see the files.
-        opened = (self._read(self._files[n]) for n in numbers)
+        opened = (open_print(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
             for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
                 if attempt.result is None:
@@ -170,12 +169,6 @@ class FolderSource:
                 else:
                     notes = (*attempt.result.notes, *self._on_dpi[number])
                     yield replace(attempt.result, notes=notes)
-
-    def _read(self, file: PrintFile) -> OpenedPrint:
-        try:
-            return file, self._open_reader()(file.path)
-        except FpmatchError as error:
-            return file, error
 
 
 class GallerySource:
@@ -263,10 +256,7 @@ def _template_of(arrays: Mapping[str, Any]) -> Template:
 
 
 def _extract(opened: OpenedPrint) -> StoredTemplate:
-    file, found = opened
-    if isinstance(found, FpmatchError):
-        raise found
-    extracted = extract_print(file, reader=lambda _: found, graded=True)
+    extracted = extract_opened(opened, graded=True)
     beside = extracted.dpi_assumed, extracted.notes, extracted.quality
     return StoredTemplate(pack(extracted.template), "", *beside)
 

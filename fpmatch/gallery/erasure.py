@@ -9,14 +9,15 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError, GalleryError
-from fpmatch.gallery.kept_files import PREPARED, kept_folders
+from fpmatch.gallery.index_erasure import erase_from_index
+from fpmatch.gallery.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.tables import TABLES
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.output import reason
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from fpmatch.gallery.reader import GalleryReader
@@ -65,7 +66,11 @@ def _renew(gallery: GalleryReader, before: str) -> None:
 
 
 def delete_outdated(gallery: GalleryReader) -> None:
-    """Delete all prepared prints but those of the present content, and folders left empty."""
+    """Delete all prepared prints but those of the present content, and folders left empty.
+
+    The index is written anew where it has removed prints.
+    """
+    erase_from_index(gallery)
     ending = f"-{__version__}-{gallery.content_hash()}{PREPARED}"
     for path in _files(gallery):
         if not path.name.endswith(ending):
@@ -79,16 +84,16 @@ def delete_outdated(gallery: GalleryReader) -> None:
             folder.rmdir()
 
 
-def _files(gallery: GalleryReader) -> Iterator[Path]:
+def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Iterator[Path]:
     for folder in kept_folders(gallery):
-        for pattern in _PATTERNS:
+        for pattern in patterns:
             yield from folder.glob(pattern)
 
 
 def size_of_prepared(gallery: GalleryReader) -> int:
-    """Return the bytes of all prepared prints of a gallery."""
+    """Return the bytes of all prepared prints of a gallery, and of its index."""
     sizes = 0
-    for path in _files(gallery):
+    for path in _files(gallery, (*_PATTERNS, f"*{SEGMENT}", f"*{INDEX}")):
         with suppress(OSError):
             sizes += path.stat().st_size
     return sizes

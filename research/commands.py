@@ -114,6 +114,7 @@ research.add_command(
             "quality": ("training.quality", "Weights of the quality of prints."),
             "polarity": ("training.polarity", "Weights of the polarity of prints."),
             "enhancer": ("training.enhancer", "The network that enhances ridges."),
+            "index": ("training.index", "The index of large galleries."),
         },
     )
 )

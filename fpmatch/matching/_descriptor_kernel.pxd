@@ -3,9 +3,8 @@ cimport cython
 from fpmatch.matching._prefilter_kernel cimport Prefilter
 
 
-@cython.locals(
-    along=cython.int, across=cython.int, column=cython.int, row=cython.int, cell=cython.int,
-)
+cdef int place_of(int number) noexcept nogil
+@cython.locals(column=cython.int, row=cython.int, cell=cython.int)
 cdef int word_of(int dx, int dy, float c, float s, int turn) noexcept nogil
 
 
@@ -24,7 +23,7 @@ cdef class DescriptorWriter:
     @cython.locals(
         at=cython.Py_ssize_t, k=cython.Py_ssize_t, j=cython.Py_ssize_t, count=cython.int,
         below=cython.longlong, lower=cython.int, c=cython.float, s=cython.float, dx=cython.int,
-        dy=cython.int, word=cython.int, turn=cython.int, apart=cython.int, flags=cython.int,
+        dy=cython.int, word=cython.int, turn=cython.int, apart=cython.int,
         bins=cython.ulonglong, head=cython.ulonglong, bits=cython.uint,
     )
     cdef int _write_one(
@@ -45,7 +44,8 @@ cdef class DescriptorReader:
     cdef readonly unsigned short[:, ::1] neighbour_bits
     cdef readonly unsigned char[:, ::1] orientation_bins
     cdef long long[::1] words_at
-    cdef int[::1] head, count, below, near, byte
+    cdef int[::1] head, count, below, near, placed
+    cdef unsigned int[::1] byte
     cdef int filled
 
     @cython.locals(

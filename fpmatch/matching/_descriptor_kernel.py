@@ -5,9 +5,10 @@ steps from the print's origin (10 bits each, from the lowest on), direction (8) 
 neighbours (4). The next two are twelve bins of orientation (5 bits each), and how the words of
 neighbours follow (4). Where these are 15, they follow as they are, two in 32 bits. Else they are
 those that follow from the positions and directions of neighbours, four in 32 bits: each has the
-number of a minutia (6 bits), and the two bits of a word that does not count in a grid. Of so many
-of them as the four bits say, the last ones, the relative direction lies just below what the steps
-of direction would make it. Minutiae without a word are left out.
+number of a minutia (three bits, and three after the next bit), and the two bits of a word that does
+not count in a grid (the fourth and the eighth). Of so many of them as the four bits say, the last
+ones, the relative direction lies just below what the steps of direction would make it. Minutiae
+without a word are left out.
 """
 
 import cython
@@ -16,20 +17,26 @@ import numpy as np
 NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
 ORIENTATION_WORDS = cython.declare(cython.int, 12)
 ROOM = cython.declare(cython.int, 64)  # minutiae that are encoded of a print
-NOT_FIRST = cython.declare(cython.int, 0x0800)  # of a word: it does not count in the first grid
-NOT_SECOND = cython.declare(cython.int, 0x8000)  # nor in the second
-NOWHERE = cython.declare(cython.int, 0x8800)  # the word of no neighbour
+PLACES = cython.declare(cython.int, 128)  # more than a byte without two bits
+# Of a word: that it does not count in the first grid, nor in the second; of no neighbour, both.
+NOWHERE = cython.declare(cython.int, 0x8800)
 HEAD = cython.declare(cython.Py_ssize_t, 3)  # words of 32 bits before the neighbours
 MOST = cython.declare(cython.Py_ssize_t, 9)  # of a minutia in all
 AS_THEY_ARE = cython.declare(cython.int, 15)
 QUARTER = cython.declare(cython.int, 64)  # of a turn: where the sectors begin (`APART`)
 MIDDLE = cython.declare(cython.float, 16.0)  # of the grid, in half cells
 DAMAGED = cython.declare(cython.int, -1)
+EXACT = 2.0**15  # steps of a cosine
 LOW_32 = cython.declare(cython.ulonglong, 0xFFFFFFFF)
 # steps in which eight times five bits are spread over the bytes of a word
 LOW_20 = cython.declare(cython.ulonglong, 0x00000000000FFFFF)
 LOW_10 = cython.declare(cython.ulonglong, 0x000003FF000003FF)
 LOW_5 = cython.declare(cython.ulonglong, 0x001F001F001F001F)
+
+
+def place_of(number):
+    """Return the bits of a byte that are the number of a minutia."""
+    return (number & 7) | (number & 56) << 1
 
 
 def word_of(dx, dy, c, s, turn):
@@ -38,12 +45,11 @@ def word_of(dx, dy, c, s, turn):
     `turn` is its relative direction, a quarter of a turn on, in 256ths. A neighbour outside of the
     grid has any word.
     """
-    along = int(c * dx + s * dy + MIDDLE)
-    across = int(c * dy - s * dx + MIDDLE)
-    column = along & 31
-    row = across & 31
-    cell = ((row << 6) | (row << 14)) & 0x4780 | ((column << 2) | (column << 13)) & 0x2078
-    return cell | (turn & 255) >> 5 | (turn & 16) << 8
+    column = int(c * dx + s * dy + MIDDLE)
+    row = int(c * dy - s * dx + MIDDLE)
+    # the highest four of five bits make the cell, the lowest the step to the second grid's cell
+    cell = ((row * 0x4040) & 0x4780) | ((column * 0x2004) & 0x2078)
+    return cell | ((turn >> 5) & 7) | ((turn << 8) & 0x1000)
 
 
 @cython.final
@@ -111,8 +117,7 @@ class DescriptorWriter:
                 if apart or self.number[j] < 0:
                     below = AS_THEY_ARE
                     continue
-                flags = (word & NOT_FIRST) >> 5 | (word & NOT_SECOND) >> 8
-                bits = self.number[j] | flags
+                bits = place_of(self.number[j]) | (word & NOWHERE) >> 8
                 self.content[at + count // 4] |= bits << (8 * (count % 4))
                 count += 1
         if below == AS_THEY_ARE:
@@ -160,8 +165,10 @@ class DescriptorReader:
         self.orientation_bins = memoryview(np.zeros((ROOM, ORIENTATION_WORDS), np.uint8))
         self.words_at = memoryview(np.zeros(ROOM, np.int64))
         self.head, self.count, self.below = map(memoryview, np.zeros((3, ROOM), np.int32))
+        self.placed = memoryview(np.zeros(PLACES, np.int32))  # heads, where bytes say
         self.filled = 0
-        self.near, self.byte = map(memoryview, np.zeros((2, NEIGHBOUR_WORDS), np.int32))
+        self.near = memoryview(np.zeros(NEIGHBOUR_WORDS, np.int32))
+        self.byte = memoryview(np.zeros(NEIGHBOUR_WORDS, np.uint32))
 
     def unpack(self, k):
         """Unpack print k; return its number of minutiae, or -1 where it was never packed."""
@@ -176,7 +183,7 @@ class DescriptorReader:
                 return DAMAGED
             head = self.content[at]
             last = self.content[at + 2]
-            self.head[n] = head & 0xFFFFFFF
+            self.head[n] = self.placed[place_of(n)] = head & 0xFFFFFFF
             self.count[n] = head >> 28
             self.below[n] = last >> 28
             self.words_at[n] = at + HEAD
@@ -192,7 +199,7 @@ class DescriptorReader:
                 return DAMAGED
             n += 1
         for i in range(n, self.filled):
-            self.head[i] = 0
+            self.placed[place_of(i)] = 0
         self.filled = n
         for i in range(n):
             if self.below[i] == AS_THEY_ARE:
@@ -247,21 +254,18 @@ class DescriptorReader:
             four = self.content[at + k]
             for m in range(4):
                 self.byte[4 * k + m] = four
-                self.near[4 * k + m] = self.head[four & 63]
+                self.near[4 * k + m] = self.placed[four & 0x77]
                 four >>= 8
         # a loop that compilers turn into one over four neighbours at once
         for k in range(NEIGHBOUR_WORDS):
             other = self.near[k]
-            self.near[k] = (
-                (self.byte[k] & 64) << 5
-                | (self.byte[k] & 128) << 8
-                | word_of(
-                    (other & 1023) - x,
-                    (other >> 10 & 1023) - y,
-                    c,
-                    s,
-                    (other >> 20) - turn + ((lower - k - 1) >> 31),
-                )
+            flags = (self.byte[k] << 8) & 0x8800
+            self.near[k] = flags | word_of(
+                (other & 1023) - x,
+                (other >> 10 & 1023) - y,
+                c,
+                s,
+                (other >> 20) - turn + ((lower - k - 1) >> 31),
             )
         for k in range(12):
             self.neighbour_bits[i, k] = self.near[k]
@@ -285,6 +289,10 @@ class DescriptorReader:
 
 
 def unit_vectors():
-    """Return cosine and sine, shape (2, 256), of all steps of direction, in half cells a pixel."""
+    """Return cosine and sine, shape (2, 256), of all steps of direction, in half cells a pixel.
+
+    They are rounded, so that products with whole pixels within the grid, and their sums, are exact.
+    """
     angle = np.arange(256) * (2 * np.pi / 256)
-    return (np.stack([np.cos(angle), np.sin(angle)]) / 8.0).astype(np.float32)
+    exact = np.rint(np.stack([np.cos(angle), np.sin(angle)]) * EXACT) / EXACT
+    return (exact / 8.0).astype(np.float32)

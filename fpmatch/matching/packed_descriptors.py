@@ -172,12 +172,7 @@ def _packed(
         raise MatcherError(f"minutiae {reach:.0f} pixels apart")
     # minutiae without a word may lie farther off, but are not written
     places = np.rint((bits.xy - origin) / (1 << step)).astype(np.int32)
-    used = writer.write(
-        places,
-        step == 0,
-        bits.direction_bin,
-        print_.neighbourhoods.neighbour,
-        bits.neighbour_bits,
-        bits.orientation_bins,
-    )
+    neighbours = print_.neighbourhoods.neighbour
+    arrays = bits.direction_bin, neighbours, bits.neighbour_bits, bits.orientation_bins
+    used = writer.write(memoryview(places), step == 0, *map(memoryview, arrays))
     return np.array(writer.content[:used]), origin, size, step, bits.has_flow

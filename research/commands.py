@@ -101,6 +101,7 @@ research = LazyGroup(
         "compare-prints": ("experiments.compare_prints", "Compare statistics of images."),
         "error-vs-discard": ("experiments.discard_command", "Measure what quality is worth."),
         "calibrate": ("training.calibrate", "Fit the package's calibrations."),
+        "scale": ("scale.command", "Plan galleries of ten million to a billion prints."),
         "fuzz": ("fuzzing.command", "Feed damaged files, requests and arrays to every reader."),
         "attack-server": ("attacks.command", "Attack a server beside its ordinary clients."),
     },

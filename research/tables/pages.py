@@ -25,6 +25,7 @@ from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
+from research.tables.scale import format_scale
 from research.tables.searching import format_searching
 from research.tables.serving import (
     OTHER_SERVERS,
@@ -101,6 +102,10 @@ def _explanation(name: str) -> Path:
 
 def _paper_choice(part: str, results: Mapping[str, Any]) -> str:
     return format_paper_choices(results["choices"])[part]
+
+
+def _scale_block(name: str, results: Mapping[str, Any]) -> str:
+    return format_scale(results["plan"])[name]
 
 
 def _points_plot(results: Mapping[str, Any]) -> None:
@@ -182,6 +187,13 @@ PAGES: Final = {
     "revocable": Page(
         {"measured": Part("benchmarks/revocable.py --json", "revocable.json", alone=True)},
         {(_explanation("revocable_templates.md"), "measured"): format_revocable},
+    ),
+    "scale": Page(
+        {"plan": Part("python -m research scale plan --json", "scale.json", alone=True)},
+        {
+            (DOCS / "scale.md", name): partial(_scale_block, name)
+            for name in ("constants", "plans", "simulation", "thresholds", "limits", "assumptions")
+        },
     ),
     "searching": Page(
         {"large": Part("benchmarks/large_galleries.py --json", "searching.json", alone=True)},

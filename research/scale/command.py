@@ -1,0 +1,134 @@
+"""The command ``scale``: constants are measured, and galleries planned from them."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fpmatch.errors import FpmatchError
+from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.run import load_datasets
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.output import check_writable
+from research.commands import PATH, Command, folders, json_file, workers, write_json
+from research.scale.constants import Assumptions, Constants
+from research.scale.measure import measure as measured_constants
+from research.scale.plan import SEARCHES, found_shares, limits, make_plan, threshold
+from research.scale.simulate import load_rows, loss_row
+from research.tables.pages import read_json
+from research.tables.scale import format_constants, format_scale
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LOADS = (0.5, 1.0, 1.5, 1.9)
+GALLERIES = (10_000, 100_000, 1_000_000, *SEARCHES)
+
+
+@click.group(
+    epilog="""\b
+Examples:
+  python -m research scale measure DIR... --searching docs/data/searching.json --json constants.json
+  python -m research scale plan constants.json --json plan.json
+  python -m research scale plan constants.json --cores 64 --memory-gb 512 --core-hour 0.03
+  python -m research tables scale --plan plan.json
+"""
+)
+def command() -> None:
+    """Plan galleries of ten million prints and more, by measured constants and simulation."""
+
+
+@command.command(cls=Command)
+@folders
+@click.option(
+    "--searching",
+    type=PATH,
+    required=True,
+    help="Results of benchmarks/large_galleries.py --json: the times of searches.",
+)
+@workers
+@json_file
+def measure(
+    folders: tuple[Path, ...], searching: Path, workers: int | None, json_file: Path | None
+) -> None:
+    """Measure the constants of a plan on the prints of FVC-style databases DIR."""
+    if json_file:
+        check_writable(json_file)
+    times = search_times(read_json(searching))
+    found = measured_constants(extract_datasets(load_datasets(folders), workers=workers), times)
+    click.echo(format_constants(Constants.from_dict(found)))
+    if json_file:
+        write_json(json_file, found)
+
+
+def search_times(results: Any) -> list[tuple[int, float]]:
+    """Return prints and seconds of a search from results of ``benchmarks/large_galleries.py``."""
+    try:
+        rows = [(int(row["prints"]), float(row["search_us"])) for row in results["speed"]]
+    except (KeyError, TypeError, ValueError) as error:
+        raise FpmatchError(f"results of large galleries: {error!r}") from error
+    return sorted((prints, prints * each / 1e6) for prints, each in rows)
+
+
+def plan_all(c: Constants, a: Assumptions) -> dict[str, Any]:
+    """Return all that the page shows, as JSON values."""
+    plans = [make_plan(prints, rate, c, a) for prints, rate in SEARCHES.items()]
+    measured = load_calibration(DEFAULT_MATCHER).largest_measured_score
+    return {
+        "assumptions": a.as_dict(),
+        "growth": c.growth,
+        "plans": [plan.as_dict() for plan in plans],
+        "loads": [load_rows(plan, a, LOADS) for plan in plans],
+        "losses": [
+            [
+                loss_row(plan, a, replicas=plan.replicas, down_s=plan.copy_s),
+                loss_row(plan, a, replicas=1, down_s=plan.rebuild_s),
+            ]
+            for plan in plans
+        ],
+        "thresholds": [
+            {
+                "prints": prints,
+                "score": threshold(prints),
+                "found": found_shares(prints, c.genuine),
+            }
+            for prints in GALLERIES
+        ],
+        "measured_score": measured,
+        "limits": [list(row) for row in limits(c, a, measured)],
+    }
+
+
+def _assumption_options(function: Any) -> Any:
+    usual = Assumptions()
+    for one in reversed(fields(Assumptions)):
+        value = getattr(usual, one.name)
+        name = f"--{one.name.replace('_', '-')}"
+        option = click.option(name, one.name, default=value, type=type(value), show_default=True)
+        function = option(function)
+    return function
+
+
+@command.command(cls=Command)
+@click.argument("constants", type=PATH)
+@json_file
+@_assumption_options
+def plan(constants: Path, json_file: Path | None, **given: Any) -> None:
+    """Plan galleries of 10 million to a billion prints from measured CONSTANTS.
+
+    The other options are assumptions: the machine (cores, memory, disk, network), how much of it is
+    used, the spread of the times of searches, and prices of a core-hour and of a GB for a month.
+    """
+    if json_file:
+        check_writable(json_file)
+    for name, value in given.items():
+        if not value > 0:
+            raise FpmatchError(f"{name}: {value:g} is not positive")
+    document = read_json(constants)
+    made = {"constants": document, **plan_all(Constants.from_dict(document), Assumptions(**given))}
+    click.echo("\n\n".join(format_scale(made).values()))
+    if json_file:
+        write_json(json_file, made)

@@ -1,0 +1,125 @@
+"""Measurement of the constants of a plan, on the prints of databases."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import time
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.indexing.segment import MAX_PRINTS, Segment
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.compact_template import CompactTemplates
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_descriptors import PackedDescriptors
+from research.scale.plan import MAX_SCORE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.minutiae import Template
+
+ENROLLED: Final = 10_000
+BATCH: Final = 1_000
+DELAUNAY_POINTS: Final = 40
+PASSES: Final = 3  # other programs use the caches, too
+
+
+def microseconds(work: Callable[[], object], count: int, passes: int = PASSES) -> float:
+    """Return the least processor time of some passes of work, by the items that it is done on."""
+    taken = []
+    for _ in range(passes):
+        start = time.process_time()
+        work()
+        taken.append(time.process_time() - start)
+    return min(taken) / count * 1e6
+
+
+def measure(sets: Sequence[ExtractedSet], search: list[tuple[int, float]]) -> dict[str, Any]:
+    """Return the constants, as JSON values, with the times of a `search` as they were measured."""
+    templates = [
+        found.template for one in sets for found in one.extractions if found.template is not None
+    ]
+    points = np.random.default_rng(0).uniform(0, 300, (DELAUNAY_POINTS, 2))
+    delaunay_us = microseconds(lambda: [Delaunay(points) for _ in range(500)], 500)
+    enrol_us, database_bytes = _enrolment(templates)
+    index_us, index_bytes = _index(templates)
+    return {
+        "delaunay_us": delaunay_us,
+        "enrol_us": enrol_us,
+        "index_us": index_us,
+        "index_bytes": index_bytes,
+        "database_bytes": database_bytes,
+        "search": search,
+        "genuine": _genuine(sets),
+    }
+
+
+def _enrolment(templates: Sequence[Template]) -> tuple[float, float]:
+    """Return microseconds and bytes of an entry."""
+    new = []
+    for k in range(ENROLLED):
+        source = f"/prints/{k}.iso"
+        content = hashlib.sha256(source.encode()).digest()
+        new.append(
+            NewEntry(Label(str(k), "1", "1"), source, content, templates[k % len(templates)])
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "gallery.db")
+        with open_gallery(path, create=True) as gallery:
+            batches = [new[k : k + BATCH] for k in range(0, ENROLLED, BATCH)]
+            taken = [microseconds(partial(gallery.add, batch), BATCH, 1) for batch in batches]
+        return float(np.median(taken)), path.stat().st_size / ENROLLED
+
+
+def _index(templates: Sequence[Template]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return microseconds and bytes a print of each part of an index."""
+    packed = [pack_template(template) for template in templates]
+    stored = [unpack_template(data) for data in packed]
+    prints = [MATCHER.prepare(template) for template in stored]
+    count, numbers = len(prints), np.arange(1, len(prints) + 1)
+    steps: dict[str, Callable[[], object]] = {
+        "unpack": lambda: [unpack_template(data) for data in packed],
+        "prepare": lambda: [MATCHER.prepare(template) for template in stored],
+        "terms": lambda: Segment.build(numbers, numbers, prints),
+        "descriptors": lambda: PackedDescriptors.pack(prints),
+        "compact": lambda: CompactTemplates.pack(stored),
+    }
+    taken = {name: microseconds(step, count) for name, step in steps.items()}
+    segment = Segment.build(numbers, numbers, prints)
+    lists = (segment.nbytes - segment.term_start.nbytes) / count
+    sizes = {
+        "lists": lists + segment.term_start.nbytes / MAX_PRINTS,
+        "descriptors": PackedDescriptors.pack(prints).nbytes / count,
+        "templates": CompactTemplates.pack(stored).nbytes / count,
+    }
+    return taken, sizes
+
+
+def _genuine(sets: Sequence[ExtractedSet]) -> list[int]:
+    """Return how many genuine pairs have each whole score, rounded down; failures score 0."""
+    calibration = load_calibration(MATCHER.name)
+    counts = [0] * (MAX_SCORE + 1)
+    for one in sets:
+        fingers: dict[object, list[Any]] = {}
+        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
+            template = found.template
+            prepared = None if template is None else MATCHER.prepare(template)
+            fingers.setdefault(impression.finger, []).append(prepared)
+        for prints in fingers.values():
+            for probe, reference in combinations(prints, 2):
+                score = 0.0
+                if probe is not None and reference is not None:
+                    score = calibration.score(MATCHER.compare(probe, reference).similarity)
+                counts[int(score)] += 1
+    return counts

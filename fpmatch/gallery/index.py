@@ -260,7 +260,7 @@ def index_enrolled(
     `engine` and `progress` are those of `GalleryIndex`.
     """
     with suppress(FpmatchError):
-        if len(gallery) > EXHAUSTIVE_UP_TO:
+        if gallery.has_over(EXHAUSTIVE_UP_TO):
             index = GalleryIndex(
                 gallery, get_matcher(DEFAULT_MATCHER), engine=engine, progress=progress
             )

@@ -68,6 +68,12 @@ class GalleryReader(SealedDatabase):
         with self.reading() as connection:
             return int(connection.scalar(_COUNT.select_from(ENTRY)) or 0)
 
+    def has_over(self, count: int) -> bool:
+        """Return whether there are more than some impressions, in a time that grows with these."""
+        some = sa.select(sa.literal(1)).select_from(ENTRY).limit(count + 1).subquery()
+        with self.reading() as connection:
+            return int(connection.scalar(_COUNT.select_from(some)) or 0) > count
+
     def summary(self) -> GallerySummary:
         """Count what is in the gallery."""
         of_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)

@@ -71,7 +71,7 @@ class Constants:
             (pair for pair in pairs if prints <= pair[1][0]), tuple(self.search[-2:])
         )
         exponent = math.log(long / short) / math.log(more / fewer)
-        return short * (prints / fewer) ** exponent
+        return float(short * (prints / fewer) ** exponent)
 
     @classmethod
     def from_dict(cls, document: Any) -> Constants:

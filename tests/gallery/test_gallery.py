@@ -354,3 +354,9 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where):
             refused(gallery.add, [entry_of(3)], code="database")
         assert gallery.add([entry_of(3)]) == [None]
         assert len(gallery) == 3
+
+
+def test_a_gallery_has_over_so_many_impressions(where):
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([entry_of(k) for k in range(1, 4)])
+        assert [gallery.has_over(count) for count in (0, 2, 3, 10)] == [True, True, False, False]

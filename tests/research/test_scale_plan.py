@@ -139,7 +139,17 @@ def test_impossible_constants_are_refused(change: dict[str, object], message: st
         Constants.from_dict({**document(), **change})
 
 
-@pytest.mark.parametrize("wrong", [None, [], {}, {"speed": [{}]}, {"speed": 3}])
+def test_times_of_searches_are_the_sums_of_the_stages() -> None:
+    rows = [
+        {"prints": 100, "ms": {"terms": 3.0, "comparison": 2.0}},
+        {"prints": 10, "ms": {"a": 1.0}},
+    ]
+    assert search_times({"speed": rows}) == [(10, 0.001), (100, 0.005)]
+
+
+@pytest.mark.parametrize(
+    "wrong", [None, [], {}, {"speed": [{}]}, {"speed": 3}, {"speed": [{"prints": 1, "ms": []}]}]
+)
 def test_documents_of_another_kind_are_refused(wrong: object, tmp_path) -> None:
     with pytest.raises(FpmatchError):
         Constants.from_dict(wrong)

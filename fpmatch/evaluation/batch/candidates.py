@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.batch.sources import FolderSource, StoredTemplate
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.identify import CandidateListSize, Identification
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.search import CandidateListSize, Search
     from fpmatch.gallery.search_pieces import HeldSearch
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template

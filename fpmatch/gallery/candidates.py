@@ -56,10 +56,16 @@ class _Entries:
     def __init__(self, gallery: Gallery, search: Search) -> None:
         self._gallery = gallery
         self._removed: set[int] = set()
+        self._read: dict[int, Entry | None] = {}
         gallery.damaged |= search.damaged
 
     def entry(self, number: int) -> Entry | None:
-        """Return an entry; None for one that was removed or is damaged."""
+        """Return an entry, read once; None for one that was removed or is damaged."""
+        if number not in self._read:
+            self._read[number] = self._find(number)
+        return self._read[number]
+
+    def _find(self, number: int) -> Entry | None:
         try:
             return self._gallery.find_entry(number)
         except GalleryError as error:

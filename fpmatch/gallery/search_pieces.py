@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.search import CandidateListSize
 
-MAX_PIECE: Final = 4096  # prints of a piece
-LEAST_PIECES: Final = 32  # into which a smaller gallery is divided
+MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
+MAX_PIECE: Final = 4096
+LEAST_PIECES: Final = 16  # into which a smaller gallery is divided
 MAX_BATCH: Final = 16  # probes that are searched for together
 COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
 
@@ -100,10 +101,10 @@ def spans(prints: int) -> list[tuple[int, int]]:
 
     Examples
     --------
-    >>> spans(3), len(spans(20_000)), len(spans(1_000_000))
-    ([(0, 1), (1, 2), (2, 3)], 32, 245)
+    >>> spans(600), len(spans(20_000)), len(spans(1_000_000))
+    ([(0, 512), (512, 600)], 16, 245)
     """
-    size = max(1, min(MAX_PIECE, -(-prints // LEAST_PIECES)))
+    size = piece_size(prints)
     return [(first, min(first + size, prints)) for first in range(0, prints, size)]
 
 
@@ -115,8 +116,12 @@ def batch_size(prints: int) -> int:
     >>> batch_size(16), batch_size(1_000_000)
     (16, 4)
     """
-    size = min(MAX_PIECE, -(-prints // LEAST_PIECES))
-    return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // max(1, size)))
+    return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // piece_size(prints)))
+
+
+def piece_size(prints: int) -> int:
+    """Return the number of prints of a piece of so many."""
+    return max(MIN_PIECE, min(MAX_PIECE, -(-prints // LEAST_PIECES)))
 
 
 def _piece(search: Search, first: int, last: int) -> SearchPiece:

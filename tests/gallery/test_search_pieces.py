@@ -22,7 +22,13 @@ from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 
+pytestmark = pytest.mark.usefixtures("small_pieces")
 PROBES = [scattered(k, 10 + k) for k in (3, 11, 100)]
+
+
+@pytest.fixture
+def small_pieces(monkeypatch):
+    monkeypatch.setattr(search_pieces, "MIN_PIECE", 1)
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +78,7 @@ def test_of_prints_that_score_the_same_the_same_are_chosen(kinds, most, least_pi
     whole = Search(get_matcher("unit-circle"), numbers, numbers, packed)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(search_pieces, "LEAST_PIECES", least_pieces)
+        patch.setattr(search_pieces, "MIN_PIECE", 1)
         with serial() as engine, hold_search(engine, whole) as held:
             ((answer,),) = held.answers([[kept[0]]], candidate_list=most, count=1)
     chosen = np.arange(len(kinds)) if most >= len(kinds) else candidate_list(kept[0], packed, most)

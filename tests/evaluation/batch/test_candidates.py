@@ -67,6 +67,7 @@ def small_batches(monkeypatch):
     """Several batches and pieces: chunks enough for runs that are interrupted."""
     monkeypatch.setattr(search_pieces, "MAX_BATCH", 2)
     monkeypatch.setattr(search_pieces, "LEAST_PIECES", 7)
+    monkeypatch.setattr(search_pieces, "MIN_PIECE", 1)
 
 
 def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):

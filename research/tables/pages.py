@@ -20,6 +20,7 @@ from research.commands import ROOT, write_json
 from research.marked_blocks import marked_block, write_marked_block
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.headline import format_headline
+from research.tables.identification import format_fusion, format_identification, tests_kept
 from research.tables.performance import format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
@@ -115,6 +116,11 @@ def _points_plot(results: Mapping[str, Any]) -> None:
 _LEARNED: Final = Part("fpmatch evaluate DIR... --json", "accuracy.json", keep=error_rates_kept)
 _FILTERS: Final = replace(_LEARNED, help="fpmatch evaluate DIR... --enhance filters --json")
 _PAPER: Final = replace(_LEARNED, help="fpmatch evaluate DIR... --matcher paper --json")
+_SEARCHES: Final = Part(
+    "fpmatch evaluate DIR... --protocol identification --fingers 2 --json",
+    "identification.json",
+    keep=tests_kept,
+)
 _BENCH: Final = Part(
     "scripts/bench --json", "performance.json", keep=lambda found: found["figures"]
 )
@@ -157,6 +163,19 @@ PAGES: Final = {
         {
             (_explanation("performance.md"), "figures"): format_ratios,
             (_explanation("performance.md"), "stages"): format_stages,
+        },
+    ),
+    "identification": Page(
+        {
+            "alone": _SEARCHES,
+            "fusion": Part("benchmarks/fused_fingers.py --json", "identification.json"),
+            "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
+        },
+        {
+            (DOCS / "how-to" / "identification.md", "identification"): format_identification,
+            (DOCS / "how-to" / "identification.md", "fusion"): lambda results: format_fusion(
+                results["fusion"]
+            ),
         },
     ),
     "points": Page(

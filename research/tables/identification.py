@@ -1,0 +1,100 @@
+"""Tables of the page on identification: FNIR by FPIR and rank, for one finger and two."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.evaluation.intervals import Interval
+from fpmatch.evaluation.rate_text import percent
+from fpmatch.evaluation.tables import limits
+from fpmatch.text_table import count, markdown_table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+def tests_kept(document: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what the page shows of ``fpmatch evaluate --protocol identification --json``."""
+    return [
+        {
+            **{key: test[key] for key in ("fingers", "enrolled", "background", "preselected")},
+            "sets": [_rates_kept(row) for row in test["sets"]],
+            "pooled": _rates_kept({"name": "pooled", **test["pooled"]}),
+        }
+        for test in document["tests"]
+    ]
+
+
+def _rates_kept(row: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {key: row[key] for key in ("name", "mated", "nonmated", "fnir_at_fpir")}
+    return kept | {
+        "rank": {str(rank): row["fnir_at_rank"][rank - 1] for rank in (1, 10)},
+        "rank_one_interval": row["rank_intervals"][0],
+    }
+
+
+def format_identification(results: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+    """Format kept tests as Markdown: alone, and in a background."""
+    tests = [test for part in ("alone", "background") for test in results[part]]
+    return "\n\n".join(
+        f"{_caption(test)}\n\n{_rates(test)}\n\n{_predictions(test['pooled'])}" for test in tests
+    )
+
+
+def _caption(test: Mapping[str, Any]) -> str:
+    low, high = test["enrolled"]
+    enrolled = f"{high:,}" if low == high else f"{low:,} to {high:,}"
+    of = f", {test['background']:,} of them synthetic" if test["background"] else ""
+    return f"**{count(test['fingers'], 'finger')}**, {enrolled} subjects in the gallery{of}:"
+
+
+def _rates(test: Mapping[str, Any]) -> str:
+    points = test["pooled"]["fnir_at_fpir"]
+    fpirs = [f"FPIR {100 * point['fpir']:.6g} %" for point in points]
+    head = ["FNIR at", "rank 1", *fpirs, f"95 % interval at {fpirs[-1]}"]
+    rows = []
+    for row in (*test["sets"], test["pooled"]):
+        last = row["fnir_at_fpir"][-1]["interval"]
+        rows.append(
+            [
+                row["name"],
+                percent(row["rank"]["1"]),
+                *(percent(point["fnir"]) for point in row["fnir_at_fpir"]),
+                limits(None if last is None else Interval(*last)),
+            ]
+        )
+    return markdown_table([head, *rows])
+
+
+def _predictions(pooled: Mapping[str, Any]) -> str:
+    rows = [
+        ["all databases", "threshold", "1:1 predicts", "false positives", "FNIR", "1:1 predicts"]
+    ]
+    for point in pooled["fnir_at_fpir"]:
+        beyond = " *" if point["extrapolated"] else ""
+        known = point["threshold"] is not None
+        rows.append(
+            [
+                f"FPIR {100 * point['fpir']:.6g} %",
+                f"{point['threshold']:.1f}" if known else "-",
+                f"{point['predicted_threshold']:.1f}{beyond}",
+                f"of {count(point['false_positives'], 'probe')}" if known else "-",
+                percent(point["fnir"]),
+                f"{percent(point['predicted_fnir'])}{beyond}",
+            ]
+        )
+    return markdown_table(rows)
+
+
+def format_fusion(results: Sequence[Mapping[str, Any]]) -> str:
+    """Format the results of ``benchmarks/fused_fingers.py --json`` as a Markdown table."""
+    head = ["measured rate / stated rate", *(f"score {s:g}" for s in results[0]["scores"])]
+    rows = []
+    for one in results:
+        pairs = f"{one['pairs']:,} pairs"
+        of = "neighbouring" if one["apart"] == 1 else f"{one['apart']} apart"
+        rows.append([f"two fingers, {of}, {pairs}", *(f"{r:.2f}" for r in one["two_fingers"])])
+        rows.append([f"the first of them, {of}", *(f"{r:.2f}" for r in one["one_finger"])])
+    largest = max(one["rank_correlation"] for one in results)
+    text = f"The rank correlation of both scores is at most {largest:.2f} in a database."
+    return f"{markdown_table([head, *rows])}\n\n{text}"

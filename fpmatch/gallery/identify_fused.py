@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 
-CONSIDERED: Final = 1_000
+CONSIDERED: Final = 500
 """Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
 
 In a gallery of a million fingers, two that are in neither list have a fused false match rate of at
-least 1 in 70,000 or so: a dozen other subjects score as high.
+least 1 in 250,000 or so: four other subjects score as high.
 """
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError
+from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.candidate_list import candidate_list
 from fpmatch.matching.finger import Finger
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.reader import GalleryReader
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.minutiae import Template
 
 CandidateListSize = int | Literal["auto", "off"]
 """Number of prints that are compared with a probe; see `fpmatch.gallery.identify`."""
@@ -146,6 +148,25 @@ class Search:
         wanted = np.unique(np.array([*numbers], np.int64))
         places = np.searchsorted(self.numbers, wanted)
         return places[np.append(self.numbers, -1)[places] == wanted]
+
+    def with_prints(self, templates: Sequence[Template]) -> Search:
+        """Return a search of some templates, too, as a gallery stores them.
+
+        Each is of a finger of its own; their numbers follow those of the others. Raises
+        TemplateError if one cannot be stored.
+        """
+        stored = [self.matcher.prepare(unpack_template(pack_template(one))) for one in templates]
+        numbers = np.arange(len(stored)) + (int(self.numbers[-1]) + 1 if len(self) else 0)
+        known: Any = self.references
+        return Search(
+            self.matcher,
+            np.concatenate([self.numbers, numbers]),
+            np.concatenate([self.fingers, numbers]),
+            PackedTemplates.concatenate([known, PackedTemplates.pack(stored)])
+            if isinstance(known, PackedTemplates)
+            else [*known, *stored],
+            self.damaged,
+        )
 
     @property
     def has_bit_descriptors(self) -> bool:

@@ -104,5 +104,5 @@ def load_background(
         for code, one in zip(finger, dataset.impressions, strict=True)
     }
     kept = finger[[template is not None for template in templates]]
-    search = search_of((one for one in templates if one is not None), matcher)
+    search = search_of([one for one in templates if one is not None], matcher)
     return BackgroundPrints(search, kept, [names[code] for code in range(len(names))])

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.search import Search
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -21,32 +20,15 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 
-def search_of(templates: Iterable[Template], matcher: Matcher) -> Search:
+def search_of(templates: Sequence[Template], matcher: Matcher) -> Search:
     """Return a search of templates as a gallery stores them, numbered from 0, each of its finger.
 
     Raises TemplateError if one cannot be stored.
     """
-    prints = [matcher.prepare(unpack_template(pack_template(one))) for one in templates]
-    numbers = np.arange(len(prints))
+    none = np.empty(0, np.int64)
     packed = hasattr(matcher, "similarities")
-    return Search(matcher, numbers, numbers, PackedTemplates.pack(prints) if packed else prints)
-
-
-def join(first: Search, second: Search) -> Search:
-    """Return a search of the prints of both; the numbers of the second follow those of the first.
-
-    Both are of one matcher.
-    """
-    after = int(first.numbers[-1]) + 1 if len(first) else 0
-    both: Any = first.references, second.references
-    packed = isinstance(first.references, PackedTemplates)
-    references = PackedTemplates.concatenate(both) if packed else [*both[0], *both[1]]
-    return replace(
-        first,
-        numbers=np.concatenate([first.numbers, second.numbers + after]),
-        fingers=np.concatenate([first.fingers, second.fingers + after]),
-        references=references,
-    )
+    nobody = Search(matcher, none, none, PackedTemplates.pack([]) if packed else [])
+    return nobody.with_prints(templates)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.evaluation.open_set.enrolled import EnrolledSubjects, join, search_of
+from fpmatch.evaluation.open_set.enrolled import EnrolledSubjects, search_of
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.matching.fused_fingers import fuse_fingers
@@ -102,8 +102,9 @@ class _Gallery:
         ]
         self.presentations = presentations
         self.first = int(background.subject.max(initial=-1)) + 1  # number of the first presentation
-        self.own = search_of((template for _, _, template in found), background.search.matcher)
-        self.search = join(background.search, self.own) if self.first else self.own
+        templates = [template for _, _, template in found]
+        self.own = search_of(templates, background.search.matcher)
+        self.search = background.search.with_prints(templates) if self.first else self.own
         self.places = np.full((len(presentations), len(presentations[0])), -1)
         for place, (k, f, _) in enumerate(found):
             self.places[k, f] = place

@@ -9,7 +9,7 @@ from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
 from fpmatch.evaluation.open_set.background import load_background, no_background
-from fpmatch.evaluation.open_set.enrolled import join, search_of
+from fpmatch.evaluation.open_set.enrolled import search_of
 from fpmatch.evaluation.open_set.roles import GROUPS, Roles
 from fpmatch.evaluation.open_set.run import (
     IdentificationTest,
@@ -66,7 +66,7 @@ def test_every_round_is_a_search_of_its_own_gallery(made):
     presentations = [one for subject in load_subjects(made, 1) for one in subject]
     roles = Roles.draw([[3] * 7])
     others = search_of([disturbed(k, 1) for k in range(50, 60)], MATCHER)
-    whole = join(others, search_of([t for (t,) in presentations if t], MATCHER))
+    whole = others.with_prints([t for (t,) in presentations if t])
     number = {}
     for k, (template,) in enumerate(presentations):
         if template is not None:
@@ -196,14 +196,14 @@ def test_the_background_is_a_folder_of_templates(tmp_path, made):
     assert report.background == 2
 
 
-def test_prints_of_a_search_follow_those_of_another():
-    few, more = (search_of([disturbed(k, 1) for k in some], MATCHER) for some in ([1, 2], [3]))
-    both = join(few, more)
-    assert both.numbers.tolist() == [0, 1, 2]
+def test_prints_that_are_added_to_a_search_follow_its_own():
+    few, more = ([disturbed(k, 1) for k in some] for some in ([1, 2], [3]))
+    one, other = search_of(few, MATCHER), search_of(more, MATCHER)
+    both = one.with_prints(more)
+    assert both.numbers.tolist() == both.fingers.tolist() == [0, 1, 2]
     probe = MATCHER.prepare(disturbed(3, 1))
-    assert both.similarities(probe)[2] == more.similarities(probe)[0]
-    plain = [
-        Search(MATCHER, s.numbers, s.fingers, [s.references[k] for k in s.numbers])
-        for s in (few, more)
-    ]
-    assert len(join(*plain).references) == 3
+    found = both.similarities(probe).tolist()
+    assert found == [*one.similarities(probe), *other.similarities(probe)]
+    plain = Search(MATCHER, one.numbers, one.fingers, [one.references[k] for k in range(2)])
+    assert plain.with_prints(more).similarities(probe).tolist() == found
+    assert search_of([], MATCHER).similarities(probe).tolist() == []

@@ -190,7 +190,7 @@ def enrol(
         engine = stack.enter_context(make_engine(workers, scheduler))
         near = engine if scheduler is None else None  # workers elsewhere see none of the files
         reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=near)
-        bars = ProgressBars({"enrol": "enrolling"})
+        bars = ProgressBars({"enrol": "enrolling", "prepare": "indexing prints"})
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
         stack.enter_context(bars)
         if audit:

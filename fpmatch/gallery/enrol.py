@@ -98,7 +98,8 @@ def enrol(
         Reads each print here: a `fpmatch.gallery.prints.open_print` with its reader. The extractor,
         a `fpmatch.gallery.prints.extract_opened`, is then called with what it returns.
     progress : callable
-        Called with stage "enrol" and numbers of prints.
+        Called with stage "enrol", and with "prepare" while a large gallery is indexed, and numbers
+        of prints.
     strict : bool
         Whether to refuse, once all are extracted, impressions that do not match the others of
         their finger; see `fpmatch.gallery.consistency`.
@@ -127,6 +128,10 @@ def enrol(
                 run.commit(batch)
     run.commit([])
     refused = refuse_disagreeing(gallery, run.labels) if strict else []
+    if run.labels:
+        from fpmatch.gallery.index import index_enrolled  # noqa: PLC0415  (imports matchers)
+
+        index_enrolled(gallery, engine=engine, progress=progress)
     return Enrolment(
         len(run.labels) - len(refused),
         run.known,

@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.search import EXHAUSTIVE_UP_TO, Candidate, CandidateListSize, Preselection
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison
     from fpmatch.minutiae import Template
 
-DEFAULT_LOSS: Final = 0.005
 PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
 MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.identify import DEFAULT_LOSS, identify
+from fpmatch.gallery.identify import identify
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 from fpmatch.matching.fused_fingers import assign_fingers

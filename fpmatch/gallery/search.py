@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -147,7 +147,8 @@ class Search:
             return np.empty(0, np.intp)
         wanted = np.unique(np.array([*numbers], np.int64))
         places = np.searchsorted(self.numbers, wanted)
-        return places[np.append(self.numbers, -1)[places] == wanted]
+        found: NDArray[np.intp] = places[np.append(self.numbers, -1)[places] == wanted]
+        return found
 
     def with_prints(self, templates: Sequence[Template]) -> Search:
         """Return a search of some templates, too, as a gallery stores them.
@@ -240,6 +241,14 @@ def open_search(
     given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
     if not hasattr(chosen, "similarities"):
         return _prepared_one_by_one(gallery, chosen, progress)
+    if (
+        candidate_list == "auto"
+        and chosen.name == DEFAULT_MATCHER
+        and len(gallery) > EXHAUSTIVE_UP_TO
+    ):
+        from fpmatch.gallery.indexed_search import indexed_search  # noqa: PLC0415
+
+        return indexed_search(gallery, chosen, before, partial(_prepared, gallery, chosen), **given)
     return _prepared(gallery, chosen, **given)
 
 

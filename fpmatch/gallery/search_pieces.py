@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from fpmatch.engine.pieces import hold_pieces
-from fpmatch.gallery.identify import DEFAULT_LOSS, candidate_list_size
+from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.search import Preselection, Search
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 

@@ -39,7 +39,8 @@ def enrol_gallery(
     gallery, source : Gallery
         Open galleries; either may be encrypted.
     progress : callable
-        Called with stage "enrol" and numbers of entries.
+        Called with stage "enrol", and with "prepare" while a large gallery is indexed, and numbers
+        of entries.
     strict : bool
         Whether to refuse, once all are copied, impressions that do not match the others of their
         finger; see `fpmatch.gallery.consistency`.
@@ -89,6 +90,10 @@ def enrol_gallery(
     ]
     gallery.add_packed([], skipped)
     refused = refuse_disagreeing(gallery, labels) if strict else []
+    if enrolled:
+        from fpmatch.gallery.index import index_enrolled  # noqa: PLC0415  (imports matchers)
+
+        index_enrolled(gallery, progress=progress)
     return Enrolment(enrolled - len(refused), known, (*failures, *skipped, *refused))
 
 

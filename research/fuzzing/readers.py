@@ -24,7 +24,10 @@ _PICTURES = tuple(
 _TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
 
 READERS: dict[str, tuple[str, ...] | str] = {
-    "array_file.py": ("prepared", "prepared-forged", "packed-descriptors"),
+    "array_file.py": (
+        *("prepared", "prepared-forged", "packed-descriptors"),
+        *("index-list", "index-segment"),
+    ),
     "audit/chain.py": ("audit-log",),
     "audit/log.py": ("audit-log",),
     "cli/group.py": _OUT,
@@ -51,6 +54,11 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/database.py": ("gallery", "gallery-cells", "gallery-sealed"),
     "gallery/enrol.py": "hashes the files that are enrolled",
     "gallery/gallery.py": ("gallery", "gallery-cells"),
+    "gallery/index_files.py": (
+        *("index-list", "index-list-forged"),
+        *("index-segment", "index-segment-forged"),
+    ),
+    "gallery/kept_files.py": "encrypts files without reading what they contain",
     "gallery/prepared.py": ("prepared", "prepared-forged"),
     "image/enhancement/network.py": _OWN,
     "image/io/dataset_folder.py": ("dataset-info",),
@@ -75,7 +83,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "reading.py": _OUT,
     "revocable/template.py": ("revocable",),
     "synthesis/check.py": ("truth-check",),
-    "synthesis/database.py": "compares files with what it would write",
     "synthesis/plan.py": ("dataset-info",),
     "web/access.py": ("clients",),
     "web/pool.py": _OUT,

@@ -27,6 +27,7 @@ from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.compaction import compact_gallery
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index_segment import PrintSegment
 from fpmatch.gallery.prepared import prepare_gallery
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -113,6 +114,46 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
             open_search(gallery, engine=serial())
             assert traces(tmp_path, runs) == []
         assert len(open_search(gallery)) == 3
+
+
+def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fpmatch.gallery.search.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.index.MOST_PRINTS", 4)
+    entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
+    prepared = [(1, 1, entry.template, MATCHER.prepare(entry.template)) for entry in entries]
+    single = [PrintSegment.build([row]) for row in prepared]
+    all_runs = [
+        runs_of(
+            [
+                *secrets_of(entry),
+                *(a.tobytes() for k, a in one.arrays().items() if k != "terms_term_start"),
+            ]
+        )
+        for entry, one in zip(entries, single, strict=True)
+    ]
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add(entries)
+        for gone in (3, 0, 5):
+            open_search(gallery, engine=serial())
+            runs = all_runs[gone].difference(*all_runs[:gone], *all_runs[gone + 1 :])
+            assert len(traces(tmp_path, runs)) == 2  # the database and a segment
+            gallery.remove([gone + 1])
+            assert traces(tmp_path, runs) == []
+            open_search(gallery, engine=serial())
+            assert traces(tmp_path, runs) == []
+        search = open_search(gallery)
+        assert search.numbers.tolist() == [2, 3, 5, 7, 8]
+        gallery.add([random_entry(k) for k in range(8, 12)])
+        open_search(gallery, engine=serial())
+        folder = tmp_path / "g.db.prepared"
+        (folder / "unit-circle.0123456789abcdef.segment").write_bytes(
+            pack_template(entries[1].template)
+        )
+        unfinished(folder, entries[1])
+        gallery.remove([2])
+        assert traces(tmp_path, all_runs[1].difference(*all_runs[2:])) == []
 
 
 def test_what_earlier_versions_left_is_erased(

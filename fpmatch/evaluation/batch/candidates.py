@@ -24,9 +24,10 @@ from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.gallery.candidates import identify_entries
-from fpmatch.gallery.identify import DEFAULT_LOSS, candidate_list_size, check_limits
+from fpmatch.gallery.identify import candidate_list_size, check_limits
 from fpmatch.gallery.search import ConsolidatedFingers
 from fpmatch.gallery.search_pieces import batch_size, hold_search
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.reading import group_by_note
 

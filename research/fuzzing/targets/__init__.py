@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from research.fuzzing.targets.arrays import array_targets
+from research.fuzzing.targets.indexes import index_targets
 from research.fuzzing.targets.prints import print_targets
 from research.fuzzing.targets.server import server_targets
 from research.fuzzing.targets.stores import store_targets
@@ -20,5 +21,8 @@ if TYPE_CHECKING:
 
 def all_targets() -> list[Target]:
     """Return the targets of all readers; their good files are made when they are needed."""
-    makers = (print_targets, text_targets, store_targets, array_targets, server_targets)
+    makers = (
+        *(print_targets, text_targets, store_targets, index_targets, array_targets),
+        server_targets,
+    )
     return [target for make in makers for target in make()]

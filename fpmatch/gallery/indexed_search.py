@@ -1,0 +1,152 @@
+"""Search of a large gallery in three stages, by its index.
+
+The terms of the index choose prints whose bit descriptors are compared; these choose the prints
+that are compared whole, by their compact templates (see `fpmatch.indexing`).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch.gallery.index import GalleryIndex
+from fpmatch.gallery.search import Preselection, Search
+from fpmatch.indexing.loss import combined_scores, search_plan
+from fpmatch.indexing.stages import preselect
+from fpmatch.matching.packed_templates import PackedTemplates
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.index_state import IndexState
+    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.result import Matcher
+
+
+class IndexedPrints:
+    """The prints of an index, prepared from their compact templates when they are compared."""
+
+    def __init__(self, state: IndexState, matcher: Matcher) -> None:
+        self._state, self._matcher = state, matcher
+
+    def __len__(self) -> int:
+        return len(self._state)
+
+    def __getitem__(self, k: int) -> PreparedTemplate:
+        """Return print k, prepared."""
+        (segment,), (place,) = self._state.places(np.array([k]))
+        template = self._state.segments[segment].templates[int(place)]
+        found: PreparedTemplate = self._matcher.prepare(template)
+        return found
+
+    def take(self, which: NDArray[np.integer]) -> PackedTemplates:
+        """Return some prints, packed."""
+        return PackedTemplates.pack(self[k] for k in which.tolist())
+
+
+class IndexedSearch(Search):
+    """Hold the prints of a gallery by its index, whose segments are read at the first search."""
+
+    def __init__(
+        self, index: GalleryIndex, damaged: Mapping[int, str], prepare: Callable[[], Search]
+    ) -> None:
+        self.__dict__.update(matcher=index.matcher, damaged=damaged, index=index, _prepare=prepare)
+        self.__dict__["_at_first"] = index.refresh()
+
+    index: GalleryIndex
+    _prepare: Callable[[], Search]
+    _at_first: IndexState
+
+    @cached_property
+    def state(self) -> IndexState:
+        """The index, all of whose segments have been checked."""
+        return self.index.loaded()
+
+    def __len__(self) -> int:
+        return len(self.__dict__.get("state", self._at_first))
+
+    @cached_property
+    def numbers(self) -> NDArray[np.int64]:
+        """The number of the entry of each print."""
+        return self.state.numbers
+
+    @cached_property
+    def fingers(self) -> NDArray[np.int64]:
+        """The lowest number of an entry of the finger of each print."""
+        return self.state.fingers
+
+    @cached_property
+    def references(self) -> IndexedPrints:  # type: ignore[override]
+        """The prepared prints."""
+        return IndexedPrints(self.state, self.matcher)
+
+    @cached_property
+    def whole(self) -> Search:
+        """The search of the prints that are prepared from their whole templates."""
+        return self._prepare()
+
+    def current(self, gallery: GalleryReader) -> Search:
+        """Return the search of the open gallery as it is now: this one, if it has not changed."""
+        self.index.gallery = gallery
+        now = self.index.refresh()
+        if now is self._at_first or now is self.__dict__.get("state"):
+            return self
+        return IndexedSearch(self.index, gallery.damaged, self._prepare)
+
+    def similarities(
+        self, probe: Any, which: NDArray[np.intp] | None = None
+    ) -> NDArray[np.float64]:
+        """Return the similarity of a prepared probe to each print, or to those of `which`."""
+        compared = self.references.take(np.arange(len(self)) if which is None else which)
+        found: NDArray[np.float64] = self.matcher.similarities(probe, compared)  # type: ignore[attr-defined]
+        return found
+
+    def preselect(self, probe: PreparedTemplate, loss: float, count: int) -> Preselection:
+        """Return the prints to compare with a probe: those the index and the descriptors choose."""
+        state, segments = self.state, self.state.segments
+        plan = search_plan(loss, len(self))
+        terms = [segment.terms for segment in segments]
+        by_terms = max(plan.by_terms, count)
+        found = preselect(probe, terms, state.removed, by_terms, plan.budget)
+        scores, number = np.empty(len(found)), np.empty(len(found), np.int64)
+        for k, segment in enumerate(segments):
+            of = np.flatnonzero(found.segment == k)
+            local = found.local[of]
+            scores[of] = segment.descriptors.normalized_scores(probe, local)
+            number[of] = segment.numbers[local]
+        scores = combined_scores(scores, found.votes)
+        order = np.lexsort((number, -scores))[: max(plan.by_descriptors, count)]
+        places = np.sort(state.indices(found.segment[order], found.local[order]))
+        return Preselection(places, (len(found), len(places)), loss)
+
+    def further_impressions(
+        self, places: NDArray[np.intp], similarities: NDArray[np.float64], count: int
+    ) -> NDArray[np.intp]:
+        """Return the places of other impressions of the fingers that rank first."""
+        best = places[np.argsort(-similarities, kind="stable")[:count]]
+        (order, starts), sizes = self._by_finger, self.finger_sizes
+        fingers = np.unique(self.finger_of[best]).tolist()
+        found = [order[starts[f] : starts[f] + sizes[f]] for f in fingers]
+        return np.setdiff1d(np.concatenate([np.empty(0, np.intp), *found]), places)
+
+
+def indexed_search(
+    gallery: GalleryReader,
+    matcher: Matcher,
+    before: Search | None,
+    prepare: Callable[..., Search],
+    **given: Any,
+) -> Search:
+    """Return the search of an open gallery by its index, that of a search `before` if it has one.
+
+    `prepare` makes the search of whole templates; it and `GalleryIndex` take what is `given`.
+    """
+    if isinstance(before, IndexedSearch):
+        return before.current(gallery)
+    index = GalleryIndex(gallery, matcher, **given)
+    return IndexedSearch(index, gallery.damaged, partial(prepare, **given))

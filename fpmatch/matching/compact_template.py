@@ -1,7 +1,7 @@
-"""Compact templates: what an index keeps of a print to compare it whole, in about 670 bytes.
+"""Compact templates: what an index keeps of a print to compare it whole: about 670 bytes.
 
-The layout is that of `fpmatch.packed_template`: it begins with "fc", and has eight samples a cell of
-the pictures of the ridges, from which the others are estimated (see `ridge_samples`).
+The layout is that of `fpmatch.packed_template`: it begins with "fc", and has eight samples of each
+cell's picture of the ridges, from which its other bits are estimated (see `ridge_samples`).
 """
 
 from __future__ import annotations

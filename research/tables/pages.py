@@ -34,6 +34,7 @@ from research.tables.serving import (
     format_other_servers,
     format_serving,
 )
+from research.tables.stored_prints import format_stored
 from research.tables.synthesis import format_synthesis, preset_rows
 
 if TYPE_CHECKING:
@@ -214,11 +215,19 @@ PAGES: Final = {
         },
     ),
     "searching": Page(
-        {"large": Part("benchmarks/large_galleries.py --json", "searching.json", alone=True)},
+        {
+            "large": Part("benchmarks/large_galleries.py --json", "searching.json", alone=True),
+            "stored": Part(
+                "benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
+            ),
+        },
         {
             (_explanation("searching.md"), "measured"): lambda results: format_searching(
                 results["large"]
-            )
+            ),
+            (_explanation("searching.md"), "stored"): lambda results: format_stored(
+                results["stored"]
+            ),
         },
     ),
     "serving": Page(

@@ -223,7 +223,7 @@ def test_the_command_states_loss_and_stages(large, probe):
 
 def test_the_default_of_the_command_is_that_of_the_function():
     (option,) = (one for one in identify_command.params if one.name == "loss")
-    assert option.process_value(None, option.default) == DEFAULT_LOSS
+    assert option.callback(None, option, option.default) == DEFAULT_LOSS
 
 
 @pytest.mark.parametrize("loss", ["0", "0%", "100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])

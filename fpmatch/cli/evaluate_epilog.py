@@ -39,6 +39,16 @@ Columns with --ground-truth:
             at best: that of the best similarity, because skin stretches
 
 \b
+Columns with --protocol identification:
+  FNIR      false negative identification rate: share of the searches with a mate in the gallery
+            that do not return it: at rank R among the first R, without a threshold; at an FPIR with
+            a score above the threshold of that FPIR
+  FPIR      false positive identification rate: share of the searches without a mate that return a
+            candidate above the threshold
+  1:1 predicts  the threshold at which as many independent 1:1 comparisons give this FPIR by their
+            calibrated scores, and the share of the genuine ones below it
+
+\b
 Examples:
   fpmatch evaluate fvc2002/DB1_B
   fpmatch evaluate fvc2002/DB*_B --matcher all --json
@@ -53,6 +63,8 @@ Examples:
   fpmatch evaluate fvc2002/DB1_B --pairs list.csv
   fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
   fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+  fpmatch evaluate fvc2002/DB*_B --protocol identification --fingers 2
+  fpmatch evaluate fvc2002/DB1_B --protocol identification --background prints.db --plot det.svg
   fpmatch evaluate --scores-in scores.csv --scores-in theirs.txt --report report
   fpmatch evaluate --genuine-scores genuine.txt --impostor-scores impostor.txt --distances
 

@@ -84,7 +84,7 @@ def pack(template: Template, layout: Layout) -> bytes:
     zoom = STANDARD_DPI / (dpi_units / _DPI_UNITS)
     columns = np.empty((5, len(m)), np.int64)
     least = [at_500_dpi(values, zoom, columns[k]) for k, values in enumerate((m.x, m.y))]
-    bits = [int(column.max(initial=0)).bit_length() for column in columns[:2]]
+    bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
     columns[2] = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi)))
     columns[2] %= 2**ANGLE_BITS
     columns[3], columns[4] = m.kind, m.quality
@@ -166,15 +166,16 @@ def _unpack(reader: ByteReader, layout: Layout) -> Template:
 
 def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
     mask = field.mask
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    rows, columns = (np.logical_or.reduce(mask, axis=axis).nonzero()[0].tolist() for axis in (1, 0))
+    inside = mask.ravel().nonzero()[0]
     top, bottom = (rows[0], rows[-1] + 1) if rows else (0, 0)
     left, right = (columns[0], columns[-1] + 1) if columns else (0, 0)
     head = _FIELD.pack(field.step * zoom, *mask.shape, top, left, bottom - top, right - left)
-    steps = np.rint(field.orientation[mask] * (2**ORIENTATION_BITS / np.pi))
+    steps = np.rint(field.orientation.ravel()[inside] * (2**ORIENTATION_BITS / np.pi))
     coded = np.zeros(len(steps) + len(steps) % 2, np.uint8)
     coded[: len(steps)] = steps.astype(np.int64) % 2**ORIENTATION_BITS
     orientation = coded[::2] << ORIENTATION_BITS | coded[1::2]
-    ridges = b"" if field.ridges is None else layout.pack_ridges(field.ridges[mask])
+    ridges = b"" if field.ridges is None else layout.pack_ridges(field.ridges.ravel()[inside])
     box = np.packbits(mask[top:bottom, left:right])
     return head + box.tobytes() + orientation.tobytes() + ridges
 
@@ -193,7 +194,7 @@ def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> Rid
     pairs = np.frombuffer(reader.take((inside * ORIENTATION_BITS + 7) // 8), np.uint8)
     steps = _PAIRS[pairs].reshape(-1)[:inside]
     orientation = np.zeros((rows, columns), np.float32)
-    orientation[mask] = _STEPS[steps]
+    orientation.ravel()[mask.ravel().nonzero()[0]] = _STEPS[steps]
     ridges = None
     if ridged is not None:
         ridges = ridged.unpack_ridges(reader.take(ridged.cell_bytes * inside), steps, mask)

@@ -41,8 +41,10 @@ def check_bounds(template: Template) -> None:
     zoom = STANDARD_DPI / template.dpi
     for name, article in (("x", "an"), ("y", "a")):
         values = getattr(template.minutiae, name)
-        extremes = (values.min(), values.max()) if len(values) else ()
-        if not any(_is_far(float(value), zoom) for value in extremes):
+        if not len(values) or not (
+            _is_far(float(np.minimum.reduce(values)), zoom)
+            or _is_far(float(np.maximum.reduce(values)), zoom)
+        ):
             continue
         scaled = np.abs((values.astype(np.float64) + 0.5) * zoom - 0.5)
         farthest = values[scaled.argmax()]
@@ -78,7 +80,7 @@ def _check_field(field: RidgeField, zoom: float) -> None:
             f"ridge_field: a step of {field.step:g} pixels is outside "
             f"{LEAST_STEP_PX:g} to {MOST_STEP_PX:g} at 500 dpi"
         )
-    if np.isfinite(field.orientation).all():
+    if np.logical_and.reduce(np.isfinite(field.orientation), axis=None):
         return
     if not np.isfinite(field.orientation[field.mask]).all():
         raise _beyond("ridge_field: an orientation is not finite")

@@ -95,8 +95,8 @@ def neighbourhoods(
 def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> AnchoredRings:
     """Map the closed one-rings of a mesh to the unit circle, anchored by the direction (Sec. 3)."""
     closed = mesh.interior
-    length = np.diff(mesh.ring_start)
-    ring = mesh.ring[np.repeat(closed, length)]
+    length = mesh.ring_start[1:] - mesh.ring_start[:-1]
+    ring = mesh.ring[closed.repeat(length)]
     centre = closed.nonzero()[0].astype(np.int32)
     start = _starts(length[closed])
     circle = np.empty((3, len(ring)))

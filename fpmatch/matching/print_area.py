@@ -71,7 +71,7 @@ def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) ->
 
 def _box(mask: NDArray[Any]) -> tuple[tuple[slice, slice], tuple[int, int]]:
     """Return the part of a mask without empty rows and columns around it, and where it begins."""
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    rows, columns = (np.logical_or.reduce(mask, axis=axis).nonzero()[0].tolist() for axis in (1, 0))
     if not rows:
         return (slice(0, 0), slice(0, 0)), (0, 0)
     box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)

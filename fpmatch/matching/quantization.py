@@ -6,15 +6,14 @@ or of one with many, are of the same values.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.neighbourhood import Neighbourhoods
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from fpmatch.matching.neighbourhood import Neighbourhoods
 
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
 ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
@@ -35,7 +34,7 @@ def rounded(found: Neighbourhoods) -> Neighbourhoods:
     """Return neighbourhoods whose weights are rounded."""
     frame = found.frame.copy()
     frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
-    return replace(found, frame=frame)
+    return Neighbourhoods(found.count, found.neighbour, frame)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:

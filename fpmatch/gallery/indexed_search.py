@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index import GalleryIndex
+from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.search import Preselection, Search
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.reader import GalleryReader
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.result import Matcher
+    from fpmatch.minutiae import Template
 
 
 class IndexedPrints:
@@ -97,6 +100,24 @@ class IndexedSearch(Search):
         if now is self._at_first or now is self.__dict__.get("state"):
             return self
         return IndexedSearch(self.index, gallery.damaged, self._prepare)
+
+    def with_prints(self, templates: Sequence[Template]) -> IndexedSearch:
+        """Return a search of some templates, too, as `Search.with_prints`; no file is changed."""
+        state, last = self.state, int(self.numbers[-1]) if len(self) else 0
+        for first in range(0, len(templates), MOST_PRINTS):
+            part = templates[first : first + MOST_PRINTS]
+            stored = [unpack_template(pack_template(one)) for one in part]
+            rows = [
+                (number, number, one, self.matcher.prepare(one))
+                for number, one in enumerate(stored, start=last + 1)
+            ]
+            last += len(rows)
+            state = state.with_part(PrintSegment.build(rows), last, ())
+        found = IndexedSearch.__new__(IndexedSearch)
+        kept = {name: self.__dict__[name] for name in ("matcher", "damaged", "index")}
+        found.__dict__.update(kept, state=state, _at_first=state)
+        found.__dict__["_prepare"] = lambda: self.whole.with_prints(templates)
+        return found
 
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None

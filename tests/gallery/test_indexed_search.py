@@ -249,3 +249,21 @@ def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path, monkeypatch):
                 assert array.tobytes()[:64] not in content, name
         gallery.remove([1])
         assert best(gallery, opened(gallery), 5) == expected
+
+
+def test_prints_are_added_to_a_search_and_not_to_the_gallery(large):
+    search, before = opened(large), large.content_hash()
+    number = best(large, search, 3)[0]
+    last = max(entry.id for entry in large.entries())
+    with_more = search.with_prints([print_of(70), print_of(71)])
+    assert isinstance(with_more, IndexedSearch)
+    assert len(with_more) == SIZE + 2
+    assert (
+        with_more.numbers[-2:].tolist() == with_more.fingers[-2:].tolist() == [last + 1, last + 2]
+    )
+    found = [identify(with_more, print_of(k), count=1).candidates[0].number for k in (3, 70, 71)]
+    assert found == [number, last + 1, last + 2]
+    assert identify(with_more, print_of(71), skipped={last + 2}).candidates[0].number != last + 2
+    whole = identify(with_more, print_of(71), count=1, candidate_list="off")
+    assert (whole.compared, whole.candidates[0].number) == (SIZE + 2, last + 2)
+    assert (len(search), large.content_hash()) == (SIZE, before)

@@ -14,6 +14,7 @@ from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.open_set.enrolled import search_of
 from fpmatch.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import Background
+from fpmatch.gallery.entry import Label
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.search import open_search
@@ -89,7 +90,8 @@ def load_background(
         with open_gallery(place) as gallery:
             search = open_search(gallery, matcher, **how)
             labelled = {entry.id: entry.label.of_finger for entry in gallery.entries()}
-        fingers = [labelled[number] for number in search.numbers.tolist()]
+            numbers = search.numbers.tolist()
+        fingers = [labelled.get(number) or Label(f"#{number}") for number in numbers]
         codes = {finger: code for code, finger in enumerate(dict.fromkeys(fingers))}
         numbered = np.array([codes[finger] for finger in fingers], np.intp)
         return BackgroundPrints(search, numbered, [finger.subject for finger in codes])

@@ -2,8 +2,8 @@
 
 Each presentation is searched for once, in a gallery of all presentations and the background. A
 presentation that is not enrolled in a round is then left out of the candidates of this round. In a
-gallery that is compared as a whole this changes nothing; a candidate list contains a few prints
-less of the background than it would.
+gallery that is compared as a whole this changes nothing. In a larger one, pre-selection chooses a
+few prints less of the background than it would.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.evaluation.open_set.enrolled import EnrolledSubjects, search_of
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
+from fpmatch.gallery.search import EXHAUSTIVE_UP_TO
 from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:
@@ -115,10 +116,8 @@ class _Gallery:
             np.concatenate([background.finger, finger]),
         )
         self.calibration = calibration
-        self.options = options | {
-            "calibration": calibration,
-            "count": LIST_LENGTH + len(presentations),
-        }
+        others = len(presentations) if len(self.search) <= EXHAUSTIVE_UP_TO else LIST_LENGTH
+        self.options = options | {"calibration": calibration, "count": LIST_LENGTH + others}
 
     def candidates(self, presentation: int) -> tuple[NDArray[np.intp], Scores, bool]:
         """Return subjects and scores of the candidates, and whether there was a pre-selection."""

@@ -19,3 +19,9 @@ cpdef int count_votes(
     k=cython.Py_ssize_t, sums=cython.p_uint, each=cython.p_uchar, best=cython.uchar,
 )
 cdef unsigned int most_votes(unsigned int *cells, unsigned int *room) noexcept nogil
+@cython.locals(
+    t=cython.Py_ssize_t, k=cython.Py_ssize_t, before=cython.uint, p=cython.uint,
+)
+cpdef bint lists_ascend(
+    const unsigned int[::1] start, const unsigned int[::1] posting, unsigned int prints,
+) noexcept nogil

@@ -88,7 +88,20 @@ def most_votes(cells, room):
     return best
 
 
+def lists_ascend(start, posting, prints):
+    """Return whether the prints of each list ascend, and are among so many; `start` ascends."""
+    for t in range(start.shape[0] - 1):
+        before = 0
+        for k in range(start[t], start[t + 1]):
+            p = posting[k] >> 16
+            if p < before or p >= prints:
+                return False
+            before = p
+    return True
+
+
 if not cython.compiled:
     from fpmatch.indexing import numpy_forms
 
     count_votes = numpy_forms.count_votes
+    lists_ascend = numpy_forms.lists_ascend

@@ -14,7 +14,7 @@ import numpy as np
 
 from fpmatch.array_file import Column
 from fpmatch.errors import MatcherError
-from fpmatch.indexing._vote_kernel import count_votes
+from fpmatch.indexing._vote_kernel import count_votes, lists_ascend
 from fpmatch.indexing.model import TERMS
 from fpmatch.indexing.terms import print_terms
 
@@ -192,11 +192,8 @@ def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
         return False
     if len(posting) >= MAX_POSTINGS or (start[1:] < start[:-1]).any():
         return False
-    of = posting >> np.uint32(_NUMBER_BITS)
-    falls = np.flatnonzero(of[1:] < of[:-1]) + 1  # only where another term begins
     return bool(
         (number[1:] > number[:-1]).all()
         and (arrays["finger"] <= number).all()
-        and (not len(of) or of.max() < prints)
-        and np.isin(falls, start).all()
+        and lists_ascend(start, posting, prints)
     )

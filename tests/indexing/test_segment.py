@@ -9,7 +9,7 @@ from matching_prints import COMPILED, any_points, jittered, moved, spread_points
 from fpmatch.errors import MatcherError
 from fpmatch.indexing import numpy_forms
 from fpmatch.indexing._term_kernel import describe_edges
-from fpmatch.indexing._vote_kernel import count_votes
+from fpmatch.indexing._vote_kernel import count_votes, lists_ascend
 from fpmatch.indexing.model import TERMS, IndexModel, index_model
 from fpmatch.indexing.segment import COLUMNS, TABLE, Segment
 from fpmatch.indexing.stages import preselect
@@ -154,6 +154,18 @@ def test_damaged_arrays_are_refused():
     twice = {**whole, "term_start": np.repeat([0, last], [TERMS, 1]).astype(np.uint32)}
     with pytest.raises(MatcherError, match="damaged"):
         Segment.of_arrays(twice)  # prints of a list do not ascend
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=EXAMPLES)
+def test_lists_are_checked_as_by_the_numpy_form(seed):
+    rng = np.random.default_rng(seed)
+    start = np.sort(rng.integers(0, 9, 5)).astype(np.uint32)
+    start[0] = 0
+    posting = rng.integers(0, 3, start[-1]).astype(np.uint32) << np.uint32(16)
+    for prints in (2, 3):
+        expected = numpy_forms.lists_ascend(start, posting, prints)
+        assert lists_ascend(start, posting, prints) == expected
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 45), st.integers(1, 4))

@@ -68,6 +68,8 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "image/io/read.py": _PICTURES,
     "image/io/resolution.py": _PICTURES,
     "image/quality/linear_weights.py": _OWN,
+    "indexing/loss.py": _OWN,
+    "indexing/model.py": _OWN,
     "installation.py": "reads what the system states about memory",
     "matching/_compare_kernel.py": "opens prints that are in memory",
     "matching/calibration.py": ("calibration",),

@@ -21,6 +21,7 @@ from research.marked_blocks import marked_block, write_marked_block
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.headline import format_headline
 from research.tables.identification import format_fusion, format_identification, tests_kept
+from research.tables.indexing import format_indexing
 from research.tables.performance import format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
@@ -220,6 +221,7 @@ PAGES: Final = {
             "stored": Part(
                 "benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
             ),
+            "index": Part("benchmarks/index_terms.py --json", "indexing.json", alone=True),
         },
         {
             (_explanation("searching.md"), "measured"): lambda results: format_searching(
@@ -227,6 +229,9 @@ PAGES: Final = {
             ),
             (_explanation("searching.md"), "stored"): lambda results: format_stored(
                 results["stored"]
+            ),
+            (_explanation("searching.md"), "index"): lambda results: format_indexing(
+                results["index"]
             ),
         },
     ),

@@ -244,7 +244,7 @@ def open_search(
     if (
         candidate_list == "auto"
         and chosen.name == DEFAULT_MATCHER
-        and len(gallery) > EXHAUSTIVE_UP_TO
+        and gallery.has_over(EXHAUSTIVE_UP_TO)
     ):
         from fpmatch.gallery.indexed_search import indexed_search  # noqa: PLC0415
 

@@ -46,6 +46,7 @@ cdef class DescriptorReader:
     cdef long long[::1] words_at
     cdef int[::1] head, count, below, near, placed
     cdef unsigned int[::1] byte
+    cdef unsigned int[:, ::1] four_bins
     cdef int filled
 
     @cython.locals(
@@ -57,13 +58,11 @@ cdef class DescriptorReader:
     cpdef int score(
         self, Prefilter tables, const long long[::1] which, int[::1] weight
     ) noexcept nogil
-    @cython.locals(at=cython.Py_ssize_t, k=cython.Py_ssize_t)
-    cdef int _copy_words(self, Py_ssize_t i) noexcept nogil
     @cython.locals(
-        at=cython.Py_ssize_t, k=cython.int, m=cython.int, count=cython.int, four=cython.uint, x=cython.int, y=cython.int, c=cython.float,
+        at=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.int, m=cython.int, count=cython.int, four=cython.uint, x=cython.int, y=cython.int, c=cython.float,
         s=cython.float, own=cython.int, turn=cython.int, lower=cython.int, other=cython.int,
         flags=cython.int,
     )
-    cdef int _derive_words(self, Py_ssize_t i) noexcept nogil
-    @cython.locals(last=cython.ulonglong, i=cython.int)
+    cdef int _write_words(self, int n) noexcept nogil
+    @cython.locals(last=cython.ulonglong)
     cdef int _spread(self, Py_ssize_t n, unsigned long long bins) noexcept nogil

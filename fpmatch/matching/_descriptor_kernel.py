@@ -162,7 +162,9 @@ class DescriptorReader:
         self.xy = memoryview(np.zeros((ROOM, 2), np.float32))
         self.direction_bin = memoryview(np.zeros(ROOM, np.uint8))
         self.neighbour_bits = memoryview(np.zeros((ROOM, NEIGHBOUR_WORDS), np.uint16))
-        self.orientation_bins = memoryview(np.zeros((ROOM, ORIENTATION_WORDS), np.uint8))
+        bins = np.zeros((ROOM, ORIENTATION_WORDS), np.uint8)
+        self.orientation_bins = memoryview(bins)
+        self.four_bins = memoryview(bins.view(np.uint32))  # the same: written four at a time
         self.words_at = memoryview(np.zeros(ROOM, np.int64))
         self.head, self.count, self.below = map(memoryview, np.zeros((3, ROOM), np.int32))
         self.placed = memoryview(np.zeros(PLACES, np.int32))  # heads, where bytes say
@@ -189,7 +191,6 @@ class DescriptorReader:
             self.words_at[n] = at + HEAD
             self.xy[n, 0] = x + step * (self.head[n] & 1023)
             self.xy[n, 1] = y + step * (self.head[n] >> 10 & 1023)
-            self.direction_bin[n] = self.head[n] >> 20
             self._spread(n, self.content[at + 1] | last << 32)
             # as they are: two in 32 bits; else four
             at += HEAD + (self.count[n] + 3) // 4
@@ -202,10 +203,8 @@ class DescriptorReader:
             self.placed[place_of(i)] = 0
         self.filled = n
         for i in range(n):
-            if self.below[i] == AS_THEY_ARE:
-                self._copy_words(i)
-            else:
-                self._derive_words(i)
+            self.direction_bin[i] = self.head[i] >> 20
+        self._write_words(n)
         return n
 
     def score(self, tables, which, weight):
@@ -230,47 +229,45 @@ class DescriptorReader:
                 )
         return 0
 
-    def _copy_words(self, i):
-        """Copy the words of minutia i."""
-        at = self.words_at[i]
-        for k in range(self.count[i]):
-            self.neighbour_bits[i, k] = (self.content[at + k // 2] >> (16 * (k % 2))) & 0xFFFF
-        for k in range(self.count[i], NEIGHBOUR_WORDS):
-            self.neighbour_bits[i, k] = NOWHERE
-        return 0
-
-    def _derive_words(self, i):
-        """Derive the words of minutia i from its neighbours."""
-        at = self.words_at[i]
-        count = self.count[i]
-        own = self.head[i]
-        x = own & 1023
-        y = own >> 10 & 1023
-        turn = (own >> 20) - QUARTER
-        c = self.cosine[own >> 20]
-        s = self.sine[own >> 20]
-        lower = count - self.below[i]
-        for k in range((count + 3) // 4):
-            four = self.content[at + k]
-            for m in range(4):
-                self.byte[4 * k + m] = four
-                self.near[4 * k + m] = self.placed[four & 0x77]
-                four >>= 8
-        # a loop that compilers turn into one over four neighbours at once
-        for k in range(NEIGHBOUR_WORDS):
-            other = self.near[k]
-            flags = (self.byte[k] << 8) & 0x8800
-            self.near[k] = flags | word_of(
-                (other & 1023) - x,
-                (other >> 10 & 1023) - y,
-                c,
-                s,
-                (other >> 20) - turn + ((lower - k - 1) >> 31),
-            )
-        for k in range(12):
-            self.neighbour_bits[i, k] = self.near[k]
-        for k in range(count, 12):
-            self.neighbour_bits[i, k] = NOWHERE
+    def _write_words(self, n):
+        """Write the words of so many minutiae: as they are, or as they follow from neighbours."""
+        for i in range(n):
+            at = self.words_at[i]
+            count = self.count[i]
+            if self.below[i] == AS_THEY_ARE:
+                for k in range((count + 1) // 2):
+                    four = self.content[at + k]
+                    self.neighbour_bits[i, 2 * k] = four & 0xFFFF
+                    self.neighbour_bits[i, 2 * k + 1] = four >> 16
+            else:
+                own = self.head[i]
+                x = own & 1023
+                y = own >> 10 & 1023
+                turn = (own >> 20) - QUARTER
+                c = self.cosine[own >> 20]
+                s = self.sine[own >> 20]
+                lower = count - self.below[i]
+                for k in range((count + 3) // 4):
+                    four = self.content[at + k]
+                    for m in range(4):
+                        self.byte[4 * k + m] = four
+                        self.near[4 * k + m] = self.placed[four & 0x77]
+                        four >>= 8
+                # a loop that compilers turn into one over four neighbours at once
+                for k in range(NEIGHBOUR_WORDS):
+                    other = self.near[k]
+                    flags = (self.byte[k] << 8) & 0x8800
+                    self.near[k] = flags | word_of(
+                        (other & 1023) - x,
+                        (other >> 10 & 1023) - y,
+                        c,
+                        s,
+                        (other >> 20) - turn + ((lower - k - 1) >> 31),
+                    )
+                for k in range(12):
+                    self.neighbour_bits[i, k] = self.near[k]
+            for k in range(count, 12):
+                self.neighbour_bits[i, k] = NOWHERE
         return 0
 
     def _spread(self, n, bins):
@@ -281,10 +278,9 @@ class DescriptorReader:
         bins = (bins & LOW_5) | ((bins >> 5 & LOW_5) << 8)
         last = (last & 1023) | ((last >> 10 & 1023) << 16)
         last = (last & LOW_5) | ((last >> 5 & LOW_5) << 8)
-        for i in range(8):
-            self.orientation_bins[n, i] = (bins >> (8 * i)) & 255
-        for i in range(4):
-            self.orientation_bins[n, 8 + i] = (last >> (8 * i)) & 255
+        self.four_bins[n, 0] = bins & LOW_32
+        self.four_bins[n, 1] = bins >> 32
+        self.four_bins[n, 2] = last
         return 0
 
 

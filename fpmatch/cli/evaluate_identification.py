@@ -107,7 +107,8 @@ def evaluate_by_searches(
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     datasets = dataset.with_unique_names(run.load_datasets(places, **labels))
     say_slow_kernels()
-    reports = []
+    reports: list[Any] = []
+    given: dict[str, Any]
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
         read = PrintReader(quiet=True)
         reader = extraction.dataset_reader(datasets, read, engine)
@@ -117,12 +118,13 @@ def evaluate_by_searches(
         for name in matchers:
             matcher, filled = get_matcher(name), None
             if background is not None:
-                filled = load_background(background, matcher, enhance=enhance, **how, **labels)
+                given = {"enhance": enhance, "apart_from": datasets, **how, **labels}
+                filled = load_background(background, matcher, **given)
             of_matcher = []
             for size in sorted({1, fingers or 1}, reverse=True):  # first that of fewest subjects
                 test = IdentificationTest(size, tuple(fpirs) or FPIRS, bootstrap, seed)
                 gallery = None if filled is None else filled.of_subjects(size)
-                given: dict[str, Any] = {"matcher": matcher, "test": test, "progress": bars.show}
+                given = {"matcher": matcher, "test": test, "progress": bars.show}
                 of_matcher.append(evaluate_identification(sets, gallery, **given))
             reports += of_matcher[::-1]
     _say_notes(sets)

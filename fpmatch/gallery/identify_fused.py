@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 
+MOST_PROBES: Final = 10  # fingers of a subject
 CONSIDERED: Final = 500
 """Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
 
@@ -173,7 +174,8 @@ def identify_fused(
     Raises
     ------
     MatcherError
-        If there are no probes, or not as many positions, or two of the same; and as `identify`.
+        If there are no probes or more than 10, not as many positions, or two of the same; and as
+        `identify`.
     GalleryError
         If the subjects cannot be read.
 
@@ -185,8 +187,10 @@ def identify_fused(
     """
     named = list(positions) or [""] * len(probes)
     known = [one for one in named if one]
-    if not probes or len(named) != len(probes):
-        raise MatcherError("each of one or more probes has a position, or none has")
+    if not 1 <= len(probes) <= MOST_PROBES:
+        raise MatcherError(f"1 to {MOST_PROBES} fingers are searched for, not {len(probes)}")
+    if len(named) != len(probes):
+        raise MatcherError("each probe has a position, or none has")
     if len(set(known)) < len(known):
         raise MatcherError("two probes are of the same finger")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration

@@ -13,6 +13,7 @@ Fisher, "Statistical Methods for Research Workers", 4th edition (1932), section 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
@@ -111,14 +112,21 @@ def _fused(scores: NDArray[np.float64]) -> NDArray[np.float64]:
 @lru_cache(maxsize=1024)
 def _assignments(allowed: tuple[tuple[bool, ...], ...]) -> int:
     """Return the number of assignments of as many probes as possible."""
-    ways = {0: {0: 1}}  # number of assigned probes, fingers they have as bits: in how many ways
-    for row in allowed:
-        more = {size: dict(taken) for size, taken in ways.items()}
-        for size, taken in ways.items():
-            for bits, number in taken.items():
-                for f, may in enumerate(row):
-                    if may and not bits >> f & 1:
-                        of = more.setdefault(size + 1, {})
-                        of[bits | 1 << f] = of.get(bits | 1 << f, 0) + number
-        ways = more
-    return sum(ways[max(ways)].values())
+    some = [row for row in allowed if not all(row)]
+    taken = {0: 1}  # fingers that these probes have, as bits: in how many ways
+    for row in some:
+        more = Counter(taken)
+        for bits, ways in taken.items():
+            for f, may in enumerate(row):
+                if may and not bits >> f & 1:
+                    more[bits | 1 << f] += ways
+        taken = dict(more)
+    fingers, free = len(allowed[0]), len(allowed) - len(some)  # the others may have any finger
+    sizes = {bits: min(bits.bit_count() + free, fingers) for bits in taken}
+    most = max(sizes.values())
+    found = 0
+    for bits, ways in taken.items():
+        if sizes[bits] == most:
+            left = fingers - bits.bit_count()
+            found += ways * math.perm(max(left, free), min(left, free))
+    return found

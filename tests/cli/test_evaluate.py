@@ -1,5 +1,6 @@
 import importlib
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -375,3 +376,31 @@ def test_options_that_identification_excludes_or_needs(evaluate, database, words
     result = evaluate(database, *words)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr
+
+
+def test_the_background_contains_no_print_that_is_searched_for(evaluate, run, searched, tmp_path):
+    words = (searched, "--protocol", "identification", "--background")
+    result = evaluate(*words, searched)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "a print that is searched for" in result.stderr
+    gallery = tmp_path / "prints.db"
+    run("enrol", gallery, searched, "--workers", 1)
+    result = evaluate(*words, gallery)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "a print that is searched for" in result.stderr
+
+
+def test_identification_without_intervals_and_with_a_background(evaluate, searched, tmp_path):
+    others = tmp_path / "others"
+    shutil.copytree(searched, others)
+    (others / "3_3.xyt").unlink()
+    words = (searched, "--protocol", "identification", "--fpir", "0.1", "--bootstrap", 0)
+    result = evaluate(*words, "--background", others)
+    assert result.exit_code == 1, result.output
+    assert "6 of them background" in result.stdout
+    assert "95 %" not in result.stdout
+    for path in searched.iterdir():
+        path.write_text("broken")
+    result = evaluate(*words)
+    assert result.exit_code == 1, result.output
+    assert "100.00 %" in result.stdout

@@ -108,7 +108,8 @@ def test_damaged_and_removed_entries_are_no_candidates(people):
 
 
 @pytest.mark.parametrize(
-    ("probes", "positions"), [([], []), ([1, 2], ["left"]), ([1, 2], ["left", "left"])]
+    ("probes", "positions"),
+    [([], []), ([1, 2], ["left"]), ([1, 2], ["left", "left"]), ([1] * 11, [])],
 )
 def test_positions_are_of_all_probes_and_different(people, probes, positions):
     with pytest.raises(MatcherError):

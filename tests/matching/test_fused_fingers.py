@@ -70,7 +70,7 @@ def slow_assignment(scores, allowed):
     return 0.0
 
 
-SHAPES = st.tuples(st.integers(1, 3), st.integers(1, 3))
+SHAPES = st.tuples(st.integers(1, 3), st.integers(1, 4))
 
 
 @given(SHAPES.flatmap(lambda s: st.tuples(arrays(float, s, elements=SCORES), arrays(bool, s))))
@@ -95,4 +95,11 @@ def test_ten_probes_of_ten_fingers_are_assigned_at_once():
     scores = np.full((10, 10), 1.0) + 40 * np.eye(10)
     score, pairs = assign_fingers(scores, np.ones((10, 10), bool))
     assert pairs == [(k, k) for k in range(10)]
+    assert score == 100.0
+
+
+def test_a_subject_of_very_many_fingers_is_assigned_at_once():
+    scores = np.full((10, 300), 50.0)
+    score, pairs = assign_fingers(scores, np.ones(scores.shape, bool))
+    assert len(pairs) == 10
     assert score == 100.0

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import dataset_reader, extract_datasets, extractor_of
 from fpmatch.evaluation.impression import finger_numbers
@@ -20,12 +22,12 @@ from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.search import open_search
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Hashable, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.evaluation.dataset import Dataset
     from fpmatch.gallery.search import Search
     from fpmatch.matching.result import Matcher
 
@@ -70,32 +72,40 @@ def load_background(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     enhance: str = "",
+    apart_from: Sequence[Dataset] = (),
     **labels: Any,
 ) -> BackgroundPrints:
     """Load the prints of a gallery, which is not changed, or of a folder or manifest.
 
-    Prints that cannot be read are left out. `labels` are the parameters `pattern` and `by_folder`
-    of `load_dataset`; `enhance` names the ridge enhancement of images, as for `extract_image`. The
-    stages of `progress` are "extract background", and "prepare" for a gallery.
+    Prints that cannot be read are left out. None may be of the databases `apart_from`. `labels` are
+    the parameters `pattern` and `by_folder` of `load_dataset`; `enhance` names the ridge
+    enhancement of images, as for `extract_image`. The stages of `progress` are "extract
+    background", and "prepare" for a gallery.
 
     Raises
     ------
     DatasetError, GalleryError
-        If there is no such place, or it cannot be read.
+        If there is no such place, it cannot be read, or a print is one that is searched for.
     TemplateError
         If a gallery cannot store a template.
     """
     how: dict[str, Any] = {"engine": engine, "progress": progress}
+    probes = {os.path.realpath(one.path) for dataset in apart_from for one in dataset.impressions}
     if kind_of(place) == "gallery":
         with open_gallery(place) as gallery:
             search = open_search(gallery, matcher, **how)
-            labelled = {entry.id: entry.label.of_finger for entry in gallery.entries()}
+            labelled = {}
+            for entry in gallery.entries():
+                labelled[entry.id] = entry.label.of_finger
+                _check_apart(place, entry.source, probes)
             numbers = search.numbers.tolist()
         fingers = [labelled.get(number) or Label(f"#{number}") for number in numbers]
         codes = {finger: code for code, finger in enumerate(dict.fromkeys(fingers))}
         numbered = np.array([codes[finger] for finger in fingers], np.intp)
         return BackgroundPrints(search, numbered, [finger.subject for finger in codes])
     dataset = load_dataset(place, **labels)
+    for one in dataset.impressions:
+        _check_apart(place, os.path.realpath(one.path), probes)
     extractor = extractor_of(enhance, dataset_reader([dataset], engine=engine))
     how |= {"extractor": extractor, "stage": "extract background"}
     (extracted,) = extract_datasets([dataset], **how)
@@ -108,3 +118,9 @@ def load_background(
     kept = finger[[template is not None for template in templates]]
     search = search_of([one for one in templates if one is not None], matcher)
     return BackgroundPrints(search, kept, [names[code] for code in range(len(names))])
+
+
+def _check_apart(place: str | os.PathLike[str], source: str, probes: set[str]) -> None:
+    """Raise a DatasetError if a print of the background is one that is searched for."""
+    if source in probes:
+        raise DatasetError(f"the background has a print that is searched for: {source}", path=place)

@@ -208,7 +208,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     "--loss",
     metavar="PERCENT",
     callback=_loss,
-    default="5%",
+    default="1%",
     show_default=True,
     help="Share of the matching prints, of those found by comparing all, that the index of a large "
     "gallery may miss, as 0.1%. With less, more prints are compared.",

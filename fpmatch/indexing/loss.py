@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-DEFAULT_LOSS: Final = 0.05
-"""Of synthetic mates, which are fainter than real ones: of those of FVC it is a tenth of this."""
+DEFAULT_LOSS: Final = 0.01
 VOTE_WEIGHT: Final = 1 / 320
 """What a vote adds to the normalized score of the bit descriptors."""
 

@@ -6,25 +6,34 @@ bit: the highest bit of a byte of their sum is the bit of the image.
 
 import cython
 
-OUTSIDE = cython.declare(cython.int, 16)  # of the print: four bits that are not known
 HIGHEST = cython.declare(cython.ulonglong, 0x0101010101010101)  # bits of a word's bytes, moved down
 # The product with a word whose bytes are 0 or 1 has byte k as bit k of its highest byte.
 GATHER = cython.declare(cython.ulonglong, 0x0102040810204080)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 
 
-def restore(halves, orientation, looked_up, table, ridges):
-    """Fill `ridges` (rows, columns) of the cells whose `orientation` is below 16.
+def restore(samples, orientation, mask, looked_up, table, halves, ridges):
+    """Fill `ridges` (rows, columns) inside the mask.
 
-    `halves` (2, rows + 2, columns + 2) are the samples of cells, with a border, in two halves of
-    four bits, or 16 outside. A row of `looked_up` is which half is looked up, and of which cell:
-    so many rows and columns on, plus one. ``table[o, k, h]`` are the words of its value h.
+    `samples` and `orientation` are those of the cells inside, row by row. `halves` (2, rows + 2,
+    columns + 2), 16 everywhere, is filled with the two halves of the samples of each cell. A row of
+    `looked_up` is which half is looked up, and of which cell: so many rows and columns on, plus
+    one. ``table[o, k, h]`` are the words of its value h.
     """
-    for row in range(ridges.shape[0]):
-        for column in range(ridges.shape[1]):
-            o = orientation[row, column]
-            if o >= OUTSIDE:
+    inside = 0
+    for row in range(mask.shape[0]):
+        for column in range(mask.shape[1]):
+            if mask[row, column]:
+                halves[0, row + 1, column + 1] = samples[inside] & 15
+                halves[1, row + 1, column + 1] = samples[inside] >> 4
+                inside += 1
+    inside = 0
+    for row in range(mask.shape[0]):
+        for column in range(mask.shape[1]):
+            if not mask[row, column]:
                 continue
+            o = orientation[inside]
+            inside += 1
             t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = 0
             for k in range(looked_up.shape[0]):
                 half = halves[looked_up[k, 0], row + looked_up[k, 1], column + looked_up[k, 2]]

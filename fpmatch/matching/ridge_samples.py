@@ -64,12 +64,9 @@ def restore_ridges(
     """
     rows, columns = mask.shape
     halves = np.full((2, rows + 2, columns + 2), _OUTSIDE, np.uint8)
-    inner = halves[:, 1:-1, 1:-1]
-    inner[:, mask] = samples & 15, samples >> 4
-    steps = np.full(mask.shape, _OUTSIDE, np.uint8)
-    steps[mask] = orientation
     ridges = np.zeros(mask.shape, np.uint64)
-    restore(halves, steps, _looked_up(), _table(), ridges)
+    inside = np.ascontiguousarray(mask).view(np.uint8)
+    restore(samples, orientation, inside, _looked_up(), _table(), halves, ridges)
     return ridges
 
 

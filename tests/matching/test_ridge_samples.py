@@ -55,13 +55,10 @@ def test_samples_are_the_bits_that_a_comparison_looks_at():
 def test_the_kernel_is_the_weighted_sum_of_the_samples_around(field):
     mask, orientation, samples = any_field(*field)
     found = restore_ridges(samples, orientation, mask)
-    rows, columns = mask.shape
-    halves = np.full((2, rows + 2, columns + 2), 16, np.uint8)
-    halves[:, 1:-1, 1:-1][:, mask] = samples & 15, samples >> 4
-    steps = np.full(mask.shape, 16, np.uint8)
-    steps[mask] = orientation
+    halves = np.full((2, mask.shape[0] + 2, mask.shape[1] + 2), 16, np.uint8)
     expected = np.zeros(mask.shape, np.uint64)
-    numpy_form.restore(halves, steps, _looked_up(), _table(), expected)
+    tables = _looked_up(), _table()
+    numpy_form.restore(samples, orientation, mask, *tables, halves, expected)
     assert found.tolist() == expected.tolist()
 
 

@@ -7,13 +7,16 @@ from typing import Any
 import numpy as np
 
 
-def restore(halves: Any, orientation: Any, looked_up: Any, table: Any, ridges: Any) -> int:
-    """Fill `ridges` (rows, columns) of the cells whose `orientation` is below 16."""
-    row, column = np.nonzero(np.asarray(orientation) < 16)
-    own = np.asarray(orientation)[row, column]
+def restore(
+    samples: Any, orientation: Any, mask: Any, looked_up: Any, table: Any, halves: Any, ridges: Any
+) -> int:
+    """Fill `ridges` (rows, columns) inside the mask."""
+    row, column = np.nonzero(np.asarray(mask))
+    own, both = np.asarray(orientation), np.asarray(halves)
+    both[:, row + 1, column + 1] = np.asarray(samples) & 15, np.asarray(samples) >> 4
     total = np.zeros((len(row), 8), np.uint64)
     for k, (half, down, right) in enumerate(np.asarray(looked_up)):
-        total += np.asarray(table)[own, k, np.asarray(halves)[half, row + down, column + right]]
+        total += np.asarray(table)[own, k, both[half, row + down, column + right]]
     highest = (total >> np.uint64(7)) & np.uint64(0x0101010101010101)
     bits = (highest * np.uint64(0x0102040810204080)) >> np.uint64(56)
     bits <<= np.arange(0, 64, 8, dtype=np.uint64)

@@ -26,16 +26,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.search import CandidateListSize, Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
-CONSIDERED: Final = 500
+CONSIDERED: Final = 300
 """Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
 
 In a gallery of a million fingers, two that are in neither list have a fused false match rate of at
-least 1 in 250,000 or so: four other subjects score as high.
+least 1 in 600,000 or so: two other subjects score as high.
 """
 
 
@@ -201,7 +202,7 @@ def identify_fused(
     total = len(subjects)
     found = []
     listed_fingers = subjects.fingers_of(listed)
-    for subject, fingers in _compare(search, probes, named, listed_fingers, chosen, skipped):
+    for subject, fingers in _compare(search, probes, alone, named, listed_fingers, chosen, skipped):
         scores, may = np.array([f.scores for f in fingers]), np.array([f.may for f in fingers])
         score, pairs = assign_fingers(scores.T, may.T)
         if pairs:
@@ -248,12 +249,16 @@ class _Finger:
 def _compare(
     search: Search,
     probes: Sequence[Template],
+    alone: Sequence[Identification],
     positions: Sequence[str],
     subjects: Mapping[str, Mapping[str, Sequence[int]]],
     calibration: Calibration,
     skipped: Collection[int],
 ) -> Iterator[tuple[str, list[_Finger]]]:
-    """Compare probes with the fingers of subjects that they may be of; yield the subjects."""
+    """Compare probes with the fingers of subjects that they may be of; yield the subjects.
+
+    The similarities to prints that are candidates of searches for a probe `alone` are known.
+    """
     named = [(s, p) for s, fingers in subjects.items() for p in fingers]
     rows = [(n, k) for k, (s, p) in enumerate(named) for n in subjects[s][p] if n not in skipped]
     numbers, finger = np.array(sorted(rows), np.int64).reshape(-1, 2).T
@@ -268,12 +273,15 @@ def _compare(
         [[not (p and f) or p == f for p in positions] for f in (named[k][1] for k in kept.tolist())]
     )
     scores, best = [], []
-    for probe, some in zip(probes, may.T, strict=True):
-        compared, similarities = some[finger], np.full(len(finger), -np.inf)
-        prepared = search.matcher.prepare(probe)
-        similarities[compared] = search.similarities(prepared, places[compared])
-        alone = calibration.scores(similarities[compared])
-        scores.append(fused_scores(alone, finger[compared], sizes))
+    for probe, some, listed in zip(probes, may.T, alone, strict=True):
+        known = {candidate.number: candidate.similarity for candidate in listed.candidates}
+        similarities = np.array([known.get(number, np.nan) for number in numbers.tolist()])
+        left = some[finger] & np.isnan(similarities)
+        similarities[left] = search.similarities(search.matcher.prepare(probe), places[left])
+        similarities[~some[finger]] = -np.inf
+        compared = some[finger]
+        singles = calibration.scores(similarities[compared])
+        scores.append(fused_scores(singles, finger[compared], sizes))
         order = np.lexsort((numbers, -similarities, finger))
         best.append(numbers[order[np.cumsum(sizes) - sizes]])
     of_finger = zip(kept.tolist(), may, *map(np.transpose, (scores, best)), sizes, strict=True)

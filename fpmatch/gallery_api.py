@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.api import as_template
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def identify(
     threshold: float = 0.0,
     matcher: str | Matcher = DEFAULT_MATCHER,
     dpi: float | None = None,
+    loss: float = DEFAULT_LOSS,
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
 
@@ -61,6 +63,9 @@ def identify(
         The matcher, or its name.
     dpi : float, optional
         Resolution of an image (default: that in the file, else 500).
+    loss : float
+        Share of the mates, of those that comparing all prints would find, that the index of a large
+        gallery may miss.
 
     Returns
     -------
@@ -72,7 +77,8 @@ def identify(
     GalleryError
         If the gallery cannot be read.
     MatcherError
-        If the matcher is unknown or not calibrated, or `count` or `threshold` is out of range.
+        If the matcher is unknown or not calibrated, or `count`, `threshold` or `loss` is out of
+        range.
     """
     from fpmatch.gallery.candidates import identify_entries  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
@@ -81,9 +87,12 @@ def identify(
     template = as_template(probe, dpi=dpi)
     if not isinstance(gallery, Gallery):
         with open_gallery(gallery) as opened:
-            return identify(opened, template, count=count, threshold=threshold, matcher=matcher)
+            return identify(
+                opened, template, count=count, threshold=threshold, matcher=matcher, loss=loss
+            )
     search = open_search(gallery, matcher)
-    found, entries = identify_entries(gallery, search, template, count=count, threshold=threshold)
+    limits = {"count": count, "threshold": threshold, "loss": loss}
+    found, entries = identify_entries(gallery, search, template, **limits)
     for number, why in gallery.damaged.items():
         warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)
     given = Path(probe) if isinstance(probe, str | os.PathLike) else None

@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 from made_prints import entry_of, scattered
 
+from fpmatch import identify as identify_in
 from fpmatch.cli.group import fpmatch
 from fpmatch.cli.identify import identify as identify_command
 from fpmatch.encryption.key_text import make_keys
@@ -219,6 +220,13 @@ def test_the_command_states_loss_and_stages(large, probe):
     off = CliRunner().invoke(fpmatch, [*words, "--candidate-list", "off", "--json"])
     document = json.loads(off.stdout)
     assert (document["loss"], document["compared"]) == (None, SIZE)
+
+
+def test_the_function_of_the_package_takes_a_loss(large):
+    found = identify_in(large, print_of(3), count=1, loss=0.2)
+    assert found[0].number == 4
+    with pytest.raises(MatcherError, match="loss"):
+        identify_in(large, print_of(3), loss=2.0)
 
 
 def test_the_default_of_the_command_is_that_of_the_function():

@@ -99,6 +99,10 @@ research = LazyGroup(
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
         "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
         "compare-prints": ("experiments.compare_prints", "Compare statistics of images."),
+        "compare-templates": (
+            "experiments.compare_templates",
+            "Compare templates made without images with others.",
+        ),
         "error-vs-discard": ("experiments.discard_command", "Measure what quality is worth."),
         "calibrate": ("training.calibrate", "Fit the package's calibrations."),
         "scale": ("scale.command", "Plan galleries of ten million to a billion prints."),

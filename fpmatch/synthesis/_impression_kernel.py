@@ -6,8 +6,12 @@ batch of impressions along their first axis, of which number b is of finger ``of
 
 import cython
 import numpy as np
-from cython.cimports.fpmatch.synthesis._ridge_phase_kernel import angle_of
 from cython.cimports.libc.math import cos, exp, floor, sin, sqrt
+
+if cython.compiled:
+    from cython.cimports.fpmatch.synthesis._ridge_phase_kernel import angle_of
+else:
+    from fpmatch.synthesis._ridge_phase_kernel import angle_of
 
 TURN = cython.declare(cython.int, 65536)
 HALF = cython.declare(cython.int, 32768)

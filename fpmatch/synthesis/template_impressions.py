@@ -120,6 +120,8 @@ def draw_impressions(
     )  # fmt: skip
     for k, count in enumerate(found.tolist()):
         x, y, angle, kind, quality = minutiae[k, :count].T
+        # pixels at 500 dpi, as extraction finds them
+        x, y = ((np.rint((v + 0.5) / px - 0.5) + 0.5) * px - 0.5 for v in (x, y))
         field = RidgeField(cell, orientation[k], mask[k].astype(bool), ridges[k])
         yield Template(
             Minutiae(x, y, angle, kind, quality), sensor.width, sensor.height, sensor.dpi, field

@@ -16,7 +16,7 @@ from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of a distribution that are reported."""
-TAILS: Final = (0.5, 0.9, 0.99, 0.999, 0.9999)
+TAILS: Final = (0.5, 0.9, 0.99, 0.999)
 """And of what non-mated pairs score."""
+RATES: Final = (0.01, 0.001)
+"""FMR of the first gallery at which the others are compared with it."""
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 NEAR_PX: Final = 48.0  # within which neighbours are counted
 LEAST_SIMILARITY: Final = 8.0  # of mates whose paired minutiae are compared
@@ -79,28 +81,34 @@ def describe(group: Group) -> dict[str, Any]:
     }
 
 
-def against(
-    probes: Group, gallery: Group, prepared: Callable[[Template], PreparedTemplate] | None = None
-) -> dict[str, Any]:
-    """Return quantiles of what non-mated pairs score: whole comparison and bit descriptors."""
-    prepare = prepared or MATCHER.prepare
-    many = PackedTemplates.pack(prepare(template) for template in gallery.templates)
+def non_mated(probes: Group, gallery: Group) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return similarities and prefilter scores of probes with all prints of other fingers."""
+    many = PackedTemplates.pack(MATCHER.prepare(template) for template in gallery.templates)
     finger = np.array([hash(f) for f in gallery.finger])
-    scores, prefilter = [], []
+    similarity, prefilter = [], []
     for template, own in zip(probes.templates, probes.finger, strict=True):
         probe = MATCHER.prepare(template)
         others = finger != hash(own)
-        scores.append(MATCHER.similarities(probe, many)[others])
+        similarity.append(MATCHER.similarities(probe, many)[others])
         prefilter.append(normalized_prefilter_scores(probe, many)[others])
-    similarity, bits = np.concatenate(scores), np.concatenate(prefilter)
-    return {
-        "probes": probes.name,
-        "gallery": gallery.name,
-        "pairs": len(similarity),
-        "similarity": [float(q) for q in np.quantile(similarity, TAILS)],
-        "prefilter": [float(q) for q in np.quantile(bits, TAILS)],
-        "fmr": {f"{t:g}": float((similarity >= t).mean()) for t in (4, 6, 8, 10)},
-    }
+    return np.concatenate(similarity), np.concatenate(prefilter)
+
+
+def compare_non_mates(probes: Group, galleries: Sequence[Group]) -> list[dict[str, Any]]:
+    """Return how probes score with each gallery; its FMR where the first one has `RATES`."""
+    found = [non_mated(probes, gallery) for gallery in galleries]
+    thresholds = np.quantile(found[0][0], 1 - np.array(RATES))
+    return [
+        {
+            "gallery": gallery.name,
+            "prints": len(gallery.templates),
+            "pairs": len(similarity),
+            "similarity": [float(q) for q in np.quantile(similarity, TAILS)],
+            "prefilter": [float(q) for q in np.quantile(prefilter, TAILS)],
+            "fmr": [float((similarity >= t).mean()) for t in thresholds],
+        }
+        for gallery, (similarity, prefilter) in zip(galleries, found, strict=True)
+    ]
 
 
 def _of_prints(templates: Sequence[Template]) -> dict[str, NDArray[np.float64]]:

@@ -37,6 +37,7 @@ from research.tables.serving import (
 )
 from research.tables.stored_prints import format_stored
 from research.tables.synthesis import format_synthesis, preset_rows
+from research.tables.templates import format_templates
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -262,8 +263,14 @@ PAGES: Final = {
                 "synthesis.json",
                 keep=preset_rows,
             ),
+            "templates": Part("python -m research compare-templates --json", "synthesis.json"),
         },
-        {(_explanation("synthesis.md"), "measured"): format_synthesis},
+        {
+            (_explanation("synthesis.md"), "measured"): format_synthesis,
+            (_explanation("synthesis.md"), "templates"): lambda results: format_templates(
+                results["templates"]
+            ),
+        },
     ),
 }
 

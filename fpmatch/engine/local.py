@@ -93,16 +93,18 @@ class Processes:
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
-        self._held = False
+        self._held = 0  # blocks that hold the workers
         self._has_main = False  # whether workers have imported the script that was started
         self._executor: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> Self:
-        self._held = True
+        self._held += 1
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._held = False
+        self._held -= 1
+        if self._held:
+            return
         executor, self._executor = self._executor, None
         if executor is not None:
             executor.shutdown(cancel_futures=True)

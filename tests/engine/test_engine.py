@@ -106,6 +106,13 @@ def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
     assert not any(_is_there(process) for process in not_held)
 
 
+def test_an_engine_is_held_until_the_outermost_block_ends(engine):
+    with engine:
+        before = {pid for pid, _ in engine.map(chunk_work.count, [], range(30))}
+    after = {pid for pid, _ in engine.map(chunk_work.count, [], range(30))}
+    assert len(before | after) <= 2
+
+
 @pytest.fixture
 def tasks(tmp_path, monkeypatch):
     """Return the folder in which tasks are told."""

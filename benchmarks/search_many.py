@@ -65,7 +65,6 @@ class Bench:
         taken = time.perf_counter() - start
         used = processor_times()
         used.subtract(before)
-        print([round(v,2) for v in sorted(used.values())[-4:]], round(used[os.getpid()],2))
         least = max(*used.values(), sum(used.values()) / CORES, 0.0)
         return taken, least, output.read_bytes()
 

@@ -73,7 +73,12 @@ def identify_to_file(
         with open_gallery(gallery) as opened, ProgressBars(STAGES) as bars:
             content = opened.content_hash()
             search = open_search(
-                opened, matcher, engine=engine(), progress=bars.show, note=say_note
+                opened,
+                matcher,
+                engine=engine(),
+                progress=bars.show,
+                note=say_note,
+                candidate_list=options.candidate_list,
             )
             done = candidates.write_candidates(
                 opened,

@@ -18,7 +18,7 @@ import numpy as np
 
 from fpmatch.engine.pieces import hold_pieces
 from fpmatch.gallery.identify import candidate_list_size
-from fpmatch.gallery.search import Preselection, Search
+from fpmatch.gallery.search import Search
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.pieces import Pieces
+    from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
     from fpmatch.gallery.search import CandidateListSize
 
 MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
@@ -40,15 +41,10 @@ COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
 
 
 class Answer(NamedTuple):
-    """Hold which prints were compared with a probe (None: all), and their similarities to it.
-
-    Prints that were chosen in stages are those of `staged`, and `further` ones with theirs.
-    """
+    """Hold which prints were compared with a probe (None: all), and their similarities to it."""
 
     which: NDArray[np.intp] | None
     similarities: NDArray[np.float64]
-    staged: Preselection | None = None
-    further: tuple[NDArray[np.intp], NDArray[np.float64]] | None = None
 
 
 NO_ANSWER: Final = Answer(None, np.zeros(0))
@@ -60,16 +56,6 @@ class AnsweredSearch(Search):
 
     answer: Answer = NO_ANSWER
 
-    def preselect(self, probe: Any, loss: float, count: int) -> Preselection | None:
-        """Return what the stages chose."""
-        return self.answer.staged
-
-    def further_impressions(
-        self, places: NDArray[np.intp], similarities: NDArray[np.float64], count: int
-    ) -> NDArray[np.intp]:
-        """Return the further prints that were compared."""
-        return np.empty(0, np.intp) if self.answer.further is None else self.answer.further[0]
-
     def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
         """Return the prints that were compared with the probe."""
         return np.arange(len(self)) if self.answer.which is None else self.answer.which
@@ -77,11 +63,8 @@ class AnsweredSearch(Search):
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None
     ) -> NDArray[np.float64]:
-        """Return their similarities, or those of the further prints."""
-        further = self.answer.further
-        return (
-            self.answer.similarities if further is None or which is not further[0] else further[1]
-        )
+        """Return their similarities."""
+        return self.answer.similarities
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,14 +92,16 @@ def spans(prints: int) -> list[tuple[int, int]]:
     return [(first, min(first + size, prints)) for first in range(0, prints, size)]
 
 
-def batch_size(prints: int) -> int:
+def batch_size(prints: int, *, staged: bool = False) -> int:
     """Return how many probes are searched for together among so many prints.
 
     Examples
     --------
-    >>> batch_size(16), batch_size(1_000_000)
-    (16, 4)
+    >>> batch_size(16), batch_size(1_000_000), batch_size(1_000_000, staged=True)
+    (16, 4, 16)
     """
+    if staged:
+        return MAX_BATCH
     return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // piece_size(prints)))
 
 
@@ -136,11 +121,31 @@ def _piece(search: Search, first: int, last: int) -> SearchPiece:
 
 
 @contextmanager
-def hold_search(engine: Engine, search: Search) -> Iterator[HeldSearch]:
-    """Let the workers of an engine, which is entered, hold the prints of a search."""
-    search = search.whole
-    with hold_pieces(engine, divide(search)) as held:
-        yield HeldSearch(search, held)
+def hold_search(
+    engine: Engine, search: Search, candidate_list: CandidateListSize = "auto"
+) -> Iterator[HeldSearch | HeldIndexedSearch]:
+    """Let the workers of an engine, which is entered, hold the prints of a search.
+
+    `candidate_list` is that of the searches that follow.
+    """
+    if searched_in_stages(search, candidate_list):
+        from fpmatch.gallery.indexed_pieces import (  # noqa: PLC0415  (imports the index)
+            HeldIndexedSearch,
+            divide_index,
+        )
+
+        indexed: Any = search
+        with hold_pieces(engine, divide_index(indexed)) as segments:
+            yield HeldIndexedSearch(indexed, segments)
+        return
+    whole = search.whole
+    with hold_pieces(engine, divide(whole)) as held:
+        yield HeldSearch(whole, held)
+
+
+def searched_in_stages(search: Search, candidate_list: CandidateListSize) -> bool:
+    """Return whether `identify` searches in stages, by the index of a large gallery."""
+    return candidate_list == "auto" and type(search).preselect is not Search.preselect
 
 
 class HeldSearch:
@@ -168,7 +173,7 @@ class HeldSearch:
         with closing(self._chosen(batches, most)) as chosen:
             yield from self._compared(chosen)
 
-    def answered(self, answer: Answer) -> Search:
+    def answered(self, answer: Any) -> Search:
         """Return the search with which `identify` finds the candidates of an answered probe."""
         s = self.search
         made = AnsweredSearch(s.matcher, s.numbers, s.fingers, s.references, s.damaged, answer)

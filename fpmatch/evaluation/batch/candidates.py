@@ -26,7 +26,7 @@ from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.identify import candidate_list_size, check_limits
 from fpmatch.gallery.search import ConsolidatedFingers
-from fpmatch.gallery.search_pieces import batch_size, hold_search
+from fpmatch.gallery.search_pieces import batch_size, hold_search, searched_in_stages
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.reading import group_by_note
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
     from fpmatch.gallery.search import CandidateListSize, Search
     from fpmatch.gallery.search_pieces import HeldSearch
     from fpmatch.matching.calibration import Calibration
@@ -170,6 +171,8 @@ def write_candidates(
         impressions=impressions,
         consolidated=options.consolidate,
     )
+    staged = searched_in_stages(search, options.candidate_list)
+    search = search if staged else search.whole
     candidate_list_size(search, options.candidate_list)  # before a file is made
     curve = options.calibration or load_calibration(search.matcher.name)
     run = {
@@ -187,13 +190,13 @@ def write_candidates(
         "set of probes": probes.content_hash,
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
-    size, total = batch_size(len(search)), len(probes.paths)
+    size, total = batch_size(len(search), staged=staged), len(probes.paths)
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
     def rows_from(start: int) -> Generator[Rows, None, None]:
         with (
-            hold_search(place, search) as held,
+            hold_search(place, search, options.candidate_list) as held,
             closing(identify_each(gallery, held, probes, options, place, start * size)) as each,
         ):
             while batch := list(islice(each, size)):
@@ -226,7 +229,7 @@ def write_candidates(
 
 def identify_each(
     gallery: Gallery,
-    held: HeldSearch,
+    held: HeldSearch | HeldIndexedSearch,
     probes: FolderSource,
     options: SearchOptions,
     engine: Engine,
@@ -240,7 +243,8 @@ def identify_each(
     search = held.search
     curve = options.calibration or load_calibration(search.matcher.name)
     consolidated = ConsolidatedFingers(gallery, search, curve) if options.consolidate else None
-    size = batch_size(len(search))
+    staged = searched_in_stages(search, options.candidate_list)
+    size = batch_size(len(search), staged=staged)
     pending: deque[list[tuple[int, StoredTemplate, Template | None]]] = deque()
 
     def batches(templates: Iterator[StoredTemplate]) -> Iterator[list[Any]]:

@@ -12,6 +12,7 @@ from contextlib import closing
 from functools import partial
 from pathlib import Path
 
+import platformdirs
 import pytest
 
 from fpmatch.engine.engine import dask, processes
@@ -21,11 +22,12 @@ from fpmatch.evaluation.batch.candidates import COLUMNS, SearchOptions, write_ca
 from fpmatch.evaluation.batch.sources import FolderSource
 from fpmatch.formats.files import save_template
 from fpmatch.gallery import identify as identify_module
-from fpmatch.gallery import search_pieces
+from fpmatch.gallery import indexed_pieces, indexed_search, search_pieces
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
 from fpmatch.gallery.search import open_search
+from fpmatch.indexing.loss import SearchPlan
 
 sys.path.append(str(Path(__file__).parents[2] / "gallery"))  # of `made_prints`
 
@@ -155,6 +157,56 @@ def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path):
             )
             assert again[1] == expected
             assert len(alive) == 1
+
+
+@pytest.fixture
+def staged(monkeypatch, tmp_path):
+    """Search by an index, in stages, of which each passes few prints on."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    for name in ("search", "index"):
+        monkeypatch.setattr(f"fpmatch.gallery.{name}.EXHAUSTIVE_UP_TO", 10)
+    for owner in (indexed_search, indexed_pieces):
+        monkeypatch.setattr(owner, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 25, 7))
+
+
+@pytest.mark.usefixtures("staged")
+def test_in_stages_the_file_is_the_same_on_all_engines(gallery, probes, tmp_path):
+    gallery.add([entry_of(k, scattered(k, 20)) for k in range(100, 140)])
+    search = open_search(gallery)
+    single = [identify_entries(gallery, search, scattered(k, 12 + k))[0] for k in range(10)]
+    output, options = tmp_path / "c.csv", SearchOptions(listed="fingers")
+    _, expected = run(gallery, probes, output, options)
+    rows = list(csv.DictReader(expected.decode().splitlines()))
+    for k, result in enumerate(single):
+        found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
+        assert [(row["id"], row["score"]) for row in found] == [
+            (str(one.number), str(one.score)) for one in result.candidates
+        ]
+        assert {(row["loss"], row["passed_on"]) for row in found} == {
+            (str(result.loss), " ".join(map(str, result.passed_on)))
+        }
+    assert run(gallery, probes, output, options, processes(2))[1] == expected
+    if importlib.util.find_spec("distributed") is not None:
+        import distributed
+
+        with distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=":0",
+            silence_logs=60,
+        ) as cluster:
+            address = cluster.scheduler_address
+            with distributed.Client(address, set_as_default=False) as client:
+                alive = sorted(client.run(os.getpid).values())
+
+            def kill(stage, done, total):
+                if done >= 2 and len(alive) == 2:
+                    os.kill(alive.pop(), signal.SIGKILL)
+
+            done = run(gallery, probes, output, options, dask(address), progress=kill)
+        assert done[1] == expected
+        assert len(alive) == 1
 
 
 class Stopped(Exception):

@@ -1,0 +1,239 @@
+"""Searches in stages for many probes on all cores or machines: workers hold segments of the index.
+
+What one stage passes on to the next is decided over all segments, from what each of them returns.
+The candidates are therefore those of `fpmatch.gallery.indexed_search`, to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from contextlib import closing
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.search import Preselection
+from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
+from fpmatch.indexing.stages import preselect
+from fpmatch.matching.packed_templates import PackedTemplates
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.engine.pieces import Pieces
+    from fpmatch.gallery.index_segment import PrintSegment
+    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.search import CandidateListSize, Search
+    from fpmatch.indexing.loss import SearchPlan
+    from fpmatch.matching.result import Matcher
+
+    Indices = NDArray[np.intp]
+
+LEAST_PIECES: Final = 4  # fewer segments are held by several workers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IndexedPiece:
+    """Hold a segment of an index, and which of its entries were removed."""
+
+    matcher: Matcher
+    segment: PrintSegment
+    removed: NDArray[np.int64]
+
+
+class AnsweredIndexedSearch(IndexedSearch):
+    """A search for one probe, whose preselected prints have been compared."""
+
+    def __init__(
+        self, search: IndexedSearch, staged: Preselection, similarities: NDArray[np.float64]
+    ) -> None:
+        self.__dict__.update(search.__dict__, _staged=staged, _similarities=similarities)
+
+    _staged: Preselection
+    _similarities: NDArray[np.float64]
+
+    def current(self, gallery: GalleryReader) -> Search:
+        """Return this search."""
+        return self
+
+    def preselect(self, probe: Any, loss: float, count: int) -> Preselection:
+        """Return what the stages chose."""
+        return self._staged
+
+    def similarities(self, probe: Any, which: Indices | None = None) -> NDArray[np.float64]:
+        """Return the similarities to these prints, or compare with others."""
+        if which is self._staged.places:
+            return self._similarities
+        return super().similarities(probe, which)
+
+
+@dataclass(slots=True, eq=False)
+class _Batch:
+    """Prepared probes, which copy of the pieces they are sent to, and prints chosen for each."""
+
+    probes: Sequence[Any]
+    copy: int
+    segments: list[Indices] = field(default_factory=list)
+    local: list[Indices] = field(default_factory=list)
+    votes: list[NDArray[np.uint16]] = field(default_factory=list)
+    staged: list[Preselection] = field(default_factory=list)
+
+    def within(self, segment: int) -> tuple[Sequence[Any], list[Indices]]:
+        """Return the probes, and the chosen prints of a segment for each."""
+        found = zip(self.local, self.segments, strict=True)
+        return self.probes, [local[of == segment] for local, of in found]
+
+
+def divide_index(search: IndexedSearch) -> list[IndexedPiece]:
+    """Return the segments of an index, of few of them several copies in the same memory."""
+    removed, segments = search.state.removed, search.state.segments
+    gone = [removed[np.isin(removed, segment.numbers)] for segment in segments]
+    pieces = [IndexedPiece(search.matcher, *one) for one in zip(segments, gone, strict=True)]
+    return pieces * (-(-LEAST_PIECES // len(pieces)) if pieces else 1)
+
+
+class HeldIndexedSearch:
+    """Search in stages with the workers of an engine, which hold the segments."""
+
+    def __init__(self, search: IndexedSearch, held: Pieces[IndexedPiece]) -> None:
+        self.search, self._held = search, held
+        self._segments = search.state.segments
+        self._copies = -(-LEAST_PIECES // max(1, len(self._segments)))
+        search.finger_of.max(initial=0)  # grouped once, for all answers
+
+    def answers(
+        self,
+        batches: Iterable[Sequence[Any]],
+        *,
+        count: int = 10,
+        candidate_list: CandidateListSize = "auto",
+        loss: float = DEFAULT_LOSS,
+    ) -> Generator[list[tuple[Preselection, NDArray[np.float64]]], None, None]:
+        """Yield what each probe of each batch is answered; as `HeldSearch.answers`."""
+        plan = search_plan(loss, len(self.search))
+        numbered = (_Batch(probes, k % self._copies) for k, probes in enumerate(batches))
+        with (
+            closing(self._voted(numbered, max(plan.by_terms, count), plan)) as voted,
+            closing(self._chosen(voted, max(plan.by_descriptors, count), loss)) as chosen,
+            closing(self._round(_compare, chosen, _Batch.within)) as compared,
+        ):
+            for batch, parts in compared:
+                similarities = (np.concatenate(found) for found in _each(parts, len(batch.probes)))
+                yield list(zip(batch.staged, similarities, strict=True))
+
+    def answered(self, answer: Any) -> Search:
+        """Return the search with which `identify` finds the candidates of an answered probe."""
+        return AnsweredIndexedSearch(self.search, *answer)
+
+    def _round(
+        self,
+        work: Callable[[None, IndexedPiece, Any], Any],
+        batches: Iterable[_Batch],
+        chunk_of: Callable[[_Batch, int], Any],
+    ) -> Generator[tuple[_Batch, list[Any]], None, None]:
+        """Yield batches with the results of all segments."""
+        pending: deque[_Batch] = deque()
+        total = len(self._segments)
+
+        def chunks() -> Iterator[tuple[int, Any]]:
+            for batch in batches:
+                pending.append(batch)
+                for k in range(total):
+                    yield batch.copy * total + k, chunk_of(batch, k)
+
+        if not total:
+            yield from ((batch, []) for batch in batches)
+            return
+        with closing(self._held.map(work, None, chunks())) as results:
+            while parts := list(islice(results, total)):
+                yield pending.popleft(), parts
+
+    def _voted(
+        self, batches: Iterable[_Batch], most: int, plan: SearchPlan
+    ) -> Generator[_Batch, None, None]:
+        """Yield batches with the prints that the terms of the index choose."""
+        with closing(
+            self._round(_vote, batches, lambda batch, _: (batch.probes, most, plan.budget))
+        ) as voted:
+            for batch, parts in voted:
+                for found in _each(parts, len(batch.probes)):
+                    self._choose_by_votes(batch, found, most)
+                yield batch
+
+    def _choose_by_votes(self, batch: _Batch, found: Sequence[Any], most: int) -> None:
+        """Keep the prints with the most votes, as `fpmatch.indexing.stages.preselect` does."""
+        segment = np.repeat(np.arange(len(found)), [len(local) for local, _ in found])
+        local = np.concatenate([np.empty(0, np.intp), *(local for local, _ in found)])
+        votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, votes in found)])
+        if len(votes) > most:
+            number = self._numbers(found)
+            kept = np.sort(np.lexsort((number, -votes.astype(np.int64)))[:most])
+            segment, local, votes = segment[kept], local[kept], votes[kept]
+        batch.segments.append(segment)
+        batch.local.append(local)
+        batch.votes.append(votes)
+
+    def _numbers(self, found: Sequence[tuple[Indices, Any]]) -> NDArray[np.int64]:
+        of_each = zip(self._segments, found, strict=True)
+        return np.concatenate([segment.numbers[local] for segment, (local, _) in of_each])
+
+    def _chosen(
+        self, batches: Iterable[_Batch], most: int, loss: float
+    ) -> Generator[_Batch, None, None]:
+        """Yield batches with the prints that the descriptors choose of those."""
+        state = self.search.state
+        with closing(self._round(_score, batches, _Batch.within)) as scored:
+            for batch, parts in scored:
+                for i, found in enumerate(_each(parts, len(batch.probes))):
+                    segment, local = batch.segments[i], batch.local[i]
+                    scores = combined_scores(np.concatenate([np.empty(0), *found]), batch.votes[i])
+                    places = state.indices(segment, local)
+                    order = np.lexsort((self.search.numbers[places], -scores))[:most]
+                    chosen = np.sort(places[order])
+                    batch.staged.append(Preselection(chosen, (len(local), len(chosen)), loss))
+                    batch.segments[i], batch.local[i] = state.places(chosen)
+                yield batch
+
+
+def _each(parts: Sequence[Sequence[Any]], probes: int) -> list[list[Any]]:
+    """Return for each probe what all segments returned."""
+    return [[part[i] for part in parts] for i in range(probes)]
+
+
+def _vote(
+    _: None, piece: IndexedPiece, chunk: tuple[Sequence[Any], int, float]
+) -> list[tuple[Indices, NDArray[np.uint16]]]:
+    """Return for each probe the prints of a segment that may be passed on, and their votes."""
+    probes, most, budget = chunk
+    terms = [piece.segment.terms]
+    found = [preselect(probe, terms, piece.removed, most, budget) for probe in probes]
+    return [(one.local, one.votes) for one in found]
+
+
+def _score(
+    _: None, piece: IndexedPiece, chunk: tuple[Sequence[Any], Sequence[Indices]]
+) -> list[NDArray[np.float64]]:
+    """Return for each probe the scores of the bit descriptors of prints of a segment."""
+    descriptors = piece.segment.descriptors
+    return [
+        descriptors.normalized_scores(probe, local) if len(local) else np.zeros(0)
+        for probe, local in zip(*chunk, strict=True)
+    ]
+
+
+def _compare(
+    _: None, piece: IndexedPiece, chunk: tuple[Sequence[Any], Sequence[Indices]]
+) -> list[NDArray[np.float64]]:
+    """Return for each probe the similarities to prints of a segment."""
+    matcher: Any = piece.matcher
+    found = []
+    for probe, local in zip(*chunk, strict=True):
+        prints = (matcher.prepare(piece.segment.templates[int(k)]) for k in local.tolist())
+        packed = PackedTemplates.pack(prints)
+        found.append(matcher.similarities(probe, packed) if len(local) else np.zeros(0))
+    return found

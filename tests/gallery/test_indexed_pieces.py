@@ -1,0 +1,95 @@
+"""Searches in stages by segments that workers hold: candidates of one search, to the last bit."""
+
+from __future__ import annotations
+
+import platformdirs
+import pytest
+from made_prints import entry_of, scattered
+
+from fpmatch.engine.engine import processes, serial
+from fpmatch.gallery import indexed_pieces, indexed_search
+from fpmatch.gallery.entry import Label
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search_pieces import hold_search
+from fpmatch.indexing.loss import SearchPlan
+
+SIZE = 60
+PROBES = [scattered(k, 30) for k in (3, 17, 44, 1000)]
+
+
+@pytest.fixture(autouse=True)
+def small_limits(tmp_path, monkeypatch):
+    """Index galleries of more than ten prints in segments of few; pass few on, with many ties."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    for name in ("search", "index"):
+        monkeypatch.setattr(f"fpmatch.gallery.{name}.EXHAUSTIVE_UP_TO", 10)
+    for owner in (indexed_search, indexed_pieces):
+        monkeypatch.setattr(owner, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 25, 7))
+
+
+@pytest.fixture
+def search(gallery):
+    """Return a search by an index of several segments, of which prints were removed."""
+    made = None
+    for first in range(0, SIZE, 20):
+        numbers = range(first, min(first + 20, SIZE))
+        labels = [Label(str(k // 2), impression=str(k % 2)) for k in numbers]
+        # some prints are equal: they have the same votes and scores
+        prints = [scattered(k % 23, 30) for k in numbers]
+        gallery.add(
+            [entry_of(k, one, label) for k, one, label in zip(numbers, prints, labels, strict=True)]
+        )
+        made = open_search(gallery, engine=serial(), before=made)
+        assert len(made)
+    gallery.remove([5, 30, 31])
+    found = open_search(gallery, engine=serial(), before=made)
+    assert isinstance(found, IndexedSearch)
+    assert len(found.state.segments) > 1
+    return found
+
+
+def outcome(result):
+    return (
+        repr(result.candidates),
+        result.enrolled,
+        result.compared,
+        result.fingers,
+        result.loss,
+        result.passed_on,
+    )
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("count", [2, 10, 40])
+def test_candidates_are_those_of_one_search(search, workers, count):
+    expected = [outcome(identify(search, probe, count=count)) for probe in PROBES]
+    prepared = [search.matcher.prepare(probe) for probe in PROBES]
+    batches = [prepared[:3], prepared[3:]]
+    with processes(workers) as engine, hold_search(engine, search) as held:
+        answers = [one for batch in held.answers(batches, count=count) for one in batch]
+        found = [
+            outcome(identify(held.answered(answer), probe, count=count))
+            for answer, probe in zip(answers, PROBES, strict=True)
+        ]
+    assert found == expected
+
+
+def test_other_lists_are_made_of_whole_templates(search):
+    prepared = [search.matcher.prepare(PROBES[0])]
+    for candidate_list in (8, "off"):
+        options = {"candidate_list": candidate_list}
+        with serial() as engine, hold_search(engine, search, candidate_list) as held:
+            ((answer,),) = held.answers([prepared], **options)
+            found = identify(held.answered(answer), PROBES[0], **options)
+        assert outcome(found) == outcome(identify(search, PROBES[0], **options))
+
+
+def test_removed_prints_are_not_found(search):
+    prepared = [search.matcher.prepare(scattered(k % 23, 30)) for k in (4, 29, 30)]
+    with serial() as engine, hold_search(engine, search) as held:
+        (answers,) = held.answers([prepared])
+        for answer in answers:
+            found = identify(held.answered(answer), scattered(4, 30))
+            assert {5, 30, 31}.isdisjoint(one.number for one in found.candidates)

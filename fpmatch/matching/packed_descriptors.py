@@ -171,8 +171,8 @@ def _packed(
     if step > MAX_DOUBLINGS:
         raise MatcherError(f"minutiae {reach:.0f} pixels apart")
     # minutiae without a word may lie farther off, but are not written
-    places = np.rint((bits.xy - origin) / (1 << step)).astype(np.int32)
+    places: Any = np.rint((bits.xy - origin) / (1 << step)).astype(np.int32)
     neighbours = print_.neighbourhoods.neighbour
-    arrays = bits.direction_bin, neighbours, bits.neighbour_bits, bits.orientation_bins
+    arrays: Any = bits.direction_bin, neighbours, bits.neighbour_bits, bits.orientation_bins
     used = writer.write(memoryview(places), step == 0, *map(memoryview, arrays))
     return np.array(writer.content[:used]), origin, size, step, bits.has_flow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -48,7 +50,7 @@ def test_taken_prints_are_those_of_a_segment_built_of_them(which):
 @settings(max_examples=50)
 def test_merged_segments_are_one_built_of_all_prints(ends):
     ends = [0, *sorted(ends), 12]
-    parts = [built(range(*pair)) for pair in zip(ends[:-1], ends[1:], strict=True)]
+    parts = [built(range(*pair)) for pair in pairwise(ends)]
     assert same(Segment.concatenate(parts), WHOLE)
 
 

@@ -4,7 +4,8 @@ All numbers are little-endian; bits are packed from the highest of a byte on, ea
 numbers beginning with a byte of its own::
 
     two letters and the version of the layout, 1 where there is a ridge field and 2 where it shows
-    the ridges; dpi in thousandths; width, height; number of minutiae; least x and y; bits of an x and of a y
+    the ridges; dpi in thousandths; width, height; number of minutiae; least x and y; bits of an x
+    and of a y
     columns of the minutiae: x and y above the least, angle (8 bits), kind (2), quality (7)
     of a ridge field: step; rows, columns; first row and column of the box around its mask, and the
     box's rows and columns; the mask inside the box, a bit a cell; the orientation of the cells

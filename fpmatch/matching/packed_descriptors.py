@@ -174,5 +174,5 @@ def _packed(
     places: Any = np.rint((bits.xy - origin) / (1 << step)).astype(np.int32)
     neighbours = print_.neighbourhoods.neighbour
     arrays: Any = bits.direction_bin, neighbours, bits.neighbour_bits, bits.orientation_bins
-    used = writer.write(memoryview(places), step == 0, *map(memoryview, arrays))
+    used = writer.write(memoryview(places), step == 0, *(memoryview(of) for of in arrays))
     return np.array(writer.content[:used]), origin, size, step, bits.has_flow

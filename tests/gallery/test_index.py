@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -186,9 +188,6 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
 
 
 def test_damaged_entries_are_known_to_every_index(gallery):
-    import sqlite3
-    from contextlib import closing
-
     gallery.add([new_entry(number) for number in range(4)])
     with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
         database.execute("UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
@@ -330,6 +329,29 @@ def test_beside_a_gallery_where_nothing_can_be_written_the_cache_is_used(gallery
     (folder,) = (cache / "fpmatch" / "galleries").iterdir()
     assert len(list(folder.iterdir())) == 2
     assert contents(index_of(gallery)) == expected
+
+
+def test_a_gallery_of_an_earlier_version_has_no_history_before_its_next_change(gallery):
+    gallery.add([new_entry(number) for number in range(4)])
+    with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
+        for kind, name in database.execute(
+            "SELECT type, name FROM sqlite_master WHERE name LIKE 'fpmatch_history_%' "
+            "OR name IN ('fpmatch_state', 'fpmatch_removal')"
+        ).fetchall():
+            database.execute(f"DROP {kind} {name}")
+    index = index_of(gallery)
+    expected = contents(index)
+    assert contents(index) == contents(index_of(gallery)) == expected
+    with open_gallery(gallery.file) as again:
+        again.add([new_entry(7)])
+        again.remove([2])
+    notes = []
+    index = index_of(gallery, notes)
+    assert contents(index) == afresh(gallery)
+    assert notes == []  # the files were deleted with the removed entry
+    with open_gallery(gallery.file) as again:
+        again.add([new_entry(8)])
+    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
 
 
 def test_files_are_private(gallery):

@@ -40,7 +40,7 @@ cdef int _to_image(int angle, double ax, double ay, double bx, double by) noexce
 @cython.locals(whole=cython.int, t=cython.double, u=cython.double)
 cpdef double cosine(int angle) noexcept nogil
 @cython.locals(
-    bits="unsigned long long", quarter=cython.int, row=cython.int, column=cython.int, mx=cython.double, my=cython.double,
+    bits="unsigned long long", hit="unsigned long long", quarter=cython.int, row=cython.int, column=cython.int, mx=cython.double, my=cython.double,
     i=cython.int, j=cython.int, angle=cython.int, per_px=cython.double, kx=cython.double, ky=cython.double,
     here=cython.int, across=cython.int, down=cython.int, k=cython.int, at=cython.int, part=cython.int,
 )

@@ -26,6 +26,7 @@ BROKEN = cython.declare(cython.double, 0.6)  # share of spurious minutiae that c
 LEAST_GAP = cython.declare(cython.double, 0.4)  # between them, in cells
 MORE_GAP = cython.declare(cython.double, 0.6)
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
+NONE = cython.declare(cython.ulonglong, 0)
 ONE = cython.declare(cython.ulonglong, 1)
 SQUARENESS = cython.declare(cython.int, 64)  # steps of the tables of the outline
 
@@ -201,13 +202,12 @@ def _picture(x, y, ax, ay, bx, by, width, noise, f, step, level, period, phase, 
         mx += -1.5 * (ax + bx) - j * step
         my += -1.5 * (ay + by) - i * step
         part = int(kx * mx + ky * my)
-        here = phase[f, i, j] + noise + part
+        here = phase[f, i, j] + noise + part + width - 1
         across, down = int(kx * ax + ky * ay), int(kx * bx + ky * by)
         for k in range(16):
             at = (here + (k & 3) * across + (k >> 2) * down) & MASK
-            at = at if at < HALF else TURN - at
-            if at < width:
-                bits |= ONE << (SIDE * (row + (k >> 2)) + column + (k & 3))
+            hit = ONE if at < 2 * width - 1 else NONE
+            bits |= hit << (SIDE * (row + (k >> 2)) + column + (k & 3))
     return bits
 
 

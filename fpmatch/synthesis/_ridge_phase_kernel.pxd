@@ -16,7 +16,7 @@ cpdef int draw_orientation(
 ) noexcept nogil
 @cython.locals(
     rows=cython.int, columns=cython.int, lanes=cython.int, sweep=cython.int, ii=cython.int, i=cython.int, jj=cython.int,
-    j=cython.int, k=cython.int, p=cython.int, q=cython.int, b=cython.int, c=cython.float, s=cython.float, f=cython.float,
+    j=cython.int, k=cython.int, p=cython.int, q=cython.int, b=cython.int, c=cython.float, s=cython.float,
     x=cython.float, y=cython.float, scale=cython.float, h=cython.float, tiny=cython.float, one=cython.float, root=cython.float, two=cython.float,
 )
 cpdef int grow_phase(

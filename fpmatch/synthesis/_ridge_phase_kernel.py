@@ -129,25 +129,25 @@ def grow_phase(normal, inside, noise, start, step, sweeps, sum_, link, wave):
                     # the node before on this line, of which the link leads here
                     p = i - 1 if k else i
                     q = j + k - 2 if k else j - 1
+                    # two loops: compilers vectorize with few arrays only
                     for b in range(lanes):
-                        c = link[k, 0, p, q, b]
-                        s = link[k, 1, p, q, b]
-                        f = link[k, 2, p, q, b]
-                        x = wave[0, p, q, b]
-                        y = wave[1, p, q, b]
-                        sum_[0, b] += x * c - y * s
-                        sum_[1, b] += f * (x * s + y * c)
+                        x = wave[0, p, q, b] * link[k, 0, p, q, b]
+                        sum_[0, b] += x - wave[1, p, q, b] * link[k, 1, p, q, b]
+                    for b in range(lanes):
+                        x = wave[0, p, q, b] * link[k, 1, p, q, b]
+                        y = wave[1, p, q, b] * link[k, 0, p, q, b]
+                        sum_[1, b] += link[k, 2, p, q, b] * (x + y)
                 for k in range(4 if sweep else 0):
                     p = i + 1 if k else i
                     q = j + 2 - k if k else j + 1
                     for b in range(lanes):
-                        c = link[k, 0, i, j, b]
-                        s = link[k, 1, i, j, b]
-                        f = link[k, 2, i, j, b]
-                        x = wave[0, p, q, b]
-                        y = f * wave[1, p, q, b]
-                        sum_[0, b] += x * c + y * s
-                        sum_[1, b] += y * c - x * s
+                        y = link[k, 2, i, j, b] * wave[1, p, q, b]
+                        x = wave[0, p, q, b] * link[k, 0, i, j, b]
+                        sum_[0, b] += x + y * link[k, 1, i, j, b]
+                    for b in range(lanes):
+                        y = link[k, 2, i, j, b] * wave[1, p, q, b]
+                        x = wave[0, p, q, b] * link[k, 1, i, j, b]
+                        sum_[1, b] += y * link[k, 0, i, j, b] - x
                 for b in range(lanes):
                     x = sum_[0, b]
                     y = sum_[1, b]

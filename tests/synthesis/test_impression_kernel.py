@@ -128,7 +128,7 @@ def test_ridges_are_those_of_the_phase(monkeypatch):
 
 
 def test_minutiae_are_missed_and_added_more_where_ridges_are_in_doubt():
-    fingers = draw_fingers(3, np.arange(200, dtype=np.uint64))
+    fingers = draw_fingers(3, np.arange(30, dtype=np.uint64))
     count = {}
     for preset in ("clean", "hard"):
         plan = Plan(3, preset, sensors_named(["optical-640x480"]), 1)

@@ -142,7 +142,7 @@ def test_orientation_is_that_of_the_zero_pole_model():
 
 def test_outlines_are_those_of_masters():
     p = MasterParameters()
-    edges = draw_fingers(3, np.arange(40, dtype=np.uint64)).edges
+    edges = draw_fingers(3, np.arange(16, dtype=np.uint64)).edges
     widths = np.clip(edges[..., 1] - edges[..., 0], 0, None)
     drawn = [
         fingertip_silhouette(p.shape, np.random.default_rng(k), p.silhouette) for k in range(40)

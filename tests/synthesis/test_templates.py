@@ -13,8 +13,8 @@ def same(a, b):
 
 
 def test_each_template_is_the_same_alone_and_among_others():
-    together = list(make_templates(7, range(3, 40), impressions=2))
-    for finger in (3, 35, 39):
+    together = list(make_templates(7, range(3, 38), impressions=2))
+    for finger in (3, 35, 37):
         for impression in (1, 2):
             (alone,) = make_templates(7, [finger], first_impression=impression)
             assert same(alone, together[2 * (finger - 3) + impression - 1])
@@ -49,9 +49,9 @@ def test_templates_have_the_size_and_resolution_of_their_sensor():
 
 def test_sensors_take_impressions_in_turn():
     names = ["plain-288x384", "capacitive-300x300", "plain-288x384"]
-    made = list(make_templates(0, range(40), impressions=4, sensors=names))
-    assert [t.width for t in made] == [288, 300, 288, 288] * 40
-    (alone,) = make_templates(0, [39], first_impression=4, sensors=names)
+    made = list(make_templates(0, range(35), impressions=4, sensors=names))
+    assert [t.width for t in made] == [288, 300, 288, 288] * 35
+    (alone,) = make_templates(0, [34], first_impression=4, sensors=names)
     assert same(alone, made[-1])
 
 

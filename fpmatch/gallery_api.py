@@ -91,7 +91,7 @@ def identify(
                 opened, template, count=count, threshold=threshold, matcher=matcher, loss=loss
             )
     search = open_search(gallery, matcher)
-    limits = {"count": count, "threshold": threshold, "loss": loss}
+    limits: dict[str, Any] = {"count": count, "threshold": threshold, "loss": loss}
     found, entries = identify_entries(gallery, search, template, **limits)
     for number, why in gallery.damaged.items():
         warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)

@@ -14,7 +14,7 @@ import numpy as np
 from fpmatch.synthesis import _ridge_phase_kernel as kernel
 from fpmatch.synthesis.classes import NATURAL_SHARES, SINGULAR_RANGES, PatternClass
 from fpmatch.synthesis.counted_random import keys_of, uniform
-from fpmatch.synthesis.master import MasterParameters
+from fpmatch.synthesis.master import AVERAGE_ROWS, PERIOD_LEVELS, MasterParameters
 from fpmatch.synthesis.noise import NO_IMPRESSION, spline_weights
 from fpmatch.synthesis.orientation import ARCHING
 
@@ -147,7 +147,7 @@ def _orientation(
     number = np.minimum(np.searchsorted(_LIMITS, drawn[:, 0] * _LIMITS[-1], "right"), 4)
     if p.pattern is not None:
         number = np.full(len(keys), _CLASSES.index(p.pattern))
-    size = _between(p.finger_size, drawn[:, 1]) * p.shape[0] / 560
+    size = _between(p.finger_size, drawn[:, 1]) * p.shape[0] / AVERAGE_ROWS
     mirrored = np.where(number == 2, False, (number == 3) | (drawn[:, 2] < 0.5))
     points = _BOXES[number, ..., 0] + drawn[:, 3:11].reshape(-1, _POINTS, 2) * (
         _BOXES[number, ..., 1] - _BOXES[number, ..., 0]
@@ -192,7 +192,7 @@ def _period(keys: NDArray[np.uint64], shape: tuple[int, int], p: MasterParameter
     varied = q.variation_share * np.clip(noise, -q.max_deviations, q.max_deviations)
     towards_joint = np.linspace(q.tip_share, q.joint_share, shape[0])[:, None]
     period = mean[:, None, None] * (1 + towards_joint + varied)
-    return np.asarray(np.rint(period * 64) / 64, np.float32)
+    return np.asarray(np.rint(period * PERIOD_LEVELS) / PERIOD_LEVELS, np.float32)
 
 
 def _silhouette(keys: NDArray[np.uint64], shape: tuple[int, int], p: MasterParameters) -> Floats:

@@ -32,6 +32,9 @@ BORDER_PX: Final = 6.0  # without minutiae along the border of an image
 MOST_FOUND: Final = 255  # minutiae of an impression
 _PURPOSES: Final = range(131, 141)
 _MOST_SPOTS: Final = 8
+_SPOT_STRENGTH: Final = 0.8  # on average, of ragged spots
+_OUTLINE_EXTENT_PX: Final = 60.0  # as `contact.press`
+_FOR_KERNEL: Final = 12  # of the parameters, the first
 _SMEAR_SHARES: Final = (0.0, 0.02, 0.05, 0.1, 0.15, 0.25, 0.5, 1.0)
 _SMEAR_LIMITS: Final = (4.0, 2.05, 1.64, 1.28, 1.04, 0.67, 0.0, -4.0)  # of a normal number
 
@@ -103,7 +106,7 @@ def draw_impressions(
         fingers.period, fingers.phase, fingers.inside, phase, turned, mask,
         orientation, ridges,
     )  # fmt: skip
-    constants = np.array(astuple(extraction)[:12])
+    constants = np.array(astuple(extraction)[:_FOR_KERNEL])
     constants[3] *= px
     found = np.empty(len(of), np.int32)
     minutiae = np.empty((len(of), MOST_FOUND, 5))
@@ -179,7 +182,7 @@ def _pressure(
     threshold += _between(p.tilt, u[:, 2])[column] * (x * columns + y * rows)
     worn = 1 + np.tanh(smooth_grids(keys[2], shape, p.wear_extent_px / CELL_PX))
     strength = 1 - _between(p.wear, u[:, 3])[column] * worn / 2
-    outline = 1 + p.outline * smooth_grids(keys[3], shape, 60 / CELL_PX)
+    outline = 1 + p.outline * smooth_grids(keys[3], shape, _OUTLINE_EXTENT_PX / CELL_PX)
     outline += (
         p.ragged
         * np.float32(np.sqrt(12))
@@ -208,7 +211,7 @@ def _spots(keys: NDArray[np.uint64], sensor: Sensor, p: PressureParameters) -> N
     spots[..., 0] = _between((0.1, 0.9), u[..., 0]) * sensor.width
     spots[..., 1] = _between((0.1, 0.9), u[..., 1]) * sensor.height
     spots[..., 2], spots[..., 3] = stretch / extent, 1 / (stretch * extent)
-    spots[..., 4] = 0.8 * np.where(u[..., 4] < 0.5, WET_SPOT, DRY_SPOT)
+    spots[..., 4] = _SPOT_STRENGTH * np.where(u[..., 4] < 0.5, WET_SPOT, DRY_SPOT)
     spots[np.arange(_MOST_SPOTS) >= np.floor(count)[:, None], 4] = 0
     return spots
 

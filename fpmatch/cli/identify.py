@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.identify_each import Found, identify_far, identify_near
 from fpmatch.cli.identify_fused import identify_by_fingers, in_stages
 from fpmatch.cli.notes import (
     say_damaged,
@@ -41,32 +40,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.evaluation.batch.candidates import Listed
-    from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.search import Candidate, CandidateListSize
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 _COLUMNS: Final = f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture"
-
-
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """Outcome for one probe: entries are those of the candidates."""
-
-    probe: Path
-    result: Identification
-    entries: list[Entry]
-    seconds: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return {
-            "probe": str(self.probe),
-            "seconds": round(self.seconds, 4),
-            "passed_on": list(self.result.passed_on),
-            "candidates": self.result.candidate_dicts(self.entries),
-        }
 
 
 def _candidate_list_size(
@@ -244,10 +222,10 @@ def identify(
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
     prepared by the first search, and by the first one after a change.
     """
-    from fpmatch.engine.engine import processes
-    from fpmatch.gallery.candidates import identify_entries
+    from fpmatch.cli.identify_many import probe_source
+    from fpmatch.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
+    from fpmatch.gallery.prints import find_prints, folder_reader
     from fpmatch.gallery.search import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
@@ -265,7 +243,7 @@ def identify(
     if output is not None:
         if others or positions or limits.pop("transforms"):
             raise click.UsageError("-o excludes --with, --finger and --transform")
-        from fpmatch.cli.identify_many import identify_to_file, probe_source
+        from fpmatch.cli.identify_many import identify_to_file
         from fpmatch.evaluation.batch.candidates import SearchOptions
 
         reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
@@ -281,59 +259,49 @@ def identify(
             as_json=as_json,
         )
     if others or positions:
-        if all_fingers or impressions or consolidate or limits.pop("transforms"):
+        if all_fingers or impressions or consolidate or scheduler or limits.pop("transforms"):
             raise click.UsageError(
-                "--with lists subjects: it excludes --all, --impressions, --consolidate and "
-                "--transform"
+                "--with lists subjects: it excludes --all, --impressions, --consolidate, "
+                "--transform and --scheduler"
             )
         limits |= {"matcher": matcher, "curve": curve, "workers": workers, "as_json": as_json}
         reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
         both = files, find_prints(others, dpi)
         return identify_by_fingers(gallery, *both, positions, reading, **limits)
-    reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
-    done: list[_Found] = []
+    read = PrintReader(raw, quiet=True)
+    done: list[Found] = []
     failures: list[FpmatchError] = []
-    noted: list[tuple[Path, tuple[str, ...]]] = []
     with open_gallery(gallery) as opened:
         say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
-            engine = processes(workers)
             search = open_search(
                 opened,
                 matcher,
-                engine=engine,
+                engine=make_engine(workers, scheduler),
                 progress=bars.show,
                 note=say_note,
                 candidate_list=limits["candidate_list"],
             )
-        consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
-        for file in files:
-            try:
-                probe = extract_print(file, reader=reader)
-            except FpmatchError as error:
-                failures.append(error)
+        if scheduler is None:
+            consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
+            reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=read)
+            limits |= {"impressions": impressions, "consolidated": consolidated}
+            limits |= {"by_subject": listed == "subjects", "calibration": curve}
+            each = identify_near(opened, search, files, reader, **limits)
+        else:
+            limits |= {"listed": listed, "consolidate": consolidate, "calibration": curve}
+            source = probe_source(places, files, dpi=dpi, polarity=polarity, reader=read)
+            each = identify_far(opened, search, source, make_engine(None, scheduler), **limits)
+        for found in each:
+            if isinstance(found, FpmatchError):
+                failures.append(found)
                 continue
-            noted.append((file.path, probe.all_notes))
-            start = time.perf_counter()
-            result, entries = identify_entries(
-                opened,
-                search,
-                probe.template,
-                calibration=curve,
-                impressions=impressions,
-                consolidated=consolidated,
-                by_subject=listed == "subjects",
-                **limits,
-            )
-            seconds = time.perf_counter() - start
-            numbers = [candidate.number for candidate in result.candidates]
-            opened.record("identify", probe=file.path, candidates=numbers)
-            done.append(_Found(file.path, result, entries, seconds))
+            done.append(found)
             if not as_json:
-                show(_as_text(done[-1]))
+                show(_as_text(found))
         name, damaged = opened.name, opened.damaged
     say_damaged(name, damaged)
-    say_notes(group_by_note(noted))
+    say_notes(group_by_note((found.probe, found.notes) for found in done))
     say_errors(failures)
     if as_json and done:
         document = {
@@ -352,7 +320,7 @@ def identify(
     return 2 if not done else 1 if failures else 0
 
 
-def _as_text(found: _Found) -> str:
+def _as_text(found: Found) -> str:
     from fpmatch.drawing.words import odds
 
     result = found.result

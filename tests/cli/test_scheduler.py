@@ -80,6 +80,17 @@ def test_files_of_candidates_are_the_same(run, folder, gallery, tmp_path, cluste
     assert (tmp_path / "near.csv").read_bytes() == (tmp_path / "far.csv").read_bytes()
 
 
+def test_candidates_that_are_shown_are_the_same(run, folder, gallery, cluster):
+    words = ("identify", gallery, folder, "-k", 2, "--transform", "--json")
+    near, far = (run(*words, *more) for more in (("--workers", 1), ("--scheduler", cluster)))
+    assert (near.exit_code, far.exit_code, near.stderr) == (1, 1, far.stderr)
+    documents = [json.loads(result.stdout) for result in (near, far)]
+    for document in documents:
+        assert len(document["probes"]) == 6
+        assert all(probe.pop("seconds") >= 0 for probe in document["probes"])
+    assert documents[0] == documents[1]
+
+
 def test_workers_need_none_of_the_files(run, folder, gallery, tmp_path, cluster):
     """They are elsewhere: in a folder, and with a name for the files, that they do not have."""
     with distributed.Client(cluster, set_as_default=False) as client:
@@ -101,7 +112,8 @@ def test_without_a_scheduler_it_is_one_line_and_status_2(
     monkeypatch.setattr("fpmatch.engine.cluster.CONNECT_S", 0.3)
     place = {"enrol": tmp_path / "new.db", "identify": gallery}[command]
     more = {"enrol": (), "identify": ("-o", tmp_path / "c.csv")}[command]
-    words = (command, place, prints / "1_1.png", *more, "--scheduler", "tcp://127.0.0.1:1")
-    assert_refused(run(*words), "tcp://127.0.0.1:1: no Dask scheduler answers")
+    words = (command, place, prints / "1_1.png", "--scheduler", "tcp://127.0.0.1:1")
+    for each in (words, (*words, *more)):
+        assert_refused(run(*each), "tcp://127.0.0.1:1: no Dask scheduler answers")
     assert run(*words, "--workers", 2).exit_code == 2
     assert list(tmp_path.iterdir()) == []

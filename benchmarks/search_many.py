@@ -15,6 +15,7 @@ the processor time of all processes, and that of the busiest one. The second rat
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import sys
 import tempfile
@@ -26,12 +27,12 @@ from typing import TYPE_CHECKING
 
 import psutil
 from disturbed_prints import disturbed, sample_templates
-from search_gallery import grow
 
 from fpmatch.engine.engine import dask, processes, serial
 from fpmatch.evaluation.batch.candidates import SearchOptions, write_candidates
 from fpmatch.evaluation.batch.sources import FolderSource
 from fpmatch.formats.files import save_template
+from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
 from fpmatch.gallery.search import open_search
@@ -40,9 +41,11 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search import Search
+    from fpmatch.minutiae import Template
 
 WARM_UP = 2  # probes of the first, short run of each engine
 CORES = 2
+BATCH = 1000  # entries a transaction
 
 
 class Bench:
@@ -67,6 +70,12 @@ class Bench:
         used.subtract(before)
         least = max(*used.values(), sum(used.values()) / CORES, 0.0)
         return taken, least, output.read_bytes()
+
+
+def entry(template: Template, number: int) -> NewEntry:
+    """Return a disturbed template under a number."""
+    content = hashlib.sha256(str(number).encode()).digest()
+    return NewEntry(Label(str(number)), f"{number}.tif", content, disturbed(template, number))
 
 
 def processor_times() -> Counter[int]:
@@ -94,7 +103,9 @@ def main() -> int:
         for k in range(given.probes):
             save_template(folder / f"{k}.json", disturbed(templates[k % len(templates)], 0, k))
         gallery = stack.enter_context(open_gallery(Path(place, "gallery.db"), create=True))
-        grow(gallery, templates, 0, given.prints)
+        for first in range(0, given.prints, BATCH):
+            some = range(first, min(first + BATCH, given.prints))
+            gallery.add([entry(templates[k % len(templates)], k) for k in some])
         open_search(gallery)
         bench = Bench(gallery, open_search(gallery), folder, given.candidate_list)
         engines = {"1 process": serial(), "2 processes": processes(2)}

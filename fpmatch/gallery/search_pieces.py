@@ -8,6 +8,7 @@ therefore those of a search in one process, to the last bit.
 
 from __future__ import annotations
 
+import pickle
 from collections import deque
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.engine.engine import serial
 from fpmatch.engine.pieces import hold_pieces
 from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.search import Search
@@ -126,7 +128,8 @@ def hold_search(
 ) -> Iterator[HeldSearch | HeldIndexedSearch]:
     """Let the workers of an engine, which is entered, hold the prints of a search.
 
-    `candidate_list` is that of the searches that follow.
+    `candidate_list` is that of the searches that follow. Where the matcher's prints cannot be sent
+    to other processes, this one holds them.
     """
     if searched_in_stages(search, candidate_list):
         from fpmatch.gallery.indexed_pieces import (  # noqa: PLC0415  (imports the index)
@@ -139,8 +142,20 @@ def hold_search(
             yield HeldIndexedSearch(indexed, segments)
         return
     whole = search.whole
-    with hold_pieces(engine, divide(whole)) as held:
+    near = engine if _can_be_sent(whole) else serial()
+    with near, hold_pieces(near, divide(whole)) as held:
         yield HeldSearch(whole, held)
+
+
+def _can_be_sent(search: Search) -> bool:
+    """Return whether other processes can get prepared prints; of some matchers they cannot."""
+    if isinstance(search.references, PackedTemplates):
+        return True
+    try:
+        pickle.dumps((search.matcher, list(search.references[:1])))
+    except (AttributeError, TypeError, pickle.PicklingError):
+        return False
+    return True
 
 
 def searched_in_stages(search: Search, candidate_list: CandidateListSize) -> bool:

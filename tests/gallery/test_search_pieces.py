@@ -97,6 +97,15 @@ def test_other_matchers_are_searched_by_pieces_too(gallery):
         _answered(search, [[50.0]], candidate_list=2)
 
 
+def test_prints_that_cannot_be_sent_are_compared_in_this_process(gallery):
+    gallery.add(entries_of(*(scattered(k, 12) for k in range(6))))
+    search = open_search(gallery, "paper", engine=serial())
+    for probe, answered in answers(search, processes(2), PROBES):
+        assert repr(identify(answered, probe).candidates) == repr(
+            identify(search, probe).candidates
+        )
+
+
 def test_an_empty_gallery_and_no_probes(gallery):
     search = open_search(gallery, engine=serial())
     ((answer,),) = _answered(search, [[prepare(PROBES[0])]])

@@ -1,4 +1,4 @@
-"""Tables of the page on large galleries: what a search costs, and its pre-selection error."""
+"""Tables of the page on large galleries: what a search costs, and what each stage loses."""
 
 from __future__ import annotations
 
@@ -13,35 +13,72 @@ if TYPE_CHECKING:
 
 def format_searching(results: Mapping[str, Any]) -> str:
     """Format the results of ``benchmarks/large_galleries.py --json`` as Markdown tables."""
-    speed = [
+    return "\n\n".join(
         [
-            *("prints", "encoding", "prefilter", "with a candidate list", "comparing all"),
-            *("aligning all", "candidate list / aligning all", "bytes of descriptors"),
-            "bytes of a print",
+            _speed(results),
+            _bytes(results),
+            "### Mates that a search loses",
+            _loss(results),
+            "### Against comparing all",
+            _exact(results),
         ]
+    )
+
+
+def _speed(results: Mapping[str, Any]) -> str:
+    head = [
+        *("prints", "passed on by the terms", "by the descriptors", "a search, Delaunay calls"),
+        *("a search", "a print", "terms", "descriptors", "comparison", "time to open"),
     ]
-    speed += [
+    rows = [
         [
-            f"{t['prints']:,}",
-            *(f"{t[key]:.2f} µs" for key in ("encoding_us", "prefilter_us", "search_us")),
-            *(f"{t[key]:.1f} µs" for key in ("comparing_all_us", "aligning_all_us")),
-            f"{t['share_of_time']:.3f}",
-            *(f"{t[key]:.0f}" for key in ("descriptor_bytes", "print_bytes")),
+            f"{s['prints']:,}",
+            *(f"{s['plan'][name]:,}" for name in ("by_terms", "by_descriptors")),
+            f"{s['calls']:,.0f}",
+            f"{sum(s['ms'].values()):.0f} ms",
+            f"{s['us_a_print']:.2f} µs",
+            *(f"{s['ms'][name]:.1f} ms" for name in ("terms", "descriptors", "comparison")),
+            f"{s['open_s']:.2f} s",
         ]
-        for t in results["speed"]
+        for s in results["speed"]
     ]
-    share = results["penetration_rate"]
-    recall = [
+    return markdown_table([head, *rows])
+
+
+def _bytes(results: Mapping[str, Any]) -> str:
+    rows = [["prints", "bytes a print", "terms", "descriptors", "compact template"]]
+    for s in results["speed"]:
+        sizes = [s["bytes"][name] for name in ("terms", "descriptors", "templates")]
+        rows.append([f"{s['prints']:,}", *(f"{n:,.0f}" for n in (sum(sizes), *sizes))])
+    return markdown_table(rows)
+
+
+def _loss(results: Mapping[str, Any]) -> str:
+    head = ["mates of", "gallery", "mates", "found if all are compared, at most"]
+    head += ["lost by the terms", "lost in all", "penetration of the terms that finds 99%"]
+    rows = [
         [
-            *("prints", "found by comparing all", f"found at a penetration rate of {share:.0%}"),
-            *("at 2%", "penetration rate that finds 99%"),
+            r["prints"],
+            f"{r['gallery']:,}",
+            *(str(r[key]) for key in ("mates", "found")),
+            *(percent(r[key]) for key in ("lost_by_terms", "lost", "penetration_for_99_percent")),
         ]
+        for r in results["loss"]
     ]
-    recall += [
+    return markdown_table([head, *rows])
+
+
+def _exact(results: Mapping[str, Any]) -> str:
+    head = ["mates of", "gallery", "mates", "found if all are compared", "lost of them"]
+    head += ["counted as found above", "lost of them"]
+    rows = [
         [
-            *(str(r["prints"]), str(r["mates"])),
-            *(percent(r[key]) for key in ("recall", "recall_2_percent", "share_for_99_percent")),
+            r["prints"],
+            f"{r['gallery']:,}",
+            str(r["mates"]),
+            *(str(r["found"]), percent(r["lost"])),
+            *(str(b["found"]), percent(b["lost"])),
         ]
-        for r in results["recall"]
+        for r, b in zip(results["exact"], results["bound"], strict=True)
     ]
-    return f"{markdown_table(speed)}\n\n{markdown_table(recall)}"
+    return markdown_table([head, *rows])

@@ -172,6 +172,7 @@ PAGES: Final = {
         {
             "alone": _SEARCHES,
             "fusion": Part("benchmarks/fused_fingers.py --json", "identification.json"),
+            "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
         },
         {
             (DOCS / "how-to" / "identification.md", "identification"): format_identification,

@@ -21,7 +21,8 @@ from scipy.spatial import Delaunay
 from fpmatch.engine.engine import serial
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.search import EXHAUSTIVE_UP_TO, open_search
+from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.search import open_search
 from fpmatch.gallery.transfer import enrol_gallery
 from fpmatch.synthesis.templates import make_templates
 from fpmatch.text_table import text_table

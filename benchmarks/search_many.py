@@ -40,7 +40,7 @@ from fpmatch.gallery.search import open_search
 if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.prepared_search import Search
     from fpmatch.minutiae import Template
 
 WARM_UP = 2  # probes of the first, short run of each engine

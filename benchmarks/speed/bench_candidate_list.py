@@ -10,7 +10,7 @@ from in_turn import OURS, cpu, in_turn
 from one_to_many import prints, repeated, without_prefilter
 
 from fpmatch.gallery.identify import candidate_list_size
-from fpmatch.gallery.search import Search
+from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 

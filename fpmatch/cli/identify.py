@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.evaluation.batch.candidates import Listed
-    from fpmatch.gallery.search import Candidate, CandidateListSize
+    from fpmatch.gallery.prepared_search import Candidate, CandidateListSize
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 

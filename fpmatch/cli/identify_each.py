@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.prepared_search import Search
     from fpmatch.gallery.print_file import PrintFile
     from fpmatch.gallery.prints import Reader
-    from fpmatch.gallery.search import Search
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,11 +18,9 @@ from fpmatch.engine.threads import single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
-    from contextlib import AbstractContextManager
+    from collections.abc import Callable, Collection, Generator, Iterable, Iterator
     from typing import Self
 
-    from fpmatch.engine.cluster_pieces import ClusterPieces
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -104,12 +102,6 @@ class DaskCluster:
             raise
         finally:
             self.cancel(waiting)
-
-    def hold(self, pieces: Sequence[Any]) -> AbstractContextManager[ClusterPieces]:
-        """Let the workers hold pieces, each of them some; see `fpmatch.engine.pieces`."""
-        from fpmatch.engine.cluster_pieces import ClusterPieces  # noqa: PLC0415
-
-        return ClusterPieces(self, pieces)
 
     def start_run(self, work: Callable[..., Any], shared: object) -> tuple[str, Any]:
         """Send what chunks share; return the two arguments of `run_chunk` before a chunk."""

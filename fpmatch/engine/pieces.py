@@ -12,6 +12,8 @@ from collections import OrderedDict
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
+from fpmatch.engine.cluster import DaskCluster
+from fpmatch.engine.cluster_pieces import ClusterPieces
 from fpmatch.engine.local import Processes
 
 if TYPE_CHECKING:
@@ -59,8 +61,8 @@ def hold_pieces(engine: Engine, pieces: Sequence[Piece]) -> Iterator[Pieces[Piec
 
         with MappedArrays() as arrays:
             yield _Mapped(engine, arrays.pack(list(pieces)))
-    elif hasattr(engine, "hold"):
-        with engine.hold(pieces) as held:
+    elif isinstance(engine, DaskCluster):
+        with ClusterPieces(engine, pieces) as held:
             yield held
     else:
         yield _Own(engine, pieces)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.identify_fused import FusedIdentification
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.prepared_search import Search
     from fpmatch.minutiae import Template
 
 

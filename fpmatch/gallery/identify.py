@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
-from fpmatch.gallery.search import EXHAUSTIVE_UP_TO, Candidate, CandidateListSize, Preselection
+from fpmatch.gallery.prepared_search import (
+    EXHAUSTIVE_UP_TO,
+    Candidate,
+    CandidateListSize,
+    Preselection,
+)
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
@@ -20,7 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.search import ConsolidatedFingers, Search
+    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search import ConsolidatedFingers
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
     from fpmatch.minutiae import Template

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Identification
-    from fpmatch.gallery.search import CandidateListSize, Search
+    from fpmatch.gallery.prepared_search import CandidateListSize, Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 

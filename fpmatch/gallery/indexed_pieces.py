@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.gallery.indexed_search import IndexedSearch
-from fpmatch.gallery.search import Preselection
+from fpmatch.gallery.prepared_search import Preselection
 from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.index_segment import PrintSegment
+    from fpmatch.gallery.prepared_search import CandidateListSize, Search
     from fpmatch.gallery.reader import GalleryReader
-    from fpmatch.gallery.search import CandidateListSize, Search
     from fpmatch.indexing.loss import SearchPlan
     from fpmatch.matching.result import Matcher
 

@@ -14,7 +14,7 @@ import numpy as np
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index import GalleryIndex
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
-from fpmatch.gallery.search import Preselection, Search
+from fpmatch.gallery.prepared_search import Preselection, Search
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
 from fpmatch.matching.packed_templates import PackedTemplates

@@ -20,7 +20,7 @@ import numpy as np
 from fpmatch.engine.engine import serial
 from fpmatch.engine.pieces import hold_pieces
 from fpmatch.gallery.identify import candidate_list_size
-from fpmatch.gallery.search import Search
+from fpmatch.gallery.prepared_search import Search
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
-    from fpmatch.gallery.search import CandidateListSize
+    from fpmatch.gallery.prepared_search import CandidateListSize
 
 MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
 MAX_PIECE: Final = 4096

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.prepared_search import Search
     from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 

@@ -13,7 +13,8 @@ from fpmatch.gallery import identify_fused as fused_module
 from fpmatch.gallery.candidates import GallerySubjects, identify_entries_fused
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.identify_fused import identify_fused
-from fpmatch.gallery.search import Search, open_search
+from fpmatch.gallery.prepared_search import Search
+from fpmatch.gallery.search import open_search
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.finger import fused_score
 from fpmatch.matching.fused_fingers import assign_fingers, fuse_fingers

@@ -15,7 +15,8 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery import search_pieces
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.search import Search, open_search
+from fpmatch.gallery.prepared_search import Search
+from fpmatch.gallery.search import open_search
 from fpmatch.gallery.search_pieces import batch_size, hold_search, spans
 from fpmatch.matching.candidate_list import candidate_list
 from fpmatch.matching.matchers import get_matcher

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
-    from fpmatch.gallery.search import CandidateListSize, Search
+    from fpmatch.gallery.prepared_search import CandidateListSize, Search
     from fpmatch.gallery.search_pieces import HeldSearch
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template

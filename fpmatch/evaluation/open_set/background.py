@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.prepared_search import Search
     from fpmatch.matching.result import Matcher
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.gallery.search import Search
+from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:

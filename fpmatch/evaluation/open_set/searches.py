@@ -17,7 +17,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.evaluation.open_set.enrolled import EnrolledSubjects, search_of
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
-from fpmatch.gallery.search import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
 from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.open_set.roles import Roles
-    from fpmatch.gallery.search import Search
+    from fpmatch.gallery.prepared_search import Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 

@@ -20,7 +20,7 @@ from fpmatch.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, search_al
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.search import Search
+from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.fused_fingers import fuse_fingers
 from fpmatch.matching.matchers import get_matcher

@@ -24,6 +24,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.transfer import enrol_gallery
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.synthesis.templates import make_templates
 from fpmatch.text_table import text_table
 from research.commands import Command, json_file, write_json
@@ -76,7 +77,7 @@ def opening(path: Path) -> float:
     """Return the seconds to open a gallery and its search."""
     start = time.perf_counter()
     with open_gallery(path) as gallery:
-        open_search(gallery)
+        open_search(gallery, loss=DEFAULT_LOSS)
     return time.perf_counter() - start
 
 
@@ -91,7 +92,7 @@ def measure(prints: int, folder: Path) -> dict[str, float]:
         with open_gallery(folder / "copy.db", create=True) as other:
             copied = cpu(lambda: enrol_gallery(other, gallery))  # too few for an index
         enrolled += grow(gallery, few, prints)
-        indexed = cpu(lambda: open_search(gallery, engine=serial()))
+        indexed = cpu(lambda: open_search(gallery, engine=serial(), loss=DEFAULT_LOSS))
     warm = opening(path)
     evict(folder)
     return {

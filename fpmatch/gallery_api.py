@@ -43,7 +43,7 @@ def identify(
     threshold: float = 0.0,
     matcher: str | Matcher = DEFAULT_MATCHER,
     dpi: float | None = None,
-    loss: float = DEFAULT_LOSS,
+    loss: float | None = None,
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
 
@@ -63,9 +63,10 @@ def identify(
         The matcher, or its name.
     dpi : float, optional
         Resolution of an image (default: that in the file, else 500).
-    loss : float
-        Share of the mates, of those that comparing all prints would find, that the index of a large
-        gallery may miss.
+    loss : float, optional
+        Share of the mates, of those that comparing all prints would find, that the search of a
+        gallery of more than 20,000 prints may miss: it is searched by an index (default: 0.01 where
+        there are more than a million prints, else a candidate list).
 
     Returns
     -------
@@ -90,8 +91,12 @@ def identify(
             return identify(
                 opened, template, count=count, threshold=threshold, matcher=matcher, loss=loss
             )
-    search = open_search(gallery, matcher)
-    limits: dict[str, Any] = {"count": count, "threshold": threshold, "loss": loss}
+    search = open_search(gallery, matcher, loss=loss)
+    limits: dict[str, Any] = {
+        "count": count,
+        "threshold": threshold,
+        "loss": DEFAULT_LOSS if loss is None else loss,
+    }
     found, entries = identify_entries(gallery, search, template, **limits)
     for number, why in gallery.damaged.items():
         warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)

@@ -33,6 +33,7 @@ NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else ("101_2.tif",)))
 """Prints that no command names; uncompiled, each takes seconds."""
 GALLERY = "prints.db"  # that one command makes and others use
+OTHER_GALLERIES = {"monday.db", "tuesday.db"}
 TEMPLATES = "templates"  # likewise
 KEYS = "keys.txt"  # likewise
 AUDIT_LOG = "audit.jsonl"  # that `fpmatch serve` makes and others use
@@ -136,6 +137,8 @@ def test_a_command_on_sample_prints_exits_cleanly_and_writes_its_file(command, c
     words = arguments(command, clone)
     if GALLERY in words and words[0] != "enrol":
         shutil.copy(enrolled / GALLERY, clone)
+    for other in OTHER_GALLERIES & {*words}:
+        shutil.copy(enrolled / GALLERY, clone / other)
     if TEMPLATES in words and "-o" not in words:
         shutil.copytree(enrolled / TEMPLATES, clone / TEMPLATES)
     if AUDIT_LOG in words:

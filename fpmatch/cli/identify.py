@@ -28,6 +28,7 @@ from fpmatch.cli.options import (
     old_names,
     polarity_option,
     raw_option,
+    requested_loss,
     scheduler_option,
     workers_option,
 )
@@ -180,7 +181,8 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     callback=_candidate_list_size,
     default="auto",
     help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
-    "probe's. auto: all of up to 20,000 prints; of more, those that an index chooses. off: all.",
+    "probe's. auto: all of up to 20,000 prints; of up to 1,000,000, the best 1 in 100; of more, "
+    "those that an index chooses. off: all.",
 )
 @click.option(
     "--loss",
@@ -188,8 +190,8 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     callback=_loss,
     default="1%",
     show_default=True,
-    help="Share of the matching prints, of those found by comparing all, that the index of a large "
-    "gallery may miss, as 0.1%. With less, more prints are compared.",
+    help="Search more than 20,000 prints by their index, which may miss this share of the matching "
+    "prints that comparing all would find, as 0.1%. With less, more prints are compared.",
 )
 @json_option
 @workers_option
@@ -281,6 +283,7 @@ def identify(
                 progress=bars.show,
                 note=say_note,
                 candidate_list=limits["candidate_list"],
+                loss=requested_loss(),
             )
         if scheduler is None:
             consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None

@@ -9,6 +9,7 @@ import click
 
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import say_damaged, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.options import requested_loss
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
@@ -72,6 +73,7 @@ def identify_by_fingers(
                 progress=bars.show,
                 note=say_note,
                 candidate_list=limits["candidate_list"],
+                loss=requested_loss(),
             )
         start = time.perf_counter()
         result, entries = identify_entries_fused(

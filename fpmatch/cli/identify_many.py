@@ -15,6 +15,7 @@ from fpmatch.cli.notes import (
     say_notes,
     show,
 )
+from fpmatch.cli.options import requested_loss
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
@@ -79,6 +80,7 @@ def identify_to_file(
                 progress=bars.show,
                 note=say_note,
                 candidate_list=options.candidate_list,
+                loss=requested_loss(),
             )
             done = candidates.write_candidates(
                 opened,

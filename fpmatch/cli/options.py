@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
+from click.core import ParameterSource
 
 from fpmatch.errors import did_you_mean
 from fpmatch.matching.matchers import DEFAULT_MATCHER
@@ -103,6 +104,13 @@ def _restore_key(before: str | None) -> None:
         os.environ.pop(KEY_VARIABLE, None)
     else:
         os.environ[KEY_VARIABLE] = before
+
+
+def requested_loss() -> float | None:
+    """Return the loss that the command line states; None where it states none."""
+    context = click.get_current_context()
+    stated = context.get_parameter_source("loss") is ParameterSource.COMMANDLINE
+    return context.params["loss"] if stated else None
 
 
 def check_where(workers: int | None, scheduler: str | None) -> None:

@@ -23,7 +23,7 @@ from fpmatch.gallery.index_files import IndexFolder
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index_state import IndexState, Part, removals_between
 from fpmatch.gallery.kept_files import FAULTS, kept_folders
-from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.prepared_search import LISTED_UP_TO
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import folder_lock, make_folder, reason
 
@@ -260,7 +260,7 @@ def index_enrolled(
     `engine` and `progress` are those of `GalleryIndex`.
     """
     with suppress(FpmatchError):
-        if gallery.has_over(EXHAUSTIVE_UP_TO):
+        if gallery.has_over(LISTED_UP_TO):
             index = GalleryIndex(
                 gallery, get_matcher(DEFAULT_MATCHER), engine=engine, progress=progress
             )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO, Search
+from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO, LISTED_UP_TO, Search
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.finger import Finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
@@ -36,12 +36,13 @@ def open_search(
     progress: Progress = no_progress,
     note: Callable[[str], object] | None = None,
     candidate_list: CandidateListSize = "auto",
+    loss: float | None = None,
     before: Search | None = None,
 ) -> Search:
     """Prepare the prints that are in a gallery now for a search; it may be closed afterwards.
 
-    More than `EXHAUSTIVE_UP_TO` prints are indexed, unless all of them are to be compared or to be
-    ranked for a `candidate_list`.
+    More than `LISTED_UP_TO` prints are indexed, and more than `EXHAUSTIVE_UP_TO` where a `loss` is
+    wanted, unless all of them are to be compared or to be ranked for a `candidate_list`.
 
     Parameters
     ----------
@@ -58,6 +59,8 @@ def open_search(
         RuntimeWarning).
     candidate_list : int, "auto" or "off"
         As it will be given to `fpmatch.gallery.identify.identify`.
+    loss : float, optional
+        The loss that is wanted (default: none, which needs no index up to `LISTED_UP_TO` prints).
     before : Search, optional
         An earlier search of the gallery, whose index is continued.
 
@@ -72,11 +75,8 @@ def open_search(
     given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
     if not hasattr(chosen, "similarities"):
         return _prepared_one_by_one(gallery, chosen, progress)
-    if (
-        candidate_list == "auto"
-        and chosen.name == DEFAULT_MATCHER
-        and gallery.has_over(EXHAUSTIVE_UP_TO)
-    ):
+    most = LISTED_UP_TO if loss is None else EXHAUSTIVE_UP_TO
+    if candidate_list == "auto" and chosen.name == DEFAULT_MATCHER and gallery.has_over(most):
         from fpmatch.gallery.indexed_search import indexed_search  # noqa: PLC0415
 
         return indexed_search(gallery, chosen, before, partial(_prepared, gallery, chosen), **given)

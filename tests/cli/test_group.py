@@ -52,7 +52,7 @@ def test_every_command_has_help_with_examples(run, words):
     [
         ("verify", POLARITIES),
         ("verify", tuple(ENHANCERS)),
-        ("evaluate", PROTOCOLS),
+        ("evaluate", (*PROTOCOLS, "identification")),
         ("points match", POINT_MATCHERS),
         ("points bench", MATCHER_NAMES),
         ("points bench", POINT_MODELS),

@@ -33,7 +33,8 @@ def small_limits(tmp_path, monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     for name in ("search", "index"):
-        monkeypatch.setattr(f"fpmatch.gallery.{name}.EXHAUSTIVE_UP_TO", 10)
+        monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
+    monkeypatch.setattr("fpmatch.gallery.search.EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 20, 6))
 
 
@@ -220,6 +221,15 @@ def test_the_command_states_loss_and_stages(large, probe):
     off = CliRunner().invoke(fpmatch, [*words, "--candidate-list", "off", "--json"])
     document = json.loads(off.stdout)
     assert (document["loss"], document["compared"]) == (None, SIZE)
+
+
+def test_a_gallery_of_middle_size_is_indexed_only_where_a_loss_is_wanted(large, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.search.LISTED_UP_TO", SIZE)
+    assert not isinstance(open_search(large), IndexedSearch)
+    assert isinstance(open_search(large, loss=0.1), IndexedSearch)
+    assert not isinstance(open_search(large, loss=0.1, candidate_list="off"), IndexedSearch)
+    monkeypatch.setattr("fpmatch.gallery.search.EXHAUSTIVE_UP_TO", SIZE)
+    assert not isinstance(open_search(large, loss=0.1), IndexedSearch)
 
 
 def test_the_function_of_the_package_takes_a_loss(large):

@@ -184,7 +184,7 @@ def write_candidates(
         "threshold": repr(options.threshold),
         "list": repr((options.listed, options.consolidate)),
         "candidate list": repr(options.candidate_list),
-        "loss": repr(options.loss),
+        "loss": repr(options.loss if staged else None),
         "gallery": gallery.name,
         "content of the gallery": content,
         "set of probes": probes.content_hash,

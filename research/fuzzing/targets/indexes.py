@@ -43,7 +43,7 @@ def index_targets() -> list[Target]:
 def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
     """Return the candidates of the probe, found by the index, and notes."""
     notes: list[str] = []
-    with patch.object(search_module, "EXHAUSTIVE_UP_TO", 0):
+    with patch.object(search_module, "LISTED_UP_TO", 0):
         search = open_search(gallery, engine=serial(), note=notes.append)
     found = identify(search, templates()[PROBE])
     return [(one.number, one.similarity, one.score) for one in found.candidates], notes

@@ -164,7 +164,7 @@ def staged(monkeypatch, tmp_path):
     """Search by an index, in stages, of which each passes few prints on."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     for name in ("search", "index"):
-        monkeypatch.setattr(f"fpmatch.gallery.{name}.EXHAUSTIVE_UP_TO", 10)
+        monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     for owner in (indexed_search, indexed_pieces):
         monkeypatch.setattr(owner, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 25, 7))
 

@@ -121,6 +121,7 @@ def save_identification_plot(
             axes.yaxis.set_minor_formatter("")
             axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
             axes.legend(frameon=False)
+        det.xaxis.set_minor_formatter("")  # which has numbers where the axis is less than a decade
         det.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
         ranks.minorticks_off()
         ranks.set_xticks(shown := [r for r in _RANK_TICKS if r <= most], map(str, shown))

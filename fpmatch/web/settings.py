@@ -22,7 +22,7 @@ class Limits:
     megapixels: float = 32.0  # of an image, before it is decoded
     megapixels_at_500_dpi: float = 4.0  # four flat fingers side by side have 2.5
     seconds: float = 30.0  # of work on one request, without waiting
-    waiting: int = 4  # requests that have arrived and wait for a worker; others wait before them
+    waiting: int = 2  # requests that have arrived and wait for a worker; others wait before them
     wait_seconds: float = 30.0  # that a request waits for its turn; then it is refused
     queue: int = 512  # requests that wait for their turn; others are refused
     megabytes_at_once: float = 512.0  # of all large requests; a single one is always accepted

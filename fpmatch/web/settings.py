@@ -31,7 +31,7 @@ class Limits:
     upload_seconds: float = 60.0  # until its body has
     stalled_seconds: float = 10.0  # without a byte of a body, or of an answer being read
     kilobytes_per_second: float = 4.0  # at least of a body or an answer, after these seconds
-    unread_megabytes: float = 12.0  # of all answers that clients have not read
+    unread_megabytes: float = 8.0  # of all answers that clients have not read
     connections: int = 512  # of all clients, and fewer where open files are short
     connections_per_client: int = 64  # of one address
 

@@ -15,7 +15,7 @@ from fpmatch.output import atomic_write_bytes, check_writable, make_folder
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -39,7 +39,12 @@ def prepare_curves(folder: str | os.PathLike[str]) -> list[Path]:
 
     Raises an `OutputError` if they cannot be written there.
     """
-    files = [Path(folder) / name for name in HEADS]
+    return writable_files(folder, HEADS)
+
+
+def writable_files(folder: str | os.PathLike[str], names: Iterable[str]) -> list[Path]:
+    """Make a folder for files of these names; OutputError if they cannot be written there."""
+    files = [Path(folder) / name for name in names]
     make_folder(folder)
     for file in files:
         check_writable(file)

@@ -16,7 +16,7 @@ from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.rows import pack_entry
 from fpmatch.gallery.tables import ENROLLED
-from fpmatch.synthesis.database import FIRST_FINGER, LAST_FINGER
+from fpmatch.synthesis.database import FIRST_FINGER, finger_numbers
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, Plan, sensors_named
 from fpmatch.synthesis.templates import make_templates
 
@@ -93,13 +93,8 @@ def make_gallery(
     ...     make_gallery(f"{folder}/made.db", fingers=3, impressions=2, workers=1).made
     6
     """
-    if not (fingers >= 1 and first_finger >= 1 and first_finger + fingers - 1 <= LAST_FINGER):
-        raise DatasetError(
-            f"{fingers} fingers from number {first_finger}: "
-            f"there must be at least 1, numbered within 1 to {LAST_FINGER}"
-        )
+    numbers = finger_numbers(first_finger, fingers)
     plan = Plan(seed, preset, sensors_named(sensors), impressions)
-    numbers = range(first_finger, first_finger + fingers)
     size = max(1, TEMPLATES_AT_ONCE // impressions)
     parts = [numbers[k : k + size] for k in range(0, fingers, size)]
     made, done = 0, 0

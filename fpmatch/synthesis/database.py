@@ -57,6 +57,16 @@ class DatabaseMade:
     faults: tuple[str, ...] = ()  # of files that were there, and were made again
 
 
+def finger_numbers(first: int, count: int) -> range:
+    """Return the numbers of so many fingers; DatasetError if there are none, or out of range."""
+    if not (count >= 1 and first >= 1 and first + count - 1 <= LAST_FINGER):
+        raise DatasetError(
+            f"{count} fingers from number {first}: "
+            f"there must be at least 1, numbered within 1 to {LAST_FINGER}"
+        )
+    return range(first, first + count)
+
+
 def make_database(
     out: str | os.PathLike[str],
     *,
@@ -117,15 +127,10 @@ def make_database(
     ...     sorted(path.name for path in Path(out).iterdir())
     ['101_1.tif', '101_2.tif', 'dataset.toml', 'truth']
     """
-    if not (fingers >= 1 and first_finger >= 1 and first_finger + fingers - 1 <= LAST_FINGER):
-        raise DatasetError(
-            f"{fingers} fingers from number {first_finger}: "
-            f"there must be at least 1, numbered within 1 to {LAST_FINGER}"
-        )
+    numbers = finger_numbers(first_finger, fingers)
     chosen = sensors_named(sensors)
     plan = Plan(seed, preset, chosen, impressions, master or MasterParameters())
     folder = Path(out)
-    numbers = range(first_finger, first_finger + fingers)
     _make_folder(folder)
     with _alone_in(folder):
         _claim(folder, plan)

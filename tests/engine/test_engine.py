@@ -336,9 +336,9 @@ def test_a_worker_without_fpmatch_is_one_line(other_cluster):
 
 
 def test_a_worker_of_another_version_refuses():
-    told = pickle.dumps(("0.0.1", chunk_work.add, 1))
+    task = pickle.dumps(("0.0.1", chunk_work.add, 1))
     with pytest.raises(EngineError, match=r"a worker has fpmatch .*, not 0\.0\.1: scores might"):
-        cluster.run_chunk("run", told, 2)
+        cluster.run_chunk("run", task, 2)
 
 
 def test_without_dask_the_extra_is_named(monkeypatch):

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.drawing.plots.style import figure_bytes, plain_style
+from fpmatch.evaluation.curves import writable_files
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH
 from fpmatch.evaluation.points.plot import check_plot
 from fpmatch.evaluation.score_file import csv_lines
-from fpmatch.output import atomic_write_bytes, check_writable, make_folder
+from fpmatch.output import atomic_write_bytes
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
     from matplotlib.axes import Axes
 
@@ -48,11 +49,7 @@ def prepare_identification_curves(folder: str | os.PathLike[str]) -> list[Path]:
 
     Raises an `OutputError` if they cannot be written there.
     """
-    files = [Path(folder) / name for name in HEADS]
-    make_folder(folder)
-    for file in files:
-        check_writable(file)
-    return files
+    return writable_files(folder, HEADS)
 
 
 def write_identification_curves(

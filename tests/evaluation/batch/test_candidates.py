@@ -293,7 +293,7 @@ def test_an_audit_that_cannot_be_written_stops_the_run(gallery, probes, tmp_path
 
 
 def test_the_limits_of_lists_are_those_of_single_searches(gallery, probes, tmp_path, monkeypatch):
-    """A gallery over the limit is searched by a candidate list without being told."""
+    """A gallery over the limit is searched by a candidate list by default."""
     monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 20)
     monkeypatch.setattr(identify_module, "MIN_CANDIDATE_LIST", 8)
     _, content = run(gallery, probes, tmp_path / "c.csv")

@@ -33,7 +33,8 @@ from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import COLUMNS, PackedTemplates
 from fpmatch.matching.score_model import NO_PREFILTER
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

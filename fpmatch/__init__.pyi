@@ -28,10 +28,10 @@ from .matching.result import Verification as Verification
 from .minutiae import Minutia as Minutia
 from .minutiae import Minutiae as Minutiae
 from .minutiae import MinutiaKind as MinutiaKind
-from .minutiae import RidgeField as RidgeField
 from .minutiae import Template as Template
 from .pointset.affine.transform import AffineTransform as AffineTransform
 from .pointset.match import match_points as match_points
 from .pointset.point_match import PointMatch as PointMatch
 from .pointset.similarity import Similarity as Similarity
+from .ridge_field import RidgeField as RidgeField
 from .scale import find_scale as find_scale

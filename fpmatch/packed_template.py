@@ -30,7 +30,8 @@ from fpmatch._template_column_kernel import at_500_dpi, read_columns, to_image, 
 from fpmatch.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.bounds import MOST_CELLS, check_bounds
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
+from fpmatch.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

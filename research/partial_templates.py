@@ -12,7 +12,8 @@ from fpmatch.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import RidgeField, Template
+    from fpmatch.minutiae import Template
+    from fpmatch.ridge_field import RidgeField
 
 MARGIN_PX: Final = 6.0  # minutiae this near the border of a part are not found, at 500 dpi
 DISC_MARGIN_PX: Final = 8.0  # ridges beyond the outermost minutia of a fragment, at 500 dpi

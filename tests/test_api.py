@@ -29,7 +29,8 @@ PUBLIC = {
 MAY_IMPORT = {
     "_version": set(),
     "errors": set(),
-    "minutiae": set(),
+    "minutiae": {"ridge_field"},
+    "ridge_field": set(),
     "scale": {"matching"},
     "output": set(),
     "text_table": set(),
@@ -70,7 +71,7 @@ MAY_IMPORT = {
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
 NO_MINUTIAE = {
     *("_version", "errors", "printable", "output", "binary_records", "npy", "pointset"),
-    *("array_file", "encryption"),
+    *("array_file", "encryption", "ridge_field"),
 }
 WRITES_FILES = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
@@ -141,7 +142,7 @@ def allowed(room):
     """Return every room that `room` may import, directly or by way of another."""
     rooms = {room, "_version", "errors", "parsing", "printable", "text_table"}
     if room not in NO_MINUTIAE:
-        rooms.add("minutiae")
+        rooms |= {"minutiae", "ridge_field"}
     if room in WRITES_FILES:
         rooms.add("output")
     for other in MAY_IMPORT[room]:

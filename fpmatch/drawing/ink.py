@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import CELL_BITS, STANDARD_DPI, RidgeField
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.ridge_field import CELL_BITS, RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

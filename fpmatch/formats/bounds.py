@@ -14,7 +14,8 @@ from fpmatch.errors import TemplateError
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from fpmatch.minutiae import RidgeField, Template
+    from fpmatch.minutiae import Template
+    from fpmatch.ridge_field import RidgeField
 
 MOST_PX: Final = 2**15 - 1  # of a minutia from the origin, to either side, at 500 dpi
 MOST_SIDE_PX: Final = 2**16 - 1  # of width and height, in pixels of the image

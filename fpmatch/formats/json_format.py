@@ -30,8 +30,9 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.bounds import check_cells
 from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.minutiae import Minutiae, Template
 from fpmatch.parsing import ParseError, parse_json
+from fpmatch.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.minutiae import CELL_BITS, STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.ridge_field import CELL_BITS, RidgeField
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

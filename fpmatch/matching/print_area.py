@@ -13,7 +13,7 @@ from fpmatch.matching.quantization import orientation_codes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import RidgeField
+    from fpmatch.ridge_field import RidgeField
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,7 +1,7 @@
 """Ridge images of eight bits a cell: every eighth bit, and the others estimated from them.
 
-Of the 8 by 8 bits of a cell (see `fpmatch.minutiae.RidgeField`), every other row is kept, and of it
-every fourth bit, by turns: those at which one print of a comparison is looked at
+Of the 8 by 8 bits of a cell (see `fpmatch.ridge_field.RidgeField`), every other row is kept, and of
+it every fourth bit, by turns: those at which one print of a comparison is looked at
 (`_ridge_kernel`). The others are the sign of a weighted sum of the samples around them. The
 weights are those of a wave across the ridge orientation of the cell, which fades with distance.
 """

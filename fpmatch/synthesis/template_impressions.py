@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.ridge_field import RidgeField
 from fpmatch.synthesis import _impression_kernel as kernel
 from fpmatch.synthesis.contact import DRY_SPOT, WET_SPOT
 from fpmatch.synthesis.counted_random import keys_of, uniform

@@ -23,9 +23,10 @@ from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import extract_opened, find_prints, folder_reader, open_print
 from fpmatch.image.io.dataset_folder import read_dataset_info
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.minutiae import Minutiae, Template
 from fpmatch.printable import csv_cell
 from fpmatch.reading import ASSUMED_DPI
+from fpmatch.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     import os

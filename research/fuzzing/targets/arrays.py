@@ -11,9 +11,10 @@ import numpy as np
 
 import fpmatch
 from fpmatch.errors import FpmatchError
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.minutiae import Minutiae, Template
 from fpmatch.npy import decode_npy
 from fpmatch.pointset.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
+from fpmatch.ridge_field import RidgeField
 from research.fuzzing.mutators.containers import doubles, npy_header, zip_member
 from research.fuzzing.targets.stores import PROBE, templates
 from research.fuzzing.targets.tables import SAMPLES

@@ -8,12 +8,13 @@ import pickle
 import threading
 import time
 import uuid
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch._version import __version__
 from fpmatch.engine.local import CHUNKS_IN_FLIGHT
+from fpmatch.engine.pending import results_in_order
 from fpmatch.engine.threads import single_threaded
 from fpmatch.errors import EngineError
 
@@ -88,20 +89,14 @@ class DaskCluster:
         self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
     ) -> Generator[Result, None, None]:
         """Submit chunks, a few for each worker, and yield their results in order."""
-        run, task = self.start_run(work, shared)
-        waiting: deque[Any] = deque()
-        try:
-            for chunk in chunks:
-                waiting.append(self.submit(run_chunk, run, task, chunk))
-                if len(waiting) >= self.most_in_flight():
-                    yield self._result(waiting.popleft())
-            while waiting:
-                yield self._result(waiting.popleft())
-        except EngineError:
-            waiting.clear()  # nobody is there to cancel them
-            raise
-        finally:
-            self.cancel(waiting)
+        run = self.start_run(work, shared)
+        yield from results_in_order(
+            chunks,
+            lambda chunk: self.submit(run_chunk, *run, chunk),
+            self._result,
+            self.most_in_flight,
+            self.cancel,
+        )
 
     def start_run(self, work: Callable[..., Any], shared: object) -> tuple[str, Any]:
         """Send what chunks share; return the two arguments of `run_chunk` before a chunk."""

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections import Counter, deque
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.cluster import KILLED, POLL_S, run_chunk
-from fpmatch.errors import EngineError
+from fpmatch.engine.pending import results_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Sequence
@@ -59,19 +59,13 @@ class ClusterPieces:
     ) -> Generator[Any, None, None]:
         """Submit chunks, a few for each worker, and yield their results in order."""
         call = self._cluster.start_run(_work_on_piece, (work, shared))
-        waiting: deque[_Sent] = deque()
-        try:
-            for number, chunk in chunks:
-                waiting.append(self._send(_Sent(call, number, chunk, "", None)))
-                if len(waiting) >= self._cluster.most_in_flight():
-                    yield self._result(waiting.popleft())
-            while waiting:
-                yield self._result(waiting.popleft())
-        except EngineError:
-            waiting.clear()  # nobody is there to cancel them
-            raise
-        finally:
-            self._cluster.cancel([sent.future for sent in waiting])
+        yield from results_in_order(
+            chunks,
+            lambda chunk: self._send(_Sent(call, *chunk, "", None)),
+            self._result,
+            self._cluster.most_in_flight,
+            lambda pending: self._cluster.cancel([sent.future for sent in pending]),
+        )
 
     def _send(self, sent: _Sent) -> _Sent:
         """Submit a chunk to the worker that holds its piece."""

@@ -6,11 +6,12 @@ import multiprocessing
 import os
 import sys
 import warnings
-from collections import deque
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from fpmatch.engine.pending import results_in_order
 from fpmatch.engine.task import init_worker, pack_task, run_chunk, task_file
 from fpmatch.engine.threads import (
     interrupt_deferred,
@@ -123,17 +124,20 @@ class Processes:
             return
         start = nullcontext if needs_main else main_hidden
         executor = self._open(needs_main=needs_main)
-        waiting: deque[Future[Any]] = deque()
+
+        def submit(task: Path, chunk: Chunk) -> Future[Any]:
+            # submitting may start a worker
+            with interrupt_deferred(), safe_import_path(), start():
+                return executor.submit(run_chunk, task, chunk)
+
         try:
             with task_file(packed) as task:
-                for chunk in chunks:
-                    # submitting may start a worker
-                    with interrupt_deferred(), safe_import_path(), start():
-                        waiting.append(executor.submit(run_chunk, task, chunk))
-                    if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
-                        yield waiting.popleft().result()
-                while waiting:
-                    yield waiting.popleft().result()
+                yield from results_in_order(
+                    chunks,
+                    partial(submit, task),
+                    lambda future: future.result(),
+                    lambda: CHUNKS_IN_FLIGHT * self._workers,
+                )
         except BrokenProcessPool as error:
             if self._executor is executor:
                 self._executor = None

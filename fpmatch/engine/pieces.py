@@ -60,18 +60,18 @@ def hold_pieces(engine: Engine, pieces: Sequence[Piece]) -> Iterator[Pieces[Piec
         from fpmatch.engine.mapped import MappedArrays  # noqa: PLC0415  (imports numpy)
 
         with MappedArrays() as arrays:
-            yield _Mapped(engine, arrays.pack(list(pieces)))
+            yield _Held(engine, _Mapped(arrays.pack(list(pieces))))
     elif isinstance(engine, DaskCluster):
         with ClusterPieces(engine, pieces) as held:
             yield held
     else:
-        yield _Own(engine, pieces)
+        yield _Held(engine, pieces)
 
 
-class _Own(Generic[Piece]):
-    """Pieces of the process that works on them."""
+class _Held(Generic[Piece]):
+    """Pieces that each worker has with what its chunks share."""
 
-    def __init__(self, engine: Engine, pieces: Sequence[Piece]) -> None:
+    def __init__(self, engine: Engine, pieces: Sequence[Piece] | _Mapped[Piece]) -> None:
         self._engine, self._pieces = engine, pieces
 
     def map(
@@ -80,40 +80,29 @@ class _Own(Generic[Piece]):
         shared: Shared,
         chunks: Iterable[tuple[int, Chunk]],
     ) -> Generator[Result, None, None]:
-        return self._engine.map(_work_on_own, (work, shared, self._pieces), chunks)
+        return self._engine.map(_work_on_piece, (work, shared, self._pieces), chunks)
 
 
-class _Mapped(Generic[Piece]):
-    """Pieces that each process of this machine unpacks once; large arrays are mapped."""
-
-    def __init__(self, engine: Engine, packed: bytes) -> None:
-        self._engine, self._packed = engine, packed
-        self._name = uuid.uuid4().hex
-
-    def map(
-        self,
-        work: Callable[[Shared, Piece, Chunk], Result],
-        shared: Shared,
-        chunks: Iterable[tuple[int, Chunk]],
-    ) -> Generator[Result, None, None]:
-        return self._engine.map(_work_on_mapped, (work, shared, self._name, self._packed), chunks)
-
-
-def _work_on_own(task: tuple[Any, Any, Sequence[Any]], chunk: tuple[int, Any]) -> Any:
+def _work_on_piece(task: tuple[Any, Any, Any], chunk: tuple[int, Any]) -> Any:
     work, shared, pieces = task
     number, content = chunk
     return work(shared, pieces[number], content)
 
 
+class _Mapped(Generic[Piece]):
+    """Pieces that each process of this machine unpacks once; large arrays are mapped."""
+
+    def __init__(self, packed: bytes) -> None:
+        self._name, self._packed = uuid.uuid4().hex, packed
+
+    def __getitem__(self, number: int) -> Piece:
+        if self._name not in _unpacked:
+            _unpacked[self._name] = pickle.loads(self._packed)
+            while len(_unpacked) > SETS_HELD:
+                _unpacked.popitem(last=False)
+        piece: Piece = _unpacked[self._name][number]
+        return piece
+
+
 # The pieces that this worker process has unpacked, by name.
 _unpacked: OrderedDict[str, list[Any]] = OrderedDict()
-
-
-def _work_on_mapped(task: tuple[Any, Any, str, bytes], chunk: tuple[int, Any]) -> Any:
-    work, shared, name, packed = task
-    if name not in _unpacked:
-        _unpacked[name] = pickle.loads(packed)
-        while len(_unpacked) > SETS_HELD:
-            _unpacked.popitem(last=False)
-    number, content = chunk
-    return work(shared, _unpacked[name][number], content)

@@ -2,6 +2,12 @@
 cimport cython
 
 
+cpdef int count_votes(
+    const unsigned int[::1] start, const unsigned int[::1] posting, const int[::1] term,
+    const unsigned char[::1] weight, const int[::1] reading, const unsigned char[::1] rotation,
+    const unsigned short[:, ::1] shift, const unsigned short[::1] factor,
+    unsigned int[::1] cursor, unsigned int[::1] table, unsigned short[::1] votes,
+) noexcept
 @cython.locals(
     q=cython.Py_ssize_t, p=cython.Py_ssize_t, first=cython.Py_ssize_t, last=cython.Py_ssize_t,
     at=cython.uint, end=cython.uint, found=cython.uint, turn=cython.uint, turned=cython.uint,
@@ -9,7 +15,7 @@ cimport cython
     votes_each=cython.uint, cells=cython.p_uchar, counted=cython.p_uchar,
     place="const unsigned short *", here=cython.p_uint,
 )
-cpdef int count_votes(
+cdef int _count_votes(
     const unsigned int[::1] start, const unsigned int[::1] posting, const int[::1] term,
     const unsigned char[::1] weight, const int[::1] reading, const unsigned char[::1] rotation,
     const unsigned short[:, ::1] shift, const unsigned short[::1] factor,

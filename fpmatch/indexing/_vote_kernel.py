@@ -33,8 +33,19 @@ def count_votes(
     `reading` are the probe's; `rotation` (R,) and `shift` (R, 64) belong to its readings: the
     direction of the edge, and its place x, y for each rotation of the probe, as poses are
     quantised. A quarter of `factor` multiplies the votes of each print. `cursor` and `table` are
-    room: one number a term, and 64 for 2,048 prints and two.
+    room: one number a term, and 64 for 2,048 prints and two. Other threads may run meanwhile.
     """
+    with cython.nogil:
+        _count_votes(
+            start, posting, term, weight, reading, rotation, shift, factor, cursor, table, votes
+        )
+    return 0
+
+
+def _count_votes(
+    start, posting, term, weight, reading, rotation, shift, factor, cursor, table, votes
+):
+    """Do what `count_votes` does."""
     for q in range(term.shape[0]):
         cursor[q] = start[term[q]]
     cells = cython.cast(cython.p_uchar, cython.address(table[0]))

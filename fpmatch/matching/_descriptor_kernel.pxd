@@ -57,7 +57,7 @@ cdef class DescriptorReader:
     @cython.locals(t=cython.Py_ssize_t, k=cython.Py_ssize_t, n=cython.int)
     cpdef int score(
         self, Prefilter tables, const long long[::1] which, int[::1] weight
-    ) noexcept nogil
+    ) noexcept
     @cython.locals(
         at=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.int, m=cython.int, count=cython.int, four=cython.uint, x=cython.int, y=cython.int, c=cython.float,
         s=cython.float, own=cython.int, turn=cython.int, lower=cython.int, other=cython.int,

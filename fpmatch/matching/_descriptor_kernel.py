@@ -210,23 +210,24 @@ class DescriptorReader:
     def score(self, tables, which, weight):
         """Fill `weight` with the scores of the prints `which` against that in the tables.
 
-        It is -1 of a print that was never packed.
+        It is -1 of a print that was never packed. Other threads may run meanwhile.
         """
-        for t in range(which.shape[0]):
-            k = which[t]
-            n = self.unpack(k)
-            weight[t] = n
-            if n >= 0:
-                weight[t] = tables.score(
-                    0,
-                    n,
-                    self.xy,
-                    self.direction_bin,
-                    self.neighbour_bits,
-                    self.orientation_bins,
-                    self.has_flow[k],
-                    False,
-                )
+        with cython.nogil:
+            for t in range(which.shape[0]):
+                k = which[t]
+                n = self.unpack(k)
+                weight[t] = n
+                if n >= 0:
+                    weight[t] = tables.score(
+                        0,
+                        n,
+                        self.xy,
+                        self.direction_bin,
+                        self.neighbour_bits,
+                        self.orientation_bins,
+                        self.has_flow[k],
+                        False,
+                    )
         return 0
 
     def _write_words(self, n):

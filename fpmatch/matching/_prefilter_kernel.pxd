@@ -35,7 +35,7 @@ cdef class Prefilter:
         self, Py_ssize_t first, const long long[::1] start, const float[:, ::1] xy,
         const unsigned char[::1] direction_bin, const unsigned short[:, ::1] neighbour_bits,
         const unsigned char[:, ::1] orientation_bins, const unsigned char[::1] has_flow, int[::1] weight,
-    ) noexcept nogil
+    ) noexcept
     @cython.locals(
         j=cython.Py_ssize_t, place=cython.Py_ssize_t, weight=cython.int,
         any_=cython.ulonglong, lowest=cython.ulonglong, carry=cython.ulonglong, n1=cython.ulonglong,

@@ -125,11 +125,12 @@ class Prefilter:
         self, first, start, xy, direction_bin, neighbour_bits, orientation_bins, has_flow, weight
     ):
         """Fill `weight` for as many prints, from the print `first` on, as if each came second."""
-        for t in range(weight.shape[0]):
-            begin, end, flowing = start[first + t], start[first + t + 1], has_flow[first + t]
-            weight[t] = self.score(
-                begin, end, xy, direction_bin, neighbour_bits, orientation_bins, flowing, False
-            )
+        with cython.nogil:
+            for t in range(weight.shape[0]):
+                begin, end, flowing = start[first + t], start[first + t + 1], has_flow[first + t]
+                weight[t] = self.score(
+                    begin, end, xy, direction_bin, neighbour_bits, orientation_bins, flowing, False
+                )
         return 0
 
     def _pair(self, first, last, neighbour_bits, orientation_bins, flowing):

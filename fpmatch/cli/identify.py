@@ -96,6 +96,7 @@ Examples:
 \b
 Many probes, on all cores or on a cluster (columns of the file: docs/how-to/batches.md):
   fpmatch identify prints.db --probes seized -o candidates.csv
+  fpmatch identify prints.db --probes seized -o candidates.jsonl --transform
   fpmatch identify prints.db --probes seized -o candidates.csv --scheduler tcp://host:8786
 
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
@@ -113,9 +114,9 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 @file_option(
     "-o",
     "--output",
-    metavar="OUT.csv",
-    help="Write the candidates of all probes to this file, a row each. An interrupted run is "
-    "resumed by the same command.",
+    metavar="OUT.csv|.jsonl",
+    help="Write the candidates of all probes to this file: CSV, a row each, or JSON lines, a "
+    "document a probe. An interrupted run is resumed by the same command.",
 )
 @click.option(
     "-k", "count", metavar="N", type=FROM_1, default=10, help="List N candidates at most."
@@ -243,12 +244,15 @@ def identify(
     check_where(workers, scheduler)
     files = find_prints(places, dpi)
     if output is not None:
-        if others or positions or limits.pop("transforms"):
-            raise click.UsageError("-o excludes --with, --finger and --transform")
+        if others or positions:
+            raise click.UsageError("-o excludes --with and --finger")
         from fpmatch.cli.identify_many import identify_to_file
+        from fpmatch.evaluation.batch.candidate_rows import is_json_lines
         from fpmatch.evaluation.batch.candidates import SearchOptions
 
         reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+        if limits["transforms"] and not is_json_lines(output):
+            raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
         say_slow_kernels()
         return identify_to_file(
             gallery,

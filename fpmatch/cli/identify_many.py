@@ -60,12 +60,13 @@ def identify_to_file(
     """Write the candidates of all probes; return the exit status of the command."""
     from fpmatch.engine.engine import make_engine
     from fpmatch.engine.local import start_fork_server
-    from fpmatch.evaluation.batch import candidates
+    from fpmatch.evaluation.batch.candidate_rows import check_candidates_format
+    from fpmatch.evaluation.batch.candidates import write_candidates
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.search import open_search
     from fpmatch.output import check_writable
 
-    candidates.check_candidates_format(output)
+    check_candidates_format(output)
     check_writable(output)
     if scheduler is None:
         start_fork_server(workers, *WORKERS_NEED)
@@ -82,7 +83,7 @@ def identify_to_file(
                 candidate_list=options.candidate_list,
                 loss=requested_loss(),
             )
-            done = candidates.write_candidates(
+            done = write_candidates(
                 opened,
                 search,
                 probes,
@@ -104,16 +105,19 @@ def identify_to_file(
         show(json_text({**shown, "damaged": len(damaged), **_as_dict(done)}))
     else:
         show(_as_text(done))
-    return 1 if done.failed else 0
+    return 0 if not done.failed else 1 if done.failed < done.probes else 2
 
 
 def _as_text(done: SearchSummary) -> str:
+    from fpmatch.evaluation.batch.candidate_rows import is_json_lines
+
     counts = [count(done.probes, "probe")]
     counts += [f"{done.resumed} of them before"] if done.resumed else []
     counts += [f"{done.failed} without a template"] if done.failed else []
     rate = f" ({done.rate:.1f} a second)" if done.rate else ""
     head = f"{', '.join(counts)}: {done.seconds:.1f} s{rate}"
-    return f"{head}\n{printable(done.output)}: {count(done.rows, 'row')}"
+    what = "line" if is_json_lines(done.output) else "row"
+    return f"{head}\n{printable(done.output)}: {count(done.rows, what)}"
 
 
 def _as_dict(done: SearchSummary) -> dict[str, Any]:

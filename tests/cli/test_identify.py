@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 
@@ -206,6 +207,41 @@ def test_candidates_in_a_file_are_those_that_are_shown(run, gallery, prints, tmp
         ]
 
 
+def test_json_lines_are_what_is_shown_of_each_probe(run, gallery, prints, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png", other="2_1.png")
+    words = ("--workers", 1, "-k", 2, "--transform")
+    shown = json.loads(run("identify", gallery, folder, "--json", *words).stdout)
+    output = tmp_path / "c.jsonl"
+    result = run("identify", gallery, "--probes", folder, "-o", output, *words)
+    assert result.exit_code == 1
+    assert result.stdout.endswith(f"{output}: 3 lines\n")
+    documents = [json.loads(line) for line in output.read_text().splitlines()]
+    assert [(Path(one["probe"]).name, one["reason"]) for one in documents] == [
+        ("empty.png", "the file is empty"),
+        ("other.png", None),
+        ("probe.png", None),
+    ]
+    of_all = ("gallery", "matcher", "enrolled", "compared", "fingers", "loss", "listed")
+    for document, probe in zip(documents[1:], shown["probes"], strict=True):
+        assert {name: document[name] for name in of_all} == {name: shown[name] for name in of_all}
+        del probe["seconds"]
+        assert document.items() >= probe.items()
+        assert document["candidates"][0]["transform"]["scale"] > 0
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
+    run, gallery, prints, tmp_path, suffix
+):
+    folder = copied(prints, tmp_path / "probes", "empty.png", "text.png")
+    output = tmp_path / f"c{suffix}"
+    result = run("identify", gallery, "--probes", folder, "-o", output, "--workers", 1)
+    assert result.exit_code == 2
+    named = [line.split(": ")[2] for line in result.stderr.splitlines()]
+    assert named == [f"{folder}/empty.png", f"{folder}/text.png"]
+    assert output.read_text().count("the file is empty") == 1
+
+
 def test_a_file_of_candidates_is_said_in_words_and_resumed(run, gallery, prints, tmp_path):
     output, words = tmp_path / "c.csv", ("--workers", 1, "-k", 1)
     probes = (prints / "1_1.png", prints / "2_1.png")
@@ -233,7 +269,7 @@ def _interrupt(*_, **__):
     ("words", "reason"),
     [
         ((), "Missing argument 'PROBE...'"),
-        (("p.png", "-o", "c.csv", "--transform"), "-o excludes"),
+        (("p.png", "-o", "c.csv", "--transform"), "--transform needs -o OUT.jsonl"),
         (("p.png", "-o", "c.csv", "--with", "q.png"), "-o excludes"),
         (("p.png", "--workers", 2, "--scheduler", "tcp://x:1"), "exclude each other"),
         (("p.png", "-o", "c.csv", "--scheduler", "nonsense"), "no Dask scheduler answers"),

@@ -1,8 +1,4 @@
-"""Candidate lists of many probes in a file: searched on an engine, resumed after a kill.
-
-The file has the columns `COLUMNS`: a row for each candidate of a probe, best first, and one row
-without a candidate, but with the reason, for a probe that has none or has no template.
-"""
+"""Candidate lists of many probes in a file: searched on an engine, resumed after a kill."""
 
 from __future__ import annotations
 
@@ -18,11 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from fpmatch._version import __version__
 from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import OutputError
+from fpmatch.evaluation.batch.candidate_rows import ProbeRows, candidate_file
 from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Store
-from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.identify import candidate_list_size, check_limits
 from fpmatch.gallery.search import ConsolidatedFingers
@@ -49,14 +44,7 @@ if TYPE_CHECKING:
 Listed = Literal["subjects", "fingers", "impressions"]
 
 IDENTIFY: Final = "identify"
-OF_CANDIDATES: Final = (
-    *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
-    *("expected_false_matches", "impressions", "impression_score"),
-)
-OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
-COLUMNS: Final = ("probe", *OF_CANDIDATES, *OF_SEARCHES, "reason")
-NO_CANDIDATE: Final = "no candidate"
-_FORMAT: Final = "1"  # of the state of an unfinished run
+_FORMAT: Final = "2"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +125,8 @@ def write_candidates(
     probes : FolderSource
         The prints to identify.
     output : path-like
-        The ``.csv`` to write or replace, with the columns `COLUMNS`.
+        The ``.csv`` or ``.jsonl`` to write or replace; see
+        `fpmatch.evaluation.batch.candidate_rows`.
     options : SearchOptions
         What is listed.
     content : str
@@ -162,7 +151,9 @@ def write_candidates(
         If the gallery cannot be read or the engine broke down.
     """
     target = Path(output)
-    check_candidates_format(target)
+    form = candidate_file(
+        target, gallery=gallery.name, matcher=search.matcher.name, listed=options.listed
+    )
     impressions = options.listed == "impressions"
     check_limits(
         options.count,
@@ -182,7 +173,7 @@ def write_candidates(
         "calibration": curve.as_json(),
         "number of candidates": repr(options.count),
         "threshold": repr(options.threshold),
-        "list": repr((options.listed, options.consolidate)),
+        "list": repr((options.listed, options.consolidate, options.transforms)),
         "candidate list": repr(options.candidate_list),
         "loss": repr(options.loss if staged else None),
         "gallery": gallery.name,
@@ -200,20 +191,19 @@ def write_candidates(
             closing(identify_each(gallery, held, probes, options, place, start * size)) as each,
         ):
             while batch := list(islice(each, size)):
-                lines = []
+                lines: list[bytes] = []
                 for one in batch:
                     path = probes.paths[one.number]
                     if one.result is None:
                         failures.append((path, one.probe.reason))
                     noted.append((path, one.probe.all_notes))
-                    lines += list(_lines(path, one))
+                    lines += form.lines(ProbeRows(path, one.result, one.entries, one.probe.reason))
                 failed = sum(one.result is None for one in batch)
-                yield Rows(csv_lines(lines), len(batch), len(lines), failed)
+                yield Rows(b"".join(lines), len(batch), len(lines), failed)
 
-    header, chunks = csv_lines([COLUMNS]), -(-total // size)
     with engine or serial() as place, Store(target, run) as store:
         begun = time.perf_counter()
-        rows = ResumedRows(store, header, chunks, save_every_s)
+        rows = ResumedRows(store, form.header, -(-total // size), save_every_s)
         start, end = rows.write(rows_from, lambda at: progress(IDENTIFY, at.pairs, total))
     return SearchSummary(
         output=target,
@@ -285,29 +275,6 @@ def identify_each(
                 yield Identified(number, stored, result, entries)
 
 
-def check_candidates_format(output: Path) -> None:
-    """Raise an OutputError unless a file of candidates can have this name."""
-    if output.suffix.lower() != ".csv":
-        raise OutputError(f"{output}: candidates are written as .csv")
-
-
 def _opened(stored: StoredTemplate) -> tuple[StoredTemplate, Template | None]:
     """Return a probe with its template, None where it has none."""
     return stored, None if stored.data is None else unpack(stored.data)
-
-
-def _lines(path: str, one: Identified) -> Iterator[list[object]]:
-    """Yield the rows of a probe."""
-    nobody = [""] * len(OF_CANDIDATES)
-    if one.result is None:
-        yield [path, *nobody, *[""] * len(OF_SEARCHES), one.probe.reason]
-        return
-    result = one.result
-    stages = ["" if result.loss is None else result.loss, " ".join(map(str, result.passed_on))]
-    about = [result.enrolled, result.compared, result.fingers, *stages]
-    found = one.result.candidate_dicts(one.entries)
-    for candidate in found:
-        candidate["extrapolated"] = int(candidate["extrapolated"])
-        yield [path, *(candidate[name] for name in OF_CANDIDATES), *about, ""]
-    if not found:
-        yield [path, *nobody, *about, NO_CANDIDATE]

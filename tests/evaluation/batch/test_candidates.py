@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import importlib.util
+import json
 import os
 import signal
 import sqlite3
@@ -18,7 +19,8 @@ import pytest
 from fpmatch.engine.engine import dask, processes
 from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
 from fpmatch.evaluation.batch import candidates
-from fpmatch.evaluation.batch.candidates import COLUMNS, SearchOptions, write_candidates
+from fpmatch.evaluation.batch.candidate_rows import COLUMNS
+from fpmatch.evaluation.batch.candidates import SearchOptions, write_candidates
 from fpmatch.evaluation.batch.sources import FolderSource
 from fpmatch.formats.files import save_template
 from fpmatch.gallery import identify as identify_module
@@ -127,10 +129,34 @@ def test_a_probe_without_candidates_has_a_row(gallery, probes, tmp_path):
     assert {row["rank"] for row in rows} == {""}
 
 
+def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
+    options = SearchOptions(count=2, transforms=True)
+    done, content = run(gallery, probes, tmp_path / "c.jsonl", options)
+    documents = {Path(one["probe"]).name: one for one in map(json.loads, content.splitlines())}
+    assert (done.probes, done.failed, done.rows, len(documents)) == (12, 2, 12, 12)
+    search = open_search(gallery)
+    about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": "subjects"}
+    for k in range(10):
+        result, entries = identify_entries(
+            gallery, search, scattered(k, 12 + k), by_subject=True, count=2, transforms=True
+        )
+        numbers = {name: getattr(result, name) for name in ("enrolled", "compared", "fingers")}
+        found = documents[f"{k}.json"]
+        assert found.items() >= {**about, **numbers, "loss": None, "passed_on": []}.items()
+        assert found["candidates"] == result.candidate_dicts(entries)
+        assert found["reason"] is None
+    failed = documents["broken.json"]
+    assert failed.items() >= {**about, "enrolled": None, "candidates": []}.items()
+    assert failed["reason"] == dict(done.failures)[failed["probe"]]
+    _, nobody = run(gallery, probes, tmp_path / "none.jsonl", SearchOptions(threshold=100.0))
+    assert [json.loads(line)["reason"] for line in nobody.splitlines()].count("no candidate") == 10
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
-def test_several_processes(gallery, probes, tmp_path, options):
-    _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
-    _, found = run(gallery, probes, tmp_path / "c.csv", options, processes(2))
+def test_several_processes(gallery, probes, tmp_path, options, suffix):
+    _, expected = run(gallery, probes, tmp_path / f"expected{suffix}", options)
+    _, found = run(gallery, probes, tmp_path / f"c{suffix}", options, processes(2))
     assert found == expected
 
 
@@ -218,10 +244,12 @@ def stop_after(most, stage, done, total):
         raise Stopped
 
 
-@pytest.mark.parametrize("most", [0, 2, 6, 11])
-def test_an_interrupted_run_is_resumed_to_the_same_file(gallery, probes, tmp_path, most):
-    expected, content = run(gallery, probes, tmp_path / "whole.csv")
-    output = tmp_path / "c.csv"
+@pytest.mark.parametrize(
+    ("most", "suffix"), [(0, ".csv"), (2, ".csv"), (6, ".csv"), (11, ".csv"), (6, ".jsonl")]
+)
+def test_an_interrupted_run_is_resumed_to_the_same_file(gallery, probes, tmp_path, most, suffix):
+    expected, content = run(gallery, probes, tmp_path / f"whole{suffix}")
+    output = tmp_path / f"c{suffix}"
     with pytest.raises(Stopped):
         run(gallery, probes, output, progress=partial(stop_after, most))
     assert not output.exists()
@@ -229,7 +257,7 @@ def test_an_interrupted_run_is_resumed_to_the_same_file(gallery, probes, tmp_pat
     assert found == content
     assert again.resumed == min(2 * -(-most // 2), 12)
     assert (again.rows, again.failed) == (expected.rows, expected.failed)
-    assert sorted(path.name for path in tmp_path.glob("c.csv*")) == ["c.csv"]
+    assert list(tmp_path.glob("c.*")) == [output]
 
 
 def test_another_run_is_not_resumed(gallery, probes, tmp_path):
@@ -239,6 +267,7 @@ def test_another_run_is_not_resumed(gallery, probes, tmp_path):
     for options, what in (
         (SearchOptions(count=4), "number of candidates"),
         (SearchOptions(count=3, listed="fingers"), "list"),
+        (SearchOptions(count=3, transforms=True), "list"),
         (SearchOptions(count=3, threshold=2.0), "threshold"),
         (SearchOptions(count=3, candidate_list=5), "candidate list"),
     ):

@@ -33,7 +33,6 @@ from fpmatch.matching.packed_descriptors import PackedDescriptors
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.ridge_samples import ORIENTATIONS, RidgeSampleParameters
-from fpmatch.output import check_writable
 from research.commands import Command, folders, json_file, workers, write_json
 from research.tables.stored_prints import RATES, stored_forms, stored_parts, stored_times
 
@@ -245,8 +244,6 @@ def main(folders: tuple[Path, ...], json_file: Path | None, workers: int | None)
 
     --json writes what ``python -m research tables searching --stored`` reads.
     """
-    if json_file:
-        check_writable(json_file)
     sets = extract_datasets(load_datasets(folders))
     results = {"times": measure_times(sets), "parts": measure_parts(sets)}
     print(stored_times(results["times"]), stored_parts(results["parts"]), sep="\n\n")

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import click
 import repository  # noqa: F401
 
-from fpmatch.output import check_writable
 from fpmatch.text_table import text_table
 from research.commands import Command, json_file, workers, write_json
 from research.experiments.distortion import KINDS, DistortionParameters, measure_distortion
@@ -44,8 +43,6 @@ def main(fingers: int, seed: int, json_file: Path | None, workers: int | None) -
 
     --json writes what ``python -m research tables accuracy --distortion`` reads.
     """
-    if json_file:
-        check_writable(json_file)
     result = measure_distortion(DistortionParameters(fingers=fingers, seed=seed), workers=workers)
     for condition in result["conditions"]:
         click.echo(

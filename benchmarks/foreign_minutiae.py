@@ -26,7 +26,6 @@ from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
-from fpmatch.output import check_writable
 from fpmatch.text_table import text_table
 from research.all_pairs import compare_all_pairs
 from research.commands import Command, folders, json_file, workers, write_json
@@ -182,8 +181,6 @@ def main(
     impressions of one finger are genuine, all pairs of impressions of different fingers of a folder
     are impostor pairs. --json writes them as fractions.
     """
-    if json_file:
-        check_writable(json_file)
     if templates and dpi:
         raise DatasetError("--dpi has no use with --templates: see dataset.toml")
     if templates:

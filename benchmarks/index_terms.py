@@ -25,7 +25,6 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.output import check_writable
 from research.commands import Command, folders, json_file, write_json
 from research.tables.indexing import format_indexing
 from research.training.index import gallery_prints, segment_of
@@ -191,8 +190,6 @@ def main(folders: tuple[Path, ...], prints: int, json_file: Path | None) -> None
     loses, and the first two together, with the plan for each wanted loss; bytes a print of the
     index; and processor time of the first stage, for which the prints are repeated.
     """
-    if json_file:
-        check_writable(json_file)
     kinds = []
     for found in extract_datasets(load_datasets(folders)):
         pairs = zip(found.dataset.impressions, found.extractions, strict=True)

@@ -33,7 +33,6 @@ from fpmatch.indexing.stages import preselect
 from fpmatch.indexing.terms import probe_terms
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.output import check_writable
 from fpmatch.synthesis.templates import make_templates
 from research.commands import PATH, Command, json_file, write_json
 from research.tables.searching import format_searching
@@ -299,8 +298,6 @@ def main(
     exit status is 1 where a search of a million prints takes more than 1,300 calls, a print takes
     more than 2,200 bytes, or more than 1 % of the mates of a database are lost.
     """
-    if json_file:
-        check_writable(json_file)
     given = kinds(folders)
     probes = [kind.prints[k] for kind in given for k in kind.probes(TIMED_BY_KIND)]
     call = triangulation()

@@ -22,7 +22,6 @@ from fpmatch.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import load_record
 from fpmatch.image.io.read import read_image
-from fpmatch.output import check_writable
 from research.commands import Command, json_file, synthetic_folder, workers, write_json
 from research.experiments.minutiae_places import (
     PLACES,
@@ -131,8 +130,6 @@ def main(
     """
     if not synthetic and not against:
         raise click.UsageError("nothing to measure: give --synthetic or --against")
-    if json_file:
-        check_writable(json_file)
     rows = {}
     if synthetic:
         total: Counts = defaultdict(PlaceCounts)

@@ -13,7 +13,6 @@ import repository  # noqa: F401
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.output import check_writable
 from research.commands import Command, folders, json_file, workers, write_json
 from research.experiments.revocable import measure_revocable
 from research.tables.revocable import format_revocable
@@ -35,8 +34,6 @@ def main(folders: tuple[Path, ...], json_file: Path | None, workers: int | None)
 
     --json writes what ``python -m research tables revocable --measured`` reads.
     """
-    if json_file:
-        check_writable(json_file)
     found = measure_revocable(extract_datasets(load_datasets(folders), workers=workers))
     click.echo(format_revocable({"measured": found}))
     if json_file:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.errors import FpmatchError
-from fpmatch.output import atomic_write_bytes
+from fpmatch.output import atomic_write_bytes, check_writable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,11 +38,16 @@ def write_json(path: Path, document: object) -> None:
 
 
 class Command(click.Command):
-    """A command whose errors are one line on stderr, with exit status 2."""
+    """A command whose errors are one line on stderr, with exit status 2.
+
+    That the file of `json_file` can be written is checked before the command does its work.
+    """
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         try:
+            if ctx.params.get("json_file") is not None:
+                check_writable(ctx.params["json_file"])
             return super().invoke(ctx)
         except (FpmatchError, OSError) as error:
             line = " ".join(str(error).split())

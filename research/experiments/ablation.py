@@ -25,7 +25,6 @@ from fpmatch.evaluation.run import load_datasets
 from fpmatch.matching import score
 from fpmatch.matching.score_model import ScoreWeights
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.output import check_writable
 from research.all_pairs import compare_all_pairs
 from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json
 from research.synthetic_sets import TRAINING_SEED, make_synthetic_sets
@@ -119,8 +118,6 @@ def ablation_command(variants: Sequence[Variant], script: str) -> click.Command:
         """
         if unknown := set(names) - {one.name for one in variants}:
             raise click.BadParameter(f"no variant {min(unknown)!r}")
-        if json_file:
-            check_writable(json_file)
         with tempfile.TemporaryDirectory() as temporary:
             kept = keep or Path(temporary)
             kept.mkdir(parents=True, exist_ok=True)

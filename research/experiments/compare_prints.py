@@ -8,7 +8,6 @@ import click
 
 from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.output import check_writable
 from research.commands import PATH, Command, folders, json_file, workers, write_json
 from research.experiments.image_statistics import (
     format_statistics,
@@ -45,8 +44,6 @@ def command(
     distributions shown side by side; with --against, also the share of prints outside the range of
     those databases (from the least 5 % to the greatest 95 %).
     """
-    if json_file:
-        check_writable(json_file)
     measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)
     sets, others = measured[: len(folders)], measured[len(folders) :]
     click.echo(format_statistics(sets, others))

@@ -9,7 +9,6 @@ import click
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.output import check_writable
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.templates import make_templates
 from research.commands import PATH, Command, folders, json_file, workers, write_json
@@ -54,8 +53,6 @@ def command(
     of templates made without images are described side by side. The probes of the non-mated pairs
     are those of the databases; the last gallery has no ridge images.
     """
-    if json_file:
-        check_writable(json_file)
     given = [_extracted(REAL, folders, workers)]
     given += [_extracted(DRAWN, drawn, workers)] if drawn else []
     results = compare([*given, made_group()])

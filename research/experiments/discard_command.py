@@ -8,7 +8,6 @@ import click
 
 from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.output import check_writable
 from research.commands import Command, folders, json_file, workers, write_json
 from research.experiments.error_vs_discard import curves_as_json, sample_quality
 from research.tables.quality import discard_tables
@@ -33,8 +32,6 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
 
     Prints are discarded in the order of their quality, on FVC-style databases DIR.
     """
-    if json_file:
-        check_writable(json_file)
     datasets = with_unique_names(load_datasets(folders))
     results = curves_as_json(sample_quality(datasets, workers=workers))
     click.echo(discard_tables(results))

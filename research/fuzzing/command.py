@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.output import check_writable
 from research.commands import PATH, Command, json_file, write_json
 from research.fuzzing import campaign
 from research.fuzzing.loop import Count, Limits, run
@@ -93,8 +92,6 @@ def command(
     chosen = _choose(targets, names, kernels=sanitize)
     if count is not None and seconds is not None:
         raise click.UsageError("--seconds and --files exclude one another")
-    if json_file:
-        check_writable(json_file)
     if sanitize:
         run_sanitized(sys.argv[1:])
     if files and count is None and seconds is None:

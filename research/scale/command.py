@@ -12,7 +12,6 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.output import check_writable
 from research.commands import PATH, Command, folders, json_file, workers, write_json
 from research.scale.constants import Assumptions, Constants
 from research.scale.measure import measure as measured_constants
@@ -55,8 +54,6 @@ def measure(
     folders: tuple[Path, ...], searching: Path, workers: int | None, json_file: Path | None
 ) -> None:
     """Measure the constants of a plan on the prints of FVC-style databases DIR."""
-    if json_file:
-        check_writable(json_file)
     times = search_times(read_json(searching))
     found = measured_constants(extract_datasets(load_datasets(folders), workers=workers), times)
     click.echo(format_constants(Constants.from_dict(found)))
@@ -122,8 +119,6 @@ def plan(constants: Path, json_file: Path | None, **given: Any) -> None:
     The other options are assumptions: the machine (cores, memory, disk, network), how much of it is
     used, the spread of the times of searches, and prices of a core-hour and of a GB for a month.
     """
-    if json_file:
-        check_writable(json_file)
     for name, value in given.items():
         if not value > 0:
             raise FpmatchError(f"{name}: {value:g} is not positive")

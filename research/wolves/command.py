@@ -91,8 +91,8 @@ def command(
     worst template of every row that matches any unseen print. With --steps the search is the same
     for the same prints and seed.
     """
-    for target in filter(None, (json_file, markdown)):
-        check_writable(target)
+    if markdown is not None:
+        check_writable(markdown)
     sets = extract_datasets(load_datasets(folders), workers=workers) if folders else []
     if synthetic:
         sets += extract_synthetic_sets(TEST_SEED, prints, workers)

@@ -265,12 +265,13 @@ def identify(
             as_json=as_json,
         )
     if others or positions:
-        if all_fingers or impressions or consolidate or scheduler or limits.pop("transforms"):
+        if all_fingers or impressions or consolidate or limits.pop("transforms"):
             raise click.UsageError(
-                "--with lists subjects: it excludes --all, --impressions, --consolidate, "
-                "--transform and --scheduler"
+                "--with lists subjects: it excludes --all, --impressions, --consolidate and "
+                "--transform"
             )
-        limits |= {"matcher": matcher, "curve": curve, "workers": workers, "as_json": as_json}
+        limits |= {"matcher": matcher, "curve": curve, "as_json": as_json}
+        limits |= {"workers": workers, "scheduler": scheduler}
         reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
         both = files, find_prints(others, dpi)
         return identify_by_fingers(gallery, *both, positions, reading, **limits)

@@ -37,11 +37,12 @@ def identify_by_fingers(
     matcher: str,
     curve: Calibration,
     workers: int | None,
+    scheduler: str | None,
     as_json: bool,
     **limits: Any,
 ) -> int:
     """Run the command with one probe and prints of other fingers; `reading` is of the reader."""
-    from fpmatch.engine.engine import processes
+    from fpmatch.engine.engine import make_engine
     from fpmatch.gallery.candidates import identify_entries_fused
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.prints import extract_print, folder_reader
@@ -65,11 +66,10 @@ def identify_by_fingers(
     with open_gallery(gallery) as opened:
         say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
-            engine = processes(workers)
             search = open_search(
                 opened,
                 matcher,
-                engine=engine,
+                engine=make_engine(workers, scheduler),
                 progress=bars.show,
                 note=say_note,
                 candidate_list=limits["candidate_list"],
@@ -82,6 +82,7 @@ def identify_by_fingers(
             [one.template for one in found],
             positions=positions or known,
             calibration=curve,
+            engine=None if scheduler is None else make_engine(None, scheduler),
             **limits,
         )
         seconds = time.perf_counter() - start

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.engine.engine import Engine
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.prepared_search import CandidateListSize, Search
@@ -151,6 +152,7 @@ def identify_fused(
     candidate_list: CandidateListSize = "auto",
     skipped: Collection[int] = (),
     loss: float = DEFAULT_LOSS,
+    engine: Engine | None = None,
 ) -> FusedIdentification:
     """Find the subjects whose fingers match several probes, of different fingers, best.
 
@@ -171,6 +173,9 @@ def identify_fused(
         (default: none is known).
     count, threshold, calibration, candidate_list, skipped, loss
         As for `fpmatch.gallery.identify.identify`; of subjects.
+    engine : Engine, optional
+        Whose workers search for the probes, entered here (default: this process searches). The
+        outcome is the same.
 
     Raises
     ------
@@ -179,6 +184,8 @@ def identify_fused(
         `identify`.
     GalleryError
         If the subjects cannot be read.
+    EngineError
+        If the engine broke down.
 
     Examples
     --------
@@ -195,9 +202,15 @@ def identify_fused(
     if len(set(known)) < len(known):
         raise MatcherError("two probes are of the same finger")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
-    considered: dict[str, Any] = {"count": max(count, CONSIDERED), "skipped": skipped}
-    considered |= {"calibration": chosen, "candidate_list": candidate_list, "loss": loss}
-    alone = [identify(search, probe, **considered) for probe in probes]
+    limits: dict[str, Any] = {"count": max(count, CONSIDERED), "candidate_list": candidate_list}
+    limits["loss"] = loss
+    searches = [search] * len(probes)
+    if engine is not None:
+        from fpmatch.gallery.search_pieces import answered_searches  # noqa: PLC0415  (seldom used)
+
+        searches = answered_searches(engine, search, probes, **limits)
+    limits |= {"skipped": skipped, "calibration": chosen}
+    alone = [identify(one, probe, **limits) for one, probe in zip(searches, probes, strict=True)]
     listed = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)
     found = []

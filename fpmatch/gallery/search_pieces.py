@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
     from fpmatch.gallery.prepared_search import CandidateListSize
+    from fpmatch.minutiae import Template
 
 MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
 MAX_PIECE: Final = 4096
@@ -238,6 +239,27 @@ class HeldSearch:
             while parts := list(islice(results, len(self._spans))):
                 similarities = map(np.concatenate, zip(*parts, strict=True))
                 yield list(map(Answer, pending.popleft(), similarities))
+
+
+def answered_searches(
+    engine: Engine,
+    search: Search,
+    probes: Sequence[Template],
+    *,
+    count: int,
+    candidate_list: CandidateListSize,
+    loss: float,
+) -> list[Search]:
+    """Return a search for each of a few probes, answered by the workers of an engine."""
+    prepared = [search.matcher.prepare(probe) for probe in probes]
+    limits: dict[str, Any] = {"count": count, "candidate_list": candidate_list, "loss": loss}
+    with (
+        engine,
+        hold_search(engine, search, candidate_list) as held,
+        closing(held.answers([prepared], **limits)) as answers,
+    ):
+        (answered,) = answers  # of one batch
+        return [held.answered(one) for one in answered]
 
 
 def _within(which: NDArray[np.intp] | None, span: tuple[int, int]) -> NDArray[np.intp] | None:

@@ -91,6 +91,16 @@ def test_candidates_that_are_shown_are_the_same(run, folder, gallery, cluster):
     assert documents[0] == documents[1]
 
 
+def test_subjects_of_two_fingers_are_the_same(run, prints, gallery, cluster):
+    words = ("identify", gallery, prints / "1_1.png", "--with", prints / "2_1.png", "--json")
+    near, far = (run(*words, *more) for more in (("--workers", 1), ("--scheduler", cluster)))
+    assert (near.exit_code, far.exit_code, near.stderr) == (0, 0, far.stderr)
+    documents = [json.loads(result.stdout) for result in (near, far)]
+    assert all(document.pop("seconds") >= 0 for document in documents)
+    assert documents[0] == documents[1]
+    assert documents[0]["candidates"]
+
+
 def test_workers_need_none_of_the_files(run, folder, gallery, tmp_path, cluster):
     """They are elsewhere: in a folder, and with a name for the files, that they do not have."""
     with distributed.Client(cluster, set_as_default=False) as client:
@@ -113,7 +123,8 @@ def test_without_a_scheduler_it_is_one_line_and_status_2(
     place = {"enrol": tmp_path / "new.db", "identify": gallery}[command]
     more = {"enrol": (), "identify": ("-o", tmp_path / "c.csv")}[command]
     words = (command, place, prints / "1_1.png", "--scheduler", "tcp://127.0.0.1:1")
-    for each in (words, (*words, *more)):
+    fused = ("--with", prints / "2_1.png") if command == "identify" else ()
+    for each in (words, (*words, *more), (*words, *fused)):
         assert_refused(run(*each), "tcp://127.0.0.1:1: no Dask scheduler answers")
     assert run(*words, "--workers", 2).exit_code == 2
     assert list(tmp_path.iterdir()) == []

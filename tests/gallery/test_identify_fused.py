@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, template_at
 
+from fpmatch.engine.engine import serial
 from fpmatch.errors import MatcherError
 from fpmatch.gallery import identify_fused as fused_module
 from fpmatch.gallery.candidates import GallerySubjects, identify_entries_fused
@@ -73,6 +74,14 @@ def test_each_probe_is_compared_with_the_finger_of_its_position(people):
         ("a.png", "left"),
         ("b.png", "right"),
     ]
+
+
+@pytest.mark.parametrize("candidate_list", ["auto", "off"])
+def test_the_workers_of_an_engine_find_the_same(people, candidate_list):
+    options = {"positions": ["left", ""], "candidate_list": candidate_list}
+    assert found_in(people, 40, 80, engine=serial(), **options) == found_in(
+        people, 40, 80, **options
+    )
 
 
 def test_without_positions_any_other_finger_is_tried(people):

@@ -8,8 +8,10 @@ from made_prints import entry_of, scattered
 
 from fpmatch.engine.engine import processes, serial
 from fpmatch.gallery import indexed_pieces, indexed_search
+from fpmatch.gallery.candidates import GallerySubjects
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.identify import identify
+from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.search_pieces import hold_search
@@ -73,6 +75,16 @@ def test_candidates_are_those_of_one_search(search, workers, count):
             outcome(identify(held.answered(answer), probe, count=count))
             for answer, probe in zip(answers, PROBES, strict=True)
         ]
+    assert found == expected
+
+
+@pytest.mark.parametrize("candidate_list", ["auto", 8, "off"])
+def test_subjects_of_two_fingers_are_those_of_one_search(search, gallery, candidate_list):
+    options = {"positions": ["", ""], "candidate_list": candidate_list, "count": 4}
+    probes, subjects = PROBES[:2], GallerySubjects(gallery)
+    expected = identify_fused(search, probes, subjects, **options)
+    found = identify_fused(search, probes, subjects, engine=processes(2), **options)
+    assert expected.candidates
     assert found == expected
 
 

@@ -17,17 +17,17 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.indexing.loss import LEAST_PASSED_ON, combined_scores, search_plan
+from fpmatch.indexing.loss import LEAST_PASSED_ON, search_plan, with_votes
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.indexing.stages import preselect
 from fpmatch.indexing.terms import probe_terms
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.candidate_list import normalized_prefilter_scores
+from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from research.commands import Command, folders, json_file, write_json
 from research.tables.indexing import format_indexing
-from research.training.index import gallery_prints, segment_of
+from research.training.index import PASSED_ON, gallery_prints, segment_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,8 +63,8 @@ class Others:
 def lost(kind: Kind, others: Others, every: int) -> dict[str, Any]:
     """Return the shares of the mates of a database that the stages lose.
 
-    A mate counts in a gallery of N prints if it is more similar than all prints of other fingers of
-    the database, and its FMR is below 1 / N.
+    A mate counts if it is more similar than all prints of other fingers of the database, and in a
+    gallery of N prints by the probability that none of them, of its FMR, scores higher.
     """
     own, packed = segment_of(list(kind.prints)), PackedTemplates.pack(kind.prints)
     finger = np.array([hash(f) for f in kind.finger])
@@ -77,33 +77,39 @@ def lost(kind: Kind, others: Others, every: int) -> dict[str, Any]:
         similarity = MATCHER.similarities(probe, packed)
         best = similarity[finger != finger[k]].max(initial=0)
         mates = mates[(mates != k) & (similarity[mates] > best)]
-        descriptors = normalized_prefilter_scores(probe, others.packed)
-        of_mates = normalized_prefilter_scores(probe, packed)[mates]
+        descriptors, sizes = prefilter_scores(probe, others.packed), others.segment.size
+        of_mates, of_sizes = prefilter_scores(probe, packed)[mates], own.size[mates]
         ranked = []
         for budget in budgets:
             terms = probe_terms(probe, budget)
             votes, for_mates = others.segment.votes(terms), own.votes(terms)[mates]
-            combined = combined_scores(descriptors, votes)
-            both = combined_scores(of_mates, for_mates)
+            passed = votes >= np.quantile(votes, 1 - PASSED_ON)
+            by_size = SizeNormalization.fit(descriptors[passed], sizes[passed], len(probe))
+            combined = with_votes(by_size.of(descriptors, sizes), votes)
+            both = with_votes(by_size.of(of_mates, of_sizes), for_mates)
             ranked.append((before(votes, for_mates), before(combined, both)))
         score += calibration.scores(similarity[mates]).tolist()
         shares += np.array(ranked).transpose(2, 0, 1).tolist()
     share, scores = np.array(shares).reshape(-1, len(budgets), 2), np.array(score)
     return {
         "prints": kind.name,
-        "galleries": [of_gallery(share[scores >= 10 * np.log10(n)], budgets, n) for n in GALLERIES],
+        "galleries": [of_gallery(share, scores, budgets, n) for n in GALLERIES],
     }
 
 
-def of_gallery(shares: np.ndarray, budgets: list[float], prints: int) -> dict[str, Any]:
-    """Return the losses of the mates that count in a gallery of so many prints."""
+def of_gallery(
+    shares: np.ndarray, scores: np.ndarray, budgets: list[float], prints: int
+) -> dict[str, Any]:
+    """Return the losses of the mates, as far as they count in a gallery of so many prints."""
     rows = []
+    weights = np.exp(-prints * 10 ** (-0.1 * scores))
     for loss in LOSSES:
         plan = search_plan(loss, prints)
         at = shares[:, budgets.index(plan.budget)]
         missed = at > np.array([plan.by_terms, plan.by_descriptors]) / prints
-        rows.append([float(missed[:, 0].mean()), float(missed.any(1).mean())])
-    return {"prints": prints, "mates": len(shares), "lost": rows}
+        lost = np.average(np.stack([missed[:, 0], missed.any(1)]), axis=1, weights=weights)
+        rows.append(lost.tolist())
+    return {"prints": prints, "mates": round(float(weights.sum())), "lost": rows}
 
 
 def plan_of(loss: float, prints: int) -> list[float]:

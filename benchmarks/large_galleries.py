@@ -28,9 +28,11 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.indexing.loss import combined_scores, search_plan
+from fpmatch.indexing.loss import search_plan, with_votes
 from fpmatch.indexing.stages import preselect
 from fpmatch.indexing.terms import probe_terms
+from fpmatch.matching.bit_descriptors import prefilter_of
+from fpmatch.matching.candidate_list import SizeNormalization
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.synthesis.templates import make_templates
@@ -120,6 +122,7 @@ def triangulation() -> float:
 class Found:
     """Hold what a search finds: scores of the second stage and similarities of the third."""
 
+    by_size: SizeNormalization
     scores: np.ndarray
     similarities: np.ndarray
 
@@ -133,14 +136,18 @@ def search(
         "terms", lambda: preselect(probe, terms, passed_on=plan.by_terms, budget=plan.budget)
     )
 
-    def by_descriptors() -> tuple[np.ndarray, np.ndarray]:
+    def by_descriptors() -> tuple[np.ndarray, SizeNormalization, np.ndarray]:
         bounds = np.searchsorted(first.segment, np.arange(len(segments) + 1)).tolist()
-        scores = [
-            segment.descriptors.normalized_scores(probe, first.local[a:b])
+        tables = prefilter_of(probe.bit_descriptors)
+        parts = [
+            (segment.descriptors.scores(tables, local), segment.descriptors.size[local])
             for segment, (a, b) in zip(segments, pairwise(bounds), strict=True)
+            for local in (first.local[a:b],)
         ]
-        combined = combined_scores(np.concatenate(scores), first.votes)
-        return np.argsort(-combined, kind="stable")[: plan.by_descriptors], combined
+        scores, sizes = map(np.concatenate, zip(*parts, strict=True))
+        by_size = SizeNormalization.fit(scores, sizes, len(probe))
+        combined = with_votes(by_size.of(scores, sizes), first.votes)
+        return np.argsort(-combined, kind="stable")[: plan.by_descriptors], by_size, combined
 
     def compared() -> np.ndarray:
         templates = (
@@ -148,8 +155,8 @@ def search(
         )
         return MATCHER.similarities(probe, PackedTemplates.pack(map(MATCHER.prepare, templates)))
 
-    best, scores = cost.timed("descriptors", by_descriptors)
-    return Found(scores, cost.timed("comparison", compared))
+    best, by_size, scores = cost.timed("descriptors", by_descriptors)
+    return Found(by_size, scores, cost.timed("comparison", compared))
 
 
 def times(
@@ -198,7 +205,9 @@ def losses(
         votes = np.concatenate([segment.terms.votes(terms) for segment in segments])
         own_votes = kind.segment.terms.votes(terms)
         searched = search(segments, probe, few, Cost())
-        own = combined_scores(kind.segment.descriptors.normalized_scores(probe), own_votes)
+        descriptors = kind.segment.descriptors
+        normalized = searched.by_size.of(descriptors.scores(probe), descriptors.size)
+        own = with_votes(normalized, own_votes)
         for mate in range(len(kind.prints)):
             if mate == k or kind.finger[mate] != kind.finger[k]:
                 continue

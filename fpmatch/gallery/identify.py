@@ -138,8 +138,8 @@ def identify(
     skipped : collection of int
         Numbers of entries that are treated as if they were not enrolled.
     loss : float
-        Share of the mates that comparing all prints would find, and that the stages of the index
-        may miss.
+        Share of the mates that comparing all prints would find, with a score of at least
+        `threshold`, and that the stages of the index may miss.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def identify(
     prepared = search.matcher.prepare(probe)
     if candidate_list != "auto":
         search = search.whole
-    staged = search.preselect(prepared, loss, count)
+    staged = search.preselect(prepared, loss, count, 0.0 if consolidated else threshold)
     places, similarities = _compare(search, prepared, staged, count, candidate_list)
     gone = search.places_of(skipped)
     left = ~np.isin(places, gone)

@@ -61,7 +61,9 @@ class AnsweredIndexedSearch(IndexedSearch):
         """Return this search."""
         return self
 
-    def preselect(self, probe: Any, loss: float, count: int) -> Preselection:
+    def preselect(
+        self, probe: Any, loss: float, count: int, threshold: float = 0.0
+    ) -> Preselection:
         """Return what the stages chose."""
         return self._staged
 
@@ -113,9 +115,10 @@ class HeldIndexedSearch:
         count: int = 10,
         candidate_list: CandidateListSize = "auto",
         loss: float = DEFAULT_LOSS,
+        threshold: float = 0.0,
     ) -> Generator[list[tuple[Preselection, NDArray[np.float64]]], None, None]:
         """Yield what each probe of each batch is answered; as `HeldSearch.answers`."""
-        plan = search_plan(loss, len(self.search))
+        plan = search_plan(loss, len(self.search), threshold)
         numbered = (_Batch(probes, k % self._copies) for k, probes in enumerate(batches))
         with (
             closing(self._voted(numbered, max(plan.by_terms, count), plan)) as voted,
@@ -191,9 +194,12 @@ class HeldIndexedSearch:
             for batch, parts in scored:
                 for i, found in enumerate(_each(parts, len(batch.probes))):
                     segment, local = batch.segments[i], batch.local[i]
-                    scores = combined_scores(np.concatenate([np.empty(0), *found]), batch.votes[i])
+                    sizes = np.concatenate([np.empty(0, np.int32), *(one[1] for one in found)])
+                    scores = np.concatenate([np.empty(0, np.int32), *(one[0] for one in found)])
+                    size = len(batch.probes[i])
+                    combined = combined_scores(scores, sizes, batch.votes[i], size)
                     places = state.indices(segment, local)
-                    order = np.lexsort((self.search.numbers[places], -scores))[:most]
+                    order = np.lexsort((self.search.numbers[places], -combined))[:most]
                     chosen = np.sort(places[order])
                     batch.staged.append(Preselection(chosen, (len(local), len(chosen)), loss))
                     batch.segments[i], batch.local[i] = state.places(chosen)
@@ -217,11 +223,11 @@ def _vote(
 
 def _score(
     _: None, piece: IndexedPiece, chunk: tuple[Sequence[Any], Sequence[Indices]]
-) -> list[NDArray[np.float64]]:
-    """Return for each probe the scores of the bit descriptors of prints of a segment."""
+) -> list[tuple[NDArray[np.int32], NDArray[np.uint16]]]:
+    """Return for each probe the scores of the bit descriptors of prints of a segment, and sizes."""
     descriptors = piece.segment.descriptors
     return [
-        descriptors.normalized_scores(probe, local) if len(local) else np.zeros(0)
+        (descriptors.scores(probe, local), descriptors.size[local])
         for probe, local in zip(*chunk, strict=True)
     ]
 

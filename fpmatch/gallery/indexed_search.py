@@ -17,6 +17,7 @@ from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.prepared_search import Preselection, Search
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
+from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
@@ -127,21 +128,26 @@ class IndexedSearch(Search):
         found: NDArray[np.float64] = self.matcher.similarities(probe, compared)  # type: ignore[attr-defined]
         return found
 
-    def preselect(self, probe: PreparedTemplate, loss: float, count: int) -> Preselection:
+    def preselect(
+        self, probe: PreparedTemplate, loss: float, count: int, threshold: float = 0.0
+    ) -> Preselection:
         """Return the prints to compare with a probe: those the index and the descriptors choose."""
         state, segments = self.state, self.state.segments
-        plan = search_plan(loss, len(self))
+        plan = search_plan(loss, len(self), threshold)
         terms = [segment.terms for segment in segments]
         by_terms = max(plan.by_terms, count)
         found = preselect(probe, terms, state.removed, by_terms, plan.budget)
-        scores, number = np.empty(len(found)), np.empty(len(found), np.int64)
+        scores, sizes = np.empty((2, len(found)), np.int32)
+        number = np.empty(len(found), np.int64)
+        tables = prefilter_of(probe.bit_descriptors)
         for k, segment in enumerate(segments):
             of = np.flatnonzero(found.segment == k)
             local = found.local[of]
-            scores[of] = segment.descriptors.normalized_scores(probe, local)
+            scores[of] = segment.descriptors.scores(tables, local)
+            sizes[of] = segment.descriptors.size[local]
             number[of] = segment.numbers[local]
-        scores = combined_scores(scores, found.votes)
-        order = np.lexsort((number, -scores))[: max(plan.by_descriptors, count)]
+        combined = combined_scores(scores, sizes, found.votes, len(probe))
+        order = np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]
         places = np.sort(state.indices(found.segment[order], found.local[order]))
         return Preselection(places, (len(found), len(places)), loss)
 

@@ -120,6 +120,7 @@ class Search:
         probe: Any,
         loss: float,
         count: int,
+        threshold: float = 0.0,
     ) -> Preselection | None:
         """Return the prints to compare with a probe, chosen in stages; None if there are none."""
         return None

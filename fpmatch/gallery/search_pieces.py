@@ -22,7 +22,7 @@ from fpmatch.engine.pieces import hold_pieces
 from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.indexing.loss import DEFAULT_LOSS
-from fpmatch.matching.candidate_list import normalized_prefilter_scores
+from fpmatch.matching.candidate_list import greatest, prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
@@ -178,11 +178,12 @@ class HeldSearch:
         count: int = 10,
         candidate_list: CandidateListSize = "auto",
         loss: float = DEFAULT_LOSS,
+        threshold: float = 0.0,
     ) -> Generator[list[Answer], None, None]:
         """Yield what each probe of each batch, prepared by the matcher, is answered.
 
-        `count`, `candidate_list` and `loss` are those of `fpmatch.gallery.identify.identify`.
-        Batches are drawn as they are needed. Raises EngineError if the engine broke down.
+        `count`, `candidate_list`, `loss` and `threshold` are those of
+        `fpmatch.gallery.identify.identify`. Batches are drawn as they are needed. Raises EngineError if the engine broke down.
         """
         size = candidate_list_size(self.search, candidate_list)
         most = None if size is None else max(size, count)
@@ -206,19 +207,24 @@ class HeldSearch:
                 yield batch, [every] * len(batch)
             return
         pending: deque[Sequence[Any]] = deque()
+        references: Any = self.search.references
+        sizes = np.diff(references.minutiae_start)
 
-        def tasks() -> Iterator[tuple[int, tuple[Sequence[Any], int]]]:
+        def tasks() -> Iterator[tuple[int, Sequence[Any]]]:
             for batch in batches:
                 pending.append(batch)
                 for k in range(len(self._spans)):
-                    yield k, (batch, most)
+                    yield k, batch
 
         with closing(self._held.map(_preselect, None, tasks())) as results:
             while parts := list(islice(results, len(self._spans))):
-                yield (
-                    pending.popleft(),
-                    [_best_of(found, most) for found in zip(*parts, strict=True)],
-                )
+                batch = pending.popleft()
+                scores = map(np.concatenate, zip(*parts, strict=True))
+                chosen = [
+                    greatest(found, sizes, probe, most)
+                    for probe, found in zip(batch, scores, strict=True)
+                ]
+                yield batch, chosen
 
     def _compared(
         self, chosen: Iterable[tuple[Sequence[Any], list[NDArray[np.intp] | None]]]
@@ -270,29 +276,11 @@ def _within(which: NDArray[np.intp] | None, span: tuple[int, int]) -> NDArray[np
     return which[first:last] - span[0]
 
 
-def _best_of(
-    found: Sequence[tuple[NDArray[np.intp], NDArray[np.float64]]], most: int
-) -> NDArray[np.intp]:
-    """Return the best of what the pieces chose, as `candidate_list` does of all prints."""
-    which, scores = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    order = np.argsort(-scores, kind="stable")
-    best: NDArray[np.intp] = np.sort(which[order[:most]])
-    return best
-
-
-def _preselect(
-    _: None, piece: SearchPiece, chunk: tuple[Sequence[Any], int]
-) -> list[tuple[NDArray[np.intp], NDArray[np.float64]]]:
-    """Return for each probe the prints of a piece that may be on its candidate list, and scores."""
-    probes, most = chunk
+def _preselect(_: None, piece: SearchPiece, probes: Sequence[Any]) -> list[NDArray[np.uint16]]:
+    """Return for each probe the scores of the bit descriptors of a piece's prints."""
     references = piece.prints.references
     assert isinstance(references, PackedTemplates)
-    found = []
-    for probe in probes:
-        scores = normalized_prefilter_scores(probe, references)
-        which = np.sort(np.argsort(-scores, kind="stable")[:most])
-        found.append((piece.first + which, scores[which]))
-    return found
+    return [prefilter_scores(probe, references).astype(np.uint16) for probe in probes]
 
 
 def _compare(

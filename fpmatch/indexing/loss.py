@@ -4,7 +4,8 @@ The loss is the share of the mates that comparing all prints would find and a se
 not. What it takes is measured on synthetic mates by ``python -m research train index``: with each
 budget of postings, the share of other prints that the first stage ranks before a mate, by its
 votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
-fewer of the faint mates, so that smaller shares suffice.
+fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
+reach a threshold.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.indexing.model import MODEL_FILE
+from fpmatch.matching.candidate_list import size_normalized
 from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
@@ -26,13 +28,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DEFAULT_LOSS: Final = 0.01
-VOTE_WEIGHT: Final = 1 / 320
+VOTE_WEIGHT: Final = 1 / 256
 """What a vote adds to the normalized score of the bit descriptors."""
 
-PARTS: Final = (0.2, 0.35, 0.5, 0.65, 0.8)  # of the loss, that the first stage may have
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
 # more by the budget; of one in the second stage, and in the third.
-COST: Final = (0.022, 0.1, 2.0, 300.0)
+COST: Final = (0.022, 0.16, 4.0, 250.0)
 LEAST_PASSED_ON: Final = (1000, 20)
 
 
@@ -69,8 +70,8 @@ class LossTable:
     losses : ndarray of float64, shape (L,)
         Shares of mates, ascending.
     by_terms, by_descriptors : ndarray of float64, shape (N, B, L)
-        The share of prints, in a gallery of this size and with this budget, beyond which either
-        stage ranks that share of the mates.
+        The shares of the prints that the first and the second stage pass on, in a gallery of this
+        size and with this budget, so that both together lose that share of the mates.
     """
 
     prints: NDArray[np.float64]
@@ -100,33 +101,23 @@ class LossTable:
         rounded = np.vectorize(lambda value: float(f"{value:.{digits}g}"), otypes=[np.float64])
         return {name: rounded(getattr(self, name)).tolist() for name in self.__slots__}
 
-    def plan(self, loss: float, prints: int) -> SearchPlan:
-        """Return the fastest plan of a loss, for a gallery of so many prints.
-
-        Raises
-        ------
-        MatcherError
-            If the loss is not between 0 and 1.
-        """
+    def plan(self, loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
+        """Return the fastest plan of a loss; see `search_plan`."""
         if not 0 < loss < 1:
             raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
-        row = max(int(np.searchsorted(self.prints, prints, "right")) - 1, 0)
+        as_of = max(prints, 10 ** (0.1 * threshold))
+        row = max(int(np.searchsorted(self.prints, as_of, "right")) - 1, 0)
         plans = []
-        for budget, terms, descriptors in zip(
+        for budget, *stages in zip(
             self.budgets.tolist(), self.by_terms[row], self.by_descriptors[row], strict=True
         ):
-            for part in PARTS:
-                first = self._share(part * loss, terms) * prints
-                second = self._share((1 - part) * loss, descriptors) * prints
-                counts = [
-                    min(max(ceil(count), least), prints)
-                    for count, least in zip((first, second), LEAST_PASSED_ON, strict=True)
-                ]
-                counts[1] = min(counts)
-                each, visited, looked_at, compared = COST
-                cost = prints * (each + visited * budget)
-                cost += looked_at * counts[0] + compared * counts[1]
-                plans.append((cost, SearchPlan(loss, budget, *counts)))
+            counts = [
+                min(max(ceil(self._share(loss, shares) * prints), least), prints)
+                for shares, least in zip(stages, LEAST_PASSED_ON, strict=True)
+            ]
+            counts[1] = min(counts)
+            plan = SearchPlan(loss, budget, *counts)
+            plans.append((cost(budget, *counts, prints), plan))
         return min(plans, key=lambda plan: plan[0])[1]
 
     def _share(self, loss: float, shares: NDArray[np.float64]) -> float:
@@ -136,14 +127,30 @@ class LossTable:
         return float(np.exp(np.interp(np.log(loss), np.log(self.losses), np.log(shares + 1e-9))))
 
 
+def cost(budget: float, by_terms: float, by_descriptors: float, prints: float) -> float:
+    """Return about how many microseconds a search of so many prints takes."""
+    each, visited, looked_at, compared = COST
+    return prints * (each + visited * budget) + looked_at * by_terms + compared * by_descriptors
+
+
 @cache
 def loss_table() -> LossTable:
     """Return the table of the package."""
     return LossTable.of_document(parse_json(MODEL_FILE.read_bytes()))
 
 
-def search_plan(loss: float, prints: int) -> SearchPlan:
+def search_plan(loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
     """Return how a gallery of so many prints is searched, with a loss of at most this share.
+
+    Parameters
+    ----------
+    loss : float
+        Share of the mates that comparing all prints would find, and that the search may miss.
+    prints : int
+        Size of the gallery.
+    threshold : float
+        Score that a candidate has to reach: only mates above it can be missed, and these are easier
+        to find than those that reach the first rank in a gallery.
 
     Raises
     ------
@@ -153,19 +160,28 @@ def search_plan(loss: float, prints: int) -> SearchPlan:
     Examples
     --------
     >>> careful, quick = (search_plan(loss, 1_000_000) for loss in (0.005, 0.05))
-    >>> careful.by_terms > quick.by_terms
+    >>> careful.by_terms > quick.by_terms > search_plan(0.05, 1_000_000, threshold=75).by_terms
     True
     """
-    return loss_table().plan(loss, prints)
+    return loss_table().plan(loss, prints, threshold)
 
 
 def combined_scores(
-    descriptors: NDArray[np.float64], votes: NDArray[np.uint16]
+    descriptors: NDArray[np.integer],
+    sizes: NDArray[np.integer],
+    votes: NDArray[np.uint16],
+    probe_size: int,
 ) -> NDArray[np.float64]:
-    """Return the scores of the second stage: normalized ones of the bit descriptors, and votes.
+    """Return the scores of the second stage: those of the bit descriptors, normalized, and votes.
 
     Either finds mates that the other loses: votes need a mesh that both prints have, descriptors
-    the ridges around the minutiae.
+    the ridges around the minutiae. `sizes` are those of the prints, in minutiae: all that the first
+    stage passed on, to which scores are normalized.
     """
-    found: NDArray[np.float64] = descriptors + VOTE_WEIGHT * votes
+    return with_votes(size_normalized(descriptors, sizes, probe_size), votes)
+
+
+def with_votes(normalized: NDArray[np.float64], votes: NDArray[np.uint16]) -> NDArray[np.float64]:
+    """Return the scores of the second stage, given the normalized ones of the descriptors."""
+    found: NDArray[np.float64] = normalized + VOTE_WEIGHT * votes
     return found

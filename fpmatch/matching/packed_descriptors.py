@@ -15,7 +15,6 @@ from fpmatch.matching.bit_descriptors import (
     BitDescriptors,
     prefilter_of,
 )
-from fpmatch.matching.candidate_list import SIZE_OFFSET
 from fpmatch.matching.packed_arrays import PRINT, START, PackedArrays, of_each
 from fpmatch.matching.packed_checks import MAX_MINUTIAE, MAX_PX
 
@@ -140,15 +139,6 @@ class PackedDescriptors(PackedArrays):
         if (found < 0).any():
             raise MatcherError("damaged", code="damaged")
         return found
-
-    def normalized_scores(
-        self, probe: PreparedTemplate, which: NDArray[np.integer] | None = None
-    ) -> NDArray[np.float64]:
-        """Return the scores, normalized by the size of the smaller print."""
-        size = self.size if which is None else self.size[which]
-        smaller = np.minimum(size.astype(np.int64), len(probe))
-        normalized: NDArray[np.float64] = self.scores(probe, which) / (smaller + SIZE_OFFSET)
-        return normalized
 
 
 COLUMNS: Final = PackedDescriptors.columns()

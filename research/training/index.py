@@ -9,12 +9,12 @@ import click
 import numpy as np
 
 import fpmatch
-from fpmatch.indexing.loss import LossTable, combined_scores
+from fpmatch.indexing.loss import LossTable, cost, with_votes
 from fpmatch.indexing.model import MODEL_FILE, IndexModel
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.indexing.terms import print_terms, probe_terms
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.candidate_list import normalized_prefilter_scores
+from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.output import check_writable
@@ -33,9 +33,14 @@ if TYPE_CHECKING:
 PRESETS: Final = ("clean", "easy", "normal", "stretched")  # which lose as many mates as FVC
 SEED: Final = 901
 GALLERY_SEED: Final = 931
-PRINTS: Final = (10_000, 100_000, 1_000_000, 10_000_000)  # of galleries
+# of galleries
+PRINTS: Final = tuple(int(k * 10**power) for power in range(4, 8) for k in (1, 3))
 BUDGETS: Final = (0.15, 0.3, 0.5, 0.8)
 LOSSES: Final = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
+PASSED_ON: Final = 0.2  # about the share of prints to whose scores those of a probe are normalized
+TAIL: Final = 0.01  # share of the prints whose scores make the tail
+SHARES: Final = 400  # that the first stage may pass on, among which the fastest is chosen
+LEAST_MATES: Final = 100  # that count, for a row of the table of its own
 
 
 @click.command(
@@ -46,15 +51,15 @@ Example:
 """,
 )
 @click.option("--into", type=PATH, default=MODEL_FILE, help="File to write.")
-@click.option("--mates", default=3000, show_default=True, help="Pairs of prints of one finger.")
+@click.option("--mates", default=6000, show_default=True, help="Pairs of prints of one finger.")
 @click.option("--others", default=8000, show_default=True, help="Prints they are ranked among.")
 def command(into: Path, mates: int, others: int) -> None:
     """Train the index of large galleries on synthetic prints.
 
     The shares of the terms are counted in the prints of other fingers. Then each mate is ranked
     among these prints, by its votes with each budget of postings, and by votes and bit descriptors.
-    A mate counts in galleries in which a comparison with all prints is expected to find it: those
-    of fewer prints than the inverse of its FMR. The same package writes the same file.
+    In a gallery a mate counts by the probability that a comparison with all prints finds it: that
+    none of them, of its FMR, scores higher. The same package writes the same file.
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)
@@ -127,28 +132,74 @@ def ranks(
 ) -> NDArray[np.float64]:
     """Return the shares of the gallery that rank before a mate, (2, B), by stage and budget."""
     alone, packed = segment_of([mate]), PackedTemplates.pack([mate])
-    descriptors = normalized_prefilter_scores(probe, several)
-    of_mate = normalized_prefilter_scores(probe, packed)
+    scores, sizes = prefilter_scores(probe, several), np.diff(several.minutiae_start)
+    score_of_mate, size_of_mate = prefilter_scores(probe, packed), np.diff(packed.minutiae_start)
     found = np.empty((2, len(BUDGETS)))
     for k, budget in enumerate(BUDGETS):
         terms = probe_terms(probe, budget, model)
         votes, own = gallery.votes(terms), alone.votes(terms)
-        found[0, k] = (votes >= own).mean()
-        found[1, k] = (combined_scores(descriptors, votes) >= combined_scores(of_mate, own)).mean()
+        passed = votes >= np.quantile(votes, 1 - PASSED_ON)
+        by_size = SizeNormalization.fit(scores[passed], sizes[passed], len(probe))
+        others = with_votes(by_size.of(scores, sizes), votes)
+        of_mate = with_votes(by_size.of(score_of_mate, size_of_mate), own)
+        found[:, k] = share_before(votes, own[0]), share_before(others, of_mate[0])
     return found
+
+
+def share_before(others: NDArray[np.generic], own: float) -> float:
+    """Return the share of others that score as high as one's own.
+
+    Of those of the highest scores, it follows from an exponential tail.
+    """
+    scores = others.astype(np.float64)
+    start = float(np.quantile(scores, 1 - TAIL))
+    beyond = scores[scores > start]
+    if own <= start or not len(beyond):
+        return float((scores >= own).mean())
+    return len(beyond) / len(scores) * float(np.exp((start - own) / (beyond - start).mean()))
 
 
 def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable:
     """Return the table of mates with these scores (M,), and ranks (M, 2, B)."""
-    shares = np.empty((2, len(PRINTS), len(BUDGETS), len(LOSSES)))
+    found = np.ones((len(PRINTS), len(BUDGETS), len(LOSSES), 2))
     for k, prints in enumerate(PRINTS):
-        found = rank[score >= 10 * np.log10(prints)]
-        found = found if len(found) else np.ones((1, *rank.shape[1:]))
-        wanted = 1 - np.array(LOSSES)
-        quantiles = np.quantile(found, wanted, axis=0, method="higher")  # (L, 2, B)
-        shares[:, k] = quantiles.transpose(1, 2, 0)
+        weight = np.exp(-prints * 10 ** (-0.1 * score))
+        if weight.sum() < LEAST_MATES and k:
+            found[k] = found[k - 1]
+            continue
+        for b, budget in enumerate(BUDGETS):
+            found[k, b] = shares_to_pass_on(rank[:, :, b], weight, budget)
     axes = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
-    return LossTable(*axes, *shares)
+    return LossTable(*axes, found[..., 0], found[..., 1])
+
+
+def shares_to_pass_on(
+    rank: NDArray[np.float64], weight: NDArray[np.float64], budget: float
+) -> NDArray[np.float64]:
+    """Return the shares that the two stages pass on at the least cost, for each loss: (L, 2).
+
+    `rank` (M, 2) are the shares that either stage ranks before each mate, which counts as `weight`
+    states. With a smaller loss, no stage passes fewer prints on.
+    """
+    found = np.ones((len(LOSSES), 2))
+    order = np.argsort(-rank[:, 1], kind="stable")
+    (first, second), weight = rank[order].T, weight[order]
+    if not weight.sum():
+        return found
+    shares = np.unique(np.quantile(first, np.linspace(0, 1, SHARES), method="higher"))
+    least = np.zeros(2)
+    for k in reversed(range(len(LOSSES))):
+        best = np.inf
+        for share in np.maximum(shares, least[0]):
+            lost = np.cumsum(np.where(first > share, 0.0, weight)) + weight[first > share].sum()
+            kept = np.flatnonzero((lost > LOSSES[k] * weight.sum()) & (first <= share))
+            if weight[first > share].sum() > LOSSES[k] * weight.sum():
+                continue
+            passed = max(second[kept[0]] if len(kept) else 0.0, least[1])
+            if cost(budget, share, passed, 1.0) < best:
+                best, found[k] = cost(budget, share, passed, 1.0), (share, passed)
+        least = found[k]
+    return found
 
 
 def segment_of(prints: list[PreparedTemplate]) -> Segment:

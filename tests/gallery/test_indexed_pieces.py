@@ -28,7 +28,7 @@ def small_limits(tmp_path, monkeypatch):
     for name in ("search", "index"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     for owner in (indexed_search, indexed_pieces):
-        monkeypatch.setattr(owner, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 25, 7))
+        monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))
 
 
 @pytest.fixture

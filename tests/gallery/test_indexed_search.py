@@ -35,7 +35,7 @@ def small_limits(tmp_path, monkeypatch):
     for name in ("search", "index"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     monkeypatch.setattr("fpmatch.gallery.search.EXHAUSTIVE_UP_TO", 10)
-    monkeypatch.setattr(module, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 20, 6))
+    monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
 
 
 def print_of(number):

@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
-from fpmatch.indexing.loss import LossTable, combined_scores, loss_table, search_plan
+from fpmatch.indexing.loss import LossTable, combined_scores, cost, loss_table, search_plan
 from fpmatch.indexing.model import IndexModel, index_model
 from fpmatch.matching import _local_kernel
+from fpmatch.matching.candidate_list import size_normalized
 
 
 @given(st.floats(1e-4, 0.5), st.integers(0, 10**9))
@@ -25,8 +26,17 @@ def test_a_plan_is_of_the_loss_and_within_the_gallery(loss, prints):
 @pytest.mark.parametrize("prints", [30_000, 1_000_000, 10_000_000])
 def test_a_plan_of_less_loss_costs_more(prints):
     plans = [search_plan(loss, prints) for loss in (0.1, 0.05, 0.02, 0.01)]
-    work = [2 * p.by_terms + 300 * p.by_descriptors + 0.1 * prints * p.budget for p in plans]
+    work = [cost(p.budget, p.by_terms, p.by_descriptors, prints) for p in plans]
     assert work == sorted(work)
+
+
+@pytest.mark.parametrize("loss", [0.005, 0.01, 0.05])
+def test_a_threshold_makes_a_search_cost_less(loss):
+    plans = [search_plan(loss, 1_000_000, threshold) for threshold in (0.0, 60.0, 70.0, 75.0)]
+    assert plans[0] == plans[1]  # of a million, all that are found reach it
+    work = [cost(p.budget, p.by_terms, p.by_descriptors, 1_000_000) for p in plans]
+    assert work == sorted(work, reverse=True)
+    assert work[-1] < 0.5 * work[0]
 
 
 def test_without_a_measured_loss_all_prints_are_passed_on():
@@ -60,8 +70,10 @@ def test_a_table_is_what_its_document_says():
 
 
 def test_descriptors_and_votes_add_up():
-    found = combined_scores(np.array([1.0, 0.5, 1.0]), np.array([0, 320, 640], np.uint16))
-    assert found.tolist() == [1.0, 1.5, 3.0]
+    scores, sizes = np.array([40, 20, 30]), np.array([30, 30, 50], np.uint16)
+    votes = np.array([0, 256, 512], np.uint16)
+    alone = size_normalized(scores, sizes, 35)
+    assert combined_scores(scores, sizes, votes, 35).tolist() == (alone + [0, 1, 2]).tolist()
 
 
 @pytest.mark.skipif(not _local_kernel.COMPILED, reason="takes minutes")

@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, moved, spread_points, template_of, templates
 
 from fpmatch.matching.bit_descriptors import descriptor_similarity
-from fpmatch.matching.candidate_list import SIZE_OFFSET, candidate_list, prefilter_scores
+from fpmatch.matching.candidate_list import (
+    LEAST_PRINTS,
+    SIZE_OFFSET,
+    SizeNormalization,
+    candidate_list,
+    prefilter_scores,
+    size_normalized,
+)
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 
@@ -59,3 +66,52 @@ def test_prints_of_any_size(n):
     assert (
         prefilter_scores(prints[0], nobody).size == candidate_list(prints[0], nobody, 5).size == 0
     )
+
+
+def scores_of_sizes(sizes, rng):
+    """Scores whose mean and deviation, divided by the smaller size, grow with the size."""
+    slope = np.log(sizes + SIZE_OFFSET)
+    share = 0.2 * slope + 0.1 * slope * rng.standard_normal(len(sizes))
+    return np.rint(share * (np.minimum(sizes, 30) + SIZE_OFFSET)).astype(np.int32)
+
+
+def test_scores_of_many_prints_are_normalized_by_their_sizes():
+    rng = np.random.default_rng(11)
+    sizes = rng.integers(6, 90, 20_000)
+    scores = scores_of_sizes(sizes, rng)
+    found = size_normalized(scores, sizes, 30)
+    for some in (sizes < 15, (sizes > 30) & (sizes < 45), sizes > 75):
+        assert abs(found[some].mean()) < 0.06
+        assert found[some].std() == pytest.approx(1, rel=0.08)
+    assert abs(np.corrcoef(found, sizes)[0, 1]) < 0.02
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(LEAST_PRINTS, 900), st.integers(0, 300))
+@settings(max_examples=20)
+def test_normalization_does_not_depend_on_the_order_of_the_prints(seed, count, probe_size):
+    rng = np.random.default_rng(seed)
+    sizes, scores = rng.integers(0, 400, count), rng.integers(0, 288, count)
+    order = rng.permutation(count)
+    whole, mixed = (
+        SizeNormalization.fit(scores[of], sizes[of], probe_size) for of in (np.arange(count), order)
+    )
+    assert whole.of(scores, sizes)[order].tolist() == mixed.of(scores[order], sizes[order]).tolist()
+    assert np.isfinite(whole.of(scores, sizes)).all()
+
+
+@pytest.mark.parametrize("sizes", [[20] * 600, [0] * 600, [300] * 600, [12, 40] * 300])
+def test_prints_of_one_size_or_of_equal_scores_are_normalized(sizes):
+    sizes, same = np.array(sizes, np.uint16), np.full(600, 7)
+    assert size_normalized(same, sizes, 25).tolist() == pytest.approx([0.0] * 600, abs=1e-6)
+    scores = np.arange(600) % 50
+    ranks = size_normalized(scores, sizes, 25)[:: len(set(sizes.tolist()))]
+    expected = scores[:: len(set(sizes.tolist()))]
+    assert (np.diff(ranks[np.argsort(expected, kind="stable")]) >= 0).all()
+
+
+def test_of_few_prints_the_size_of_the_smaller_one_counts():
+    scores, sizes = np.array([20, 40, 0]), np.array([15, 60, 0])
+    found = size_normalized(scores, sizes, 35)
+    plain = scores / (np.minimum(sizes, 35) + SIZE_OFFSET)
+    assert np.argsort(found).tolist() == np.argsort(plain).tolist()
+    assert size_normalized(scores[:0], sizes[:0], 35).tolist() == []

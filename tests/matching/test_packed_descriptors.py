@@ -16,7 +16,7 @@ from matching_prints import (
 from fpmatch.array_file import read_arrays, write_arrays
 from fpmatch.errors import MatcherError
 from fpmatch.matching.bit_descriptors import prefilter_of
-from fpmatch.matching.candidate_list import normalized_prefilter_scores, prefilter_scores
+from fpmatch.matching.candidate_list import prefilter_scores
 from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import PreparationParameters, prepare
@@ -43,8 +43,6 @@ def assert_same_scores(packed, prints, probes):
         expected = prefilter_scores(probe, many)
         assert packed.scores(probe).tolist() == expected.tolist()
         assert packed.scores(prefilter_of(probe.bit_descriptors)).tolist() == expected.tolist()
-        normalized = normalized_prefilter_scores(probe, many)
-        assert packed.normalized_scores(probe).tolist() == normalized.tolist()
 
 
 def test_scores_of_whole_pixels_are_those_of_the_prefilter():
@@ -85,7 +83,6 @@ def test_prints_are_scored_in_any_order_and_again():
     which = np.array([5, 0, 3, 3, 1], np.uint16)
     whole = packed.scores(prints[3])
     assert packed.scores(prints[3], which).tolist() == whole[which].tolist()
-    assert packed.normalized_scores(prints[3], which).shape == (5,)
     assert packed.scores(prints[3], np.array([], np.int64)).tolist() == []
     for outside in ([-1], [6], [0, 2**62]):
         with pytest.raises(IndexError, match="of 6"):

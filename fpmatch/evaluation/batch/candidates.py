@@ -248,9 +248,11 @@ def identify_each(
         "candidate_list": options.candidate_list,
         "loss": options.loss,
     }
+    # a comparison with the consolidated template may raise a score
+    least = 0.0 if options.consolidate else options.threshold
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(held.answers(batches(templates), **limits)) as answered,
+        closing(held.answers(batches(templates), threshold=least, **limits)) as answered,
     ):
         for answers in answered:
             left = iter(answers)

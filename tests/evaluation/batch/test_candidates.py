@@ -192,7 +192,7 @@ def staged(monkeypatch, tmp_path):
     for name in ("search", "index"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     for owner in (indexed_search, indexed_pieces):
-        monkeypatch.setattr(owner, "search_plan", lambda loss, _: SearchPlan(loss, 0.5, 25, 7))
+        monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))
 
 
 @pytest.mark.usefixtures("staged")

@@ -14,6 +14,7 @@ from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.errors import GalleryError, without_path
 from fpmatch.gallery.consistency import refuse_disagreeing
+from fpmatch.gallery.enrolment_index import EnrolmentIndex
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import (
@@ -123,15 +124,15 @@ def enrol(
             found = attempt_each(place, make, new)
         else:
             found = _of_files(attempt_each(place, extractor or extract_opened, map(opener, new)))
+        index = EnrolmentIndex(gallery, engine=place, progress=progress)
         with closing(found) as attempts:
             for batch in _batches(attempts):
                 run.commit(batch)
+                index.extend(len(run.labels), run.total - run.done)
     run.commit([])
     refused = refuse_disagreeing(gallery, run.labels) if strict else []
     if run.labels:
-        from fpmatch.gallery.index import index_enrolled  # noqa: PLC0415  (imports matchers)
-
-        index_enrolled(gallery, engine=engine, progress=progress)
+        index.finish()
     return Enrolment(
         len(run.labels) - len(refused),
         run.known,
@@ -237,6 +238,10 @@ class _Run:
                     self.failures.append(Failure(entry.source, conflict))
         self._report_progress()
 
+    @property
+    def done(self) -> int:
+        """Number of prints whose outcome is known."""
+        return len(self.labels) + self.known + len(self.failures) + len(self.unsaved)
+
     def _report_progress(self) -> None:
-        done = len(self.labels) + self.known + len(self.failures) + len(self.unsaved)
-        self.progress("enrol", done, self.total)
+        self.progress("enrol", self.done, self.total)

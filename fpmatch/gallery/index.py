@@ -23,8 +23,6 @@ from fpmatch.gallery.index_files import IndexFolder
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index_state import IndexState, Part, removals_between
 from fpmatch.gallery.kept_files import FAULTS, kept_folders
-from fpmatch.gallery.prepared_search import LISTED_UP_TO
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import folder_lock, make_folder, reason
 
 if TYPE_CHECKING:
@@ -62,11 +60,12 @@ class GalleryIndex:
         self._state: IndexState | None = None
         self._unwritable = False  # whether a note states it
 
-    def refresh(self) -> IndexState:
+    def refresh(self, *, full_segments: bool = False) -> IndexState:
         """Return the index of all entries that are in the gallery now.
 
-        If it has not changed, that takes one short query. Raises GalleryError where the gallery
-        cannot be read.
+        If it has not changed, that takes one short query. With `full_segments`, new entries that
+        fill no segment are left to a later call. Raises GalleryError where the gallery cannot be
+        read.
         """
         if self._state is not None and self._state.revision == self.gallery.revision():
             return self._state
@@ -78,7 +77,7 @@ class GalleryIndex:
                 continue
             state: IndexState | None = base
             if base.revision.last < revision.last:
-                state = self._extended(base, revision)
+                state = self._extended(base, revision, full_segments=full_segments)
             elif base.base is None or base.base[0] != base.revision:
                 state = self._written(base)
             if state is not None:
@@ -140,9 +139,13 @@ class GalleryIndex:
             self._say_built_again(f"files of the index of {self.gallery.name}", faults[0])
         return newest
 
-    def _extended(self, state: IndexState, revision: Revision) -> IndexState | None:
+    def _extended(
+        self, state: IndexState, revision: Revision, *, full_segments: bool
+    ) -> IndexState | None:
         """Return an index with the entries that were added, up to a revision, as `_written`."""
         after = state.revision.last
+        if full_segments and revision.last - after < MOST_PRINTS:
+            return state
         fingers = self.gallery.fingers(after=after)
         templates = self._templates(after, revision.last)
         done, total = 0, len(fingers)
@@ -150,6 +153,8 @@ class GalleryIndex:
             self._progress("prepare", done, total)
         while True:
             some = list(islice(templates, MOST_PRINTS))
+            if full_segments and len(some) < MOST_PRINTS:
+                return state
             segment = self._built(some, fingers, done, total)
             done += len(some)
             last = some[-1][0] if len(some) == MOST_PRINTS else revision.last
@@ -250,21 +255,6 @@ class GalleryIndex:
 
     def _say_built_again(self, what: str, fault: str) -> None:
         self._note(f"{what} {FAULTS.get(fault, FAULTS['damaged'])}: built again")
-
-
-def index_enrolled(
-    gallery: GalleryReader, *, engine: Engine | None = None, progress: Progress = no_progress
-) -> None:
-    """Add what was enrolled to the index of a large gallery; a failure is left to its next search.
-
-    `engine` and `progress` are those of `GalleryIndex`.
-    """
-    with suppress(FpmatchError):
-        if gallery.has_over(LISTED_UP_TO):
-            index = GalleryIndex(
-                gallery, get_matcher(DEFAULT_MATCHER), engine=engine, progress=progress
-            )
-            index.refresh()
 
 
 def _fault(part: Part) -> str:

@@ -10,6 +10,7 @@ from fpmatch.errors import GalleryError
 from fpmatch.gallery.audit import ranges
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.enrol import Enrolment
+from fpmatch.gallery.enrolment_index import EnrolmentIndex
 from fpmatch.gallery.entry import Failure
 from fpmatch.gallery.tables import ENROLLED
 
@@ -68,6 +69,7 @@ def enrol_gallery(
     before, total = dict(source.damaged), len(source)
     progress("enrol", 0, total)
     entries = source.packed_entries()
+    index = EnrolmentIndex(gallery, progress=progress)
     enrolled, known, done = 0, 0, 0
     labels: list[Label] = []
     failures: list[Failure] = []
@@ -84,6 +86,7 @@ def enrol_gallery(
                 failures.append(Failure(entry.source, conflict))
         done += len(batch)
         progress("enrol", min(done, total), total)
+        index.extend(enrolled, max(0, total - done))
     damaged = source.damaged.items() - before.items()
     skipped = [
         Failure(f"{source.name}: entry {k}", f"damaged: {why}") for k, why in sorted(damaged)
@@ -91,9 +94,7 @@ def enrol_gallery(
     gallery.add_packed([], skipped)
     refused = refuse_disagreeing(gallery, labels) if strict else []
     if enrolled:
-        from fpmatch.gallery.index import index_enrolled  # noqa: PLC0415  (imports matchers)
-
-        index_enrolled(gallery, progress=progress)
+        index.finish()
     return Enrolment(enrolled - len(refused), known, (*failures, *skipped, *refused))
 
 

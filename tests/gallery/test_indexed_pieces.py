@@ -25,7 +25,7 @@ PROBES = [scattered(k, 30) for k in (3, 17, 44, 1000)]
 def small_limits(tmp_path, monkeypatch):
     """Index galleries of more than ten prints in segments of few; pass few on, with many ties."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    for name in ("search", "index"):
+    for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     for owner in (indexed_search, indexed_pieces):
         monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))

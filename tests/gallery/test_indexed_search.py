@@ -32,7 +32,7 @@ SIZE = 40
 def small_limits(tmp_path, monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    for name in ("search", "index"):
+    for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     monkeypatch.setattr("fpmatch.gallery.search.EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
@@ -170,14 +170,6 @@ def test_skipped_entries_are_as_if_they_were_not_enrolled(gallery):
     result = identify(opened(gallery), print_of(4), skipped={5, 999, 7, 8})
     assert result.candidates[0].number != 5
     assert (result.enrolled, result.fingers) == (SIZE - 3, SIZE // 2 - 1)
-
-
-def test_an_index_is_made_while_enrolling(large, monkeypatch):
-    from fpmatch.gallery.index import index_enrolled
-
-    index_enrolled(large, engine=serial())
-    monkeypatch.setattr("fpmatch.gallery.index._build", None)
-    assert best(large, opened(large), 5)[0] == 6
 
 
 def test_damage_of_a_segment_is_noted_at_the_first_search(large):

@@ -189,7 +189,7 @@ def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path):
 def staged(monkeypatch, tmp_path):
     """Search by an index, in stages, of which each passes few prints on."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    for name in ("search", "index"):
+    for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
     for owner in (indexed_search, indexed_pieces):
         monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))

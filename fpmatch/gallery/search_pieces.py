@@ -183,7 +183,8 @@ class HeldSearch:
         """Yield what each probe of each batch, prepared by the matcher, is answered.
 
         `count`, `candidate_list`, `loss` and `threshold` are those of
-        `fpmatch.gallery.identify.identify`. Batches are drawn as they are needed. Raises EngineError if the engine broke down.
+        `fpmatch.gallery.identify.identify`. Batches are drawn as they are needed. Raises
+        EngineError if the engine broke down.
         """
         size = candidate_list_size(self.search, candidate_list)
         most = None if size is None else max(size, count)
@@ -220,7 +221,7 @@ class HeldSearch:
             while parts := list(islice(results, len(self._spans))):
                 batch = pending.popleft()
                 scores = map(np.concatenate, zip(*parts, strict=True))
-                chosen = [
+                chosen: list[NDArray[np.intp] | None] = [
                     greatest(found, sizes, probe, most)
                     for probe, found in zip(batch, scores, strict=True)
                 ]

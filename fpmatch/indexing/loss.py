@@ -117,7 +117,7 @@ class LossTable:
             ]
             counts[1] = min(counts)
             plan = SearchPlan(loss, budget, *counts)
-            plans.append((cost(budget, *counts, prints), plan))
+            plans.append((cost(budget, counts[0], counts[1], prints), plan))
         return min(plans, key=lambda plan: plan[0])[1]
 
     def _share(self, loss: float, shares: NDArray[np.float64]) -> float:

@@ -83,7 +83,7 @@ class SizeNormalization:
             np.bincount(size, weight, len(every)) for weight in (None, whole, whole * whole)
         )
         there = np.flatnonzero(count)
-        each, of = count[there], divisor[there]
+        each, of = count[there].astype(np.float64), divisor[there]
         mean = _line(total[there] / (each * of), there, each)
         near = mean[there]
         variance = squares[there] / (each * of * of) - 2 * near * total[there] / (each * of)
@@ -124,7 +124,8 @@ def _line(
     spread = float(np.average((x - middle) ** 2, weights=weight))
     slope = float(np.average((x - middle) * (value - level), weights=weight))
     slope = slope / spread if spread > 0 else 0.0
-    return level + slope * (_LOG_SIZE - middle)
+    found: NDArray[np.float64] = level + slope * (_LOG_SIZE - middle)
+    return found
 
 
 def candidate_list(

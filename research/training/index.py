@@ -169,8 +169,8 @@ def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable
             continue
         for b, budget in enumerate(BUDGETS):
             found[k, b] = shares_to_pass_on(rank[:, :, b], weight, budget)
-    axes = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
-    return LossTable(*axes, found[..., 0], found[..., 1])
+    prints_, budgets, losses = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
+    return LossTable(prints_, budgets, losses, found[..., 0], found[..., 1])
 
 
 def shares_to_pass_on(

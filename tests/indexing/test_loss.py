@@ -36,7 +36,7 @@ def test_a_threshold_makes_a_search_cost_less(loss):
     assert plans[0] == plans[1]  # of a million, all that are found reach it
     work = [cost(p.budget, p.by_terms, p.by_descriptors, 1_000_000) for p in plans]
     assert work == sorted(work, reverse=True)
-    assert work[-1] < 0.5 * work[0]
+    assert work[-1] < 0.7 * work[0]
 
 
 def test_without_a_measured_loss_all_prints_are_passed_on():
@@ -73,7 +73,8 @@ def test_descriptors_and_votes_add_up():
     scores, sizes = np.array([40, 20, 30]), np.array([30, 30, 50], np.uint16)
     votes = np.array([0, 256, 512], np.uint16)
     alone = size_normalized(scores, sizes, 35)
-    assert combined_scores(scores, sizes, votes, 35).tolist() == (alone + [0, 1, 2]).tolist()
+    found = combined_scores(scores, sizes, votes, 35)
+    assert found.tolist() == (alone + np.array([0.0, 1.0, 2.0])).tolist()
 
 
 @pytest.mark.skipif(not _local_kernel.COMPILED, reason="takes minutes")

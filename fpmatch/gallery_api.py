@@ -44,6 +44,7 @@ def identify(
     matcher: str | Matcher = DEFAULT_MATCHER,
     dpi: float | None = None,
     loss: float | None = None,
+    workers: int | None = None,
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
 
@@ -67,6 +68,8 @@ def identify(
         Share of the mates, of those that comparing all prints would find, that the search of a
         gallery of more than 20,000 prints may miss: it is searched by an index (default: 0.01 where
         there are more than a million prints, else a candidate list).
+    workers : int, optional
+        Processes that prepare prints, and threads that search (default: one a core).
 
     Returns
     -------
@@ -81,6 +84,7 @@ def identify(
         If the matcher is unknown or not calibrated, or `count`, `threshold` or `loss` is out of
         range.
     """
+    from fpmatch.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.candidates import identify_entries  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.search import open_search  # noqa: PLC0415
@@ -89,10 +93,17 @@ def identify(
     if not isinstance(gallery, Gallery):
         with open_gallery(gallery) as opened:
             return identify(
-                opened, template, count=count, threshold=threshold, matcher=matcher, loss=loss
+                opened,
+                template,
+                count=count,
+                threshold=threshold,
+                matcher=matcher,
+                loss=loss,
+                workers=workers,
             )
-    search = open_search(gallery, matcher, loss=loss)
+    search = open_search(gallery, matcher, engine=processes(workers), loss=loss)
     limits: dict[str, Any] = {
+        "workers": workers,
         "count": count,
         "threshold": threshold,
         "loss": DEFAULT_LOSS if loss is None else loss,

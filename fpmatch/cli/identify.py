@@ -30,7 +30,6 @@ from fpmatch.cli.options import (
     raw_option,
     requested_loss,
     scheduler_option,
-    workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
@@ -195,7 +194,12 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     "prints that comparing all would find, as 0.1%. With less, more prints are compared.",
 )
 @json_option
-@workers_option
+@click.option(
+    "--workers",
+    type=FROM_1,
+    help="Processes to use, or threads to search for one probe after the other.  [default: all "
+    "cores]",
+)
 @scheduler_option
 @key_option
 def identify(
@@ -295,6 +299,7 @@ def identify(
             reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=read)
             limits |= {"impressions": impressions, "consolidated": consolidated}
             limits |= {"by_subject": listed == "subjects", "calibration": curve}
+            limits["workers"] = workers
             each = identify_near(opened, search, files, reader, **limits)
         else:
             limits |= {"listed": listed, "consolidate": consolidate, "calibration": curve}

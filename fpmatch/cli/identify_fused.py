@@ -83,6 +83,7 @@ def identify_by_fingers(
             positions=positions or known,
             calibration=curve,
             engine=None if scheduler is None else make_engine(None, scheduler),
+            workers=workers,
             **limits,
         )
         seconds = time.perf_counter() - start

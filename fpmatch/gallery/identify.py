@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.prepared_search import (
     EXHAUSTIVE_UP_TO,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.prepared_search import Each, Search
     from fpmatch.gallery.search import ConsolidatedFingers
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
@@ -105,6 +106,7 @@ def identify(
     subject_of: Callable[[int], str | None] | None = None,
     skipped: Collection[int] = (),
     loss: float = DEFAULT_LOSS,
+    workers: int | None = None,
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
@@ -140,6 +142,9 @@ def identify(
     loss : float
         Share of the mates that comparing all prints would find, with a score of at least
         `threshold`, and that the stages of the index may miss.
+    workers : int, optional
+        Threads that search (default: one a core); few prints are searched by one in any case. The
+        candidates are the same to the last bit.
 
     Raises
     ------
@@ -174,8 +179,12 @@ def identify(
     prepared = search.matcher.prepare(probe)
     if candidate_list != "auto":
         search = search.whole
-    staged = search.preselect(prepared, loss, count, 0.0 if consolidated else threshold)
-    places, similarities = _compare(search, prepared, staged, count, candidate_list)
+    with Threads(workers) as threads:
+        least = 0.0 if consolidated else threshold
+        staged = search.preselect(prepared, loss, count, least, threads.map)
+        places, similarities = _compare(
+            search, prepared, staged, count, candidate_list, threads.map
+        )
     gone = search.places_of(skipped)
     left = ~np.isin(places, gone)
     places, similarities = places[left], similarities[left]
@@ -249,19 +258,20 @@ def _compare(
     staged: Preselection | None,
     count: int,
     candidate_list: CandidateListSize,
+    each: Each,
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Return the places of the prints that were compared with a probe, and their similarities."""
     if staged is not None:
-        similarities = search.similarities(probe, staged.places)
+        similarities = search.similarities(probe, staged.places, each)
         more = search.further_impressions(staged.places, similarities, count)
         places = np.concatenate([staged.places, more])
-        similarities = np.concatenate([similarities, search.similarities(probe, more)])
+        similarities = np.concatenate([similarities, search.similarities(probe, more, each)])
         order = np.argsort(places)
         return places[order], similarities[order]
     size = candidate_list_size(search, candidate_list)
-    which = None if size is None else search.candidate_list(probe, max(size, count))
+    which = None if size is None else search.candidate_list(probe, max(size, count), each)
     places = np.arange(len(search)) if which is None else which
-    return places, search.similarities(probe, which)
+    return places, search.similarities(probe, which, each)
 
 
 def _counts(

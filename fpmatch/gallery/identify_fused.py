@@ -153,6 +153,7 @@ def identify_fused(
     skipped: Collection[int] = (),
     loss: float = DEFAULT_LOSS,
     engine: Engine | None = None,
+    workers: int | None = None,
 ) -> FusedIdentification:
     """Find the subjects whose fingers match several probes, of different fingers, best.
 
@@ -171,7 +172,7 @@ def identify_fused(
     positions : sequence of str
         Which finger each probe is of, named as when it was enrolled, "" where it is not known
         (default: none is known).
-    count, threshold, calibration, candidate_list, skipped, loss
+    count, threshold, calibration, candidate_list, skipped, loss, workers
         As for `fpmatch.gallery.identify.identify`; of subjects.
     engine : Engine, optional
         Whose workers search for the probes, entered here (default: this process searches). The
@@ -209,7 +210,7 @@ def identify_fused(
         from fpmatch.gallery.search_pieces import answered_searches  # noqa: PLC0415  (seldom used)
 
         searches = answered_searches(engine, search, probes, **limits)
-    limits |= {"skipped": skipped, "calibration": chosen}
+    limits |= {"skipped": skipped, "calibration": chosen, "workers": workers}
     alone = [identify(one, probe, **limits) for one, probe in zip(searches, probes, strict=True)]
     listed = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.index_segment import PrintSegment
-    from fpmatch.gallery.prepared_search import CandidateListSize, Search
+    from fpmatch.gallery.prepared_search import CandidateListSize, Each, Search
     from fpmatch.gallery.reader import GalleryReader
     from fpmatch.indexing.loss import SearchPlan
     from fpmatch.matching.result import Matcher
@@ -62,16 +62,18 @@ class AnsweredIndexedSearch(IndexedSearch):
         return self
 
     def preselect(
-        self, probe: Any, loss: float, count: int, threshold: float = 0.0
+        self, probe: Any, loss: float, count: int, threshold: float = 0.0, each: Each = map
     ) -> Preselection:
         """Return what the stages chose."""
         return self._staged
 
-    def similarities(self, probe: Any, which: Indices | None = None) -> NDArray[np.float64]:
+    def similarities(
+        self, probe: Any, which: Indices | None = None, each: Each = map
+    ) -> NDArray[np.float64]:
         """Return the similarities to these prints, or compare with others."""
         if which is self._staged.places:
             return self._similarities
-        return super().similarities(probe, which)
+        return super().similarities(probe, which, each)
 
 
 @dataclass(slots=True, eq=False)

@@ -7,17 +7,17 @@ that are compared whole, by their compact templates (see `fpmatch.indexing`).
 from __future__ import annotations
 
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index import GalleryIndex
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
-from fpmatch.gallery.prepared_search import Preselection, Search
+from fpmatch.gallery.prepared_search import Preselection, Search, parts_of
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
-from fpmatch.matching.bit_descriptors import prefilter_of
+from fpmatch.matching.candidate_list import PRINTS_AT_ONCE
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
@@ -26,10 +26,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index_state import IndexState
+    from fpmatch.gallery.prepared_search import Each
     from fpmatch.gallery.reader import GalleryReader
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
+
+PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
 
 
 class IndexedPrints:
@@ -121,31 +124,40 @@ class IndexedSearch(Search):
         return found
 
     def similarities(
-        self, probe: Any, which: NDArray[np.intp] | None = None
+        self, probe: Any, which: NDArray[np.intp] | None = None, each: Each = map
     ) -> NDArray[np.float64]:
         """Return the similarity of a prepared probe to each print, or to those of `which`."""
-        compared = self.references.take(np.arange(len(self)) if which is None else which)
-        found: NDArray[np.float64] = self.matcher.similarities(probe, compared)  # type: ignore[attr-defined]
-        return found
+        matcher: Any = self.matcher
+        wanted = np.arange(len(self)) if which is None else which
+        parts = parts_of(wanted, PREPARED_AT_ONCE)
+        found = each(lambda part: matcher.similarities(probe, self.references.take(part)), parts)
+        return np.concatenate([np.zeros(0), *found])
 
     def preselect(
-        self, probe: PreparedTemplate, loss: float, count: int, threshold: float = 0.0
+        self,
+        probe: PreparedTemplate,
+        loss: float,
+        count: int,
+        threshold: float = 0.0,
+        each: Each = map,
     ) -> Preselection:
         """Return the prints to compare with a probe: those the index and the descriptors choose."""
         state, segments = self.state, self.state.segments
         plan = search_plan(loss, len(self), threshold)
         terms = [segment.terms for segment in segments]
         by_terms = max(plan.by_terms, count)
-        found = preselect(probe, terms, state.removed, by_terms, plan.budget)
+        found = preselect(probe, terms, state.removed, by_terms, plan.budget, each)
         scores, sizes = np.empty((2, len(found)), np.int32)
         number = np.empty(len(found), np.int64)
-        tables = prefilter_of(probe.bit_descriptors)
-        for k, segment in enumerate(segments):
-            of = np.flatnonzero(found.segment == k)
-            local = found.local[of]
-            scores[of] = segment.descriptors.scores(tables, local)
-            sizes[of] = segment.descriptors.size[local]
-            number[of] = segment.numbers[local]
+
+        def score(part: NDArray[np.intp]) -> None:
+            segment, local = segments[found.segment[part[0]]], found.local[part]
+            scores[part] = segment.descriptors.scores(probe, local)
+            sizes[part] = segment.descriptors.size[local]
+            number[part] = segment.numbers[local]
+
+        of_each = (np.flatnonzero(found.segment == k) for k in range(len(segments)))
+        list(each(score, [part for of in of_each for part in parts_of(of, PRINTS_AT_ONCE)]))
         combined = combined_scores(scores, sizes, found.votes, len(probe))
         order = np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]
         places = np.sort(state.indices(found.segment[order], found.local[order]))

@@ -14,7 +14,7 @@ from fpmatch.matching.candidate_list import candidate_list
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -22,11 +22,14 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
+    Each = Callable[..., Iterable[Any]]
+
 CandidateListSize = int | Literal["auto", "off"]
 """Number of prints that are compared with a probe; see `fpmatch.gallery.identify`."""
 
 EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
 LISTED_UP_TO: Final = 1_000_000  # prints, of which a candidate list is compared by default
+COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes others
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,9 @@ class Preselection:
 @dataclass(frozen=True, eq=False)
 class Search:
     """Hold the prints of a gallery, prepared for a matcher.
+
+    Where its methods take `each`, which is as the built-in `map`, it calls a function for each part
+    of the prints.
 
     For each print, `numbers` holds the number of its entry, `fingers` the lowest number of an entry
     of its finger, and `references` the prepared template. `damaged` are the entries that could not
@@ -121,6 +127,7 @@ class Search:
         loss: float,
         count: int,
         threshold: float = 0.0,
+        each: Each = map,
     ) -> Preselection | None:
         """Return the prints to compare with a probe, chosen in stages; None if there are none."""
         return None
@@ -167,24 +174,34 @@ class Search:
         """Whether candidate lists can be made: the matcher's prints have bit descriptors."""
         return isinstance(self.references, PackedTemplates)
 
-    def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
+    def candidate_list(self, probe: Any, count: int, each: Each = map) -> NDArray[np.intp]:
         """Return the ascending indices of the `count` prints with the most similar descriptors.
 
         Raises MatcherError if the matcher's prints have none.
         """
         if not isinstance(self.references, PackedTemplates):
             raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
-        return candidate_list(probe, self.references, count)
+        return candidate_list(probe, self.references, count, each)
 
     def similarities(
-        self, probe: Any, which: NDArray[np.intp] | None = None
+        self, probe: Any, which: NDArray[np.intp] | None = None, each: Each = map
     ) -> NDArray[np.float64]:
         """Return the similarity of a prepared probe to each print, or to those of `which`."""
-        if hasattr(self.matcher, "similarities") and isinstance(self.references, PackedTemplates):
-            compared = self.references if which is None else self.references.take(which)
-            found: NDArray[np.float64] = self.matcher.similarities(probe, compared)
-            return found
+        references = self.references
+        if hasattr(self.matcher, "similarities") and isinstance(references, PackedTemplates):
+            compare = self.matcher.similarities
+            if which is None:
+                firsts = range(0, len(self), COMPARED_AT_ONCE)
+                ends = [(k, min(k + COMPARED_AT_ONCE, len(self))) for k in firsts]
+                found = each(lambda span: compare(probe, references, *span), ends)
+            else:
+                parts = parts_of(which, COMPARED_AT_ONCE)
+                found = each(lambda part: compare(probe, references.take(part)), parts)
+            return np.concatenate([np.zeros(0), *found])
         places = range(len(self)) if which is None else which.tolist()
-        return np.array(
-            [self.matcher.compare(probe, self.references[k]).similarity for k in places]
-        )
+        return np.array([self.matcher.compare(probe, references[k]).similarity for k in places])
+
+
+def parts_of(which: NDArray[np.intp], size: int) -> list[NDArray[np.intp]]:
+    """Return numbers of prints in parts of a size; the last may be smaller."""
+    return [which[first : first + size] for first in range(0, len(which), size)]

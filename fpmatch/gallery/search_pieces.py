@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
-    from fpmatch.gallery.prepared_search import CandidateListSize
+    from fpmatch.gallery.prepared_search import CandidateListSize, Each
     from fpmatch.minutiae import Template
 
 MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
@@ -59,12 +59,12 @@ class AnsweredSearch(Search):
 
     answer: Answer = NO_ANSWER
 
-    def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
+    def candidate_list(self, probe: Any, count: int, each: Each = map) -> NDArray[np.intp]:
         """Return the prints that were compared with the probe."""
         return np.arange(len(self)) if self.answer.which is None else self.answer.which
 
     def similarities(
-        self, probe: Any, which: NDArray[np.intp] | None = None
+        self, probe: Any, which: NDArray[np.intp] | None = None, each: Each = map
     ) -> NDArray[np.float64]:
         """Return their similarities."""
         return self.answer.similarities

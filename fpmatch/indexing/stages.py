@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.indexing.terms import BUDGET, probe_terms
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -48,15 +48,17 @@ def preselect(
     removed: NDArray[np.int64] = _NO_NUMBERS,
     passed_on: int = 1000,
     budget: float = BUDGET,
+    each: Callable[..., Iterable[NDArray[np.uint16]]] = map,
 ) -> Candidates:
     """Return the `passed_on` prints of all segments with the most votes.
 
     Of equals, those with the lowest numbers are taken, so that the same prints are passed on
     however they are divided into segments. Prints with the numbers `removed` are left out. `budget`
-    sets how many postings are visited (see `probe_terms`).
+    sets how many postings are visited (see `probe_terms`). `each` is as the built-in `map`: it
+    calls a function for each segment.
     """
     terms = probe_terms(probe, budget)
-    every = [segment.votes(terms) for segment in segments]
+    every = list(each(lambda segment: segment.votes(terms), segments))
     gone = np.unique(np.asarray(removed, np.int64))
     counts = np.zeros(_BINS, np.int64)  # of prints, by their votes
     for segment, votes in zip(segments, every, strict=True):

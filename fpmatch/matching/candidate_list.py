@@ -10,6 +10,8 @@ import numpy as np
 from fpmatch.matching.bit_descriptors import prefilter_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
     from numpy.typing import NDArray
 
     from fpmatch.matching.packed_templates import PackedTemplates
@@ -23,6 +25,8 @@ USUAL_MEAN: Final = 0.73  # of fewer, those of synthetic prints
 USUAL_DEVIATION: Final = 0.335
 LEAST_VARIANCE: Final = 0.1  # in relation to the mean one of all sizes
 _LOG_SIZE: Final = np.log(np.arange(LARGEST_SIZE + 1) + float(SIZE_OFFSET))
+PRINTS_AT_ONCE: Final = 2048
+"""Prints that one thread scores before it takes others: some milliseconds."""
 
 
 def prefilter_scores(
@@ -129,11 +133,15 @@ def _line(
 
 
 def candidate_list(
-    probe: PreparedTemplate, prints: PackedTemplates, count: int
+    probe: PreparedTemplate,
+    prints: PackedTemplates,
+    count: int,
+    each: Callable[..., Iterable[NDArray[np.int32]]] = map,
 ) -> NDArray[np.intp]:
     """Return the numbers, ascending, of the `count` prints of the greatest normalized scores.
 
-    Scores are normalized by the sizes of the prints. Of equals, the first are taken.
+    Scores are normalized by the sizes of the prints. Of equals, the first are taken. `each` is as
+    the built-in `map`: it calls a function for each part of the prints.
 
     Examples
     --------
@@ -148,7 +156,13 @@ def candidate_list(
     """
     if count >= len(prints):
         return np.arange(len(prints))
-    return greatest(prefilter_scores(probe, prints), np.diff(prints.minutiae_start), probe, count)
+
+    def of_part(first: int) -> NDArray[np.int32]:
+        return prefilter_scores(probe, prints, first, first + PRINTS_AT_ONCE)
+
+    parts = each(of_part, range(0, len(prints), PRINTS_AT_ONCE))
+    scores = np.concatenate([np.empty(0, np.int32), *parts])
+    return greatest(scores, np.diff(prints.minutiae_start), probe, count)
 
 
 def greatest(

@@ -164,7 +164,13 @@ def identify_print(
         search = _search(gallery, matcher)
         start = time.perf_counter()
         found, entries = identify_entries(
-            gallery, search, given.template, count=count, threshold=threshold, transforms=True
+            gallery,
+            search,
+            given.template,
+            count=count,
+            threshold=threshold,
+            transforms=True,
+            workers=1,
         )
         seconds = time.perf_counter() - start
         numbers = [candidate.number for candidate in found.candidates]

@@ -270,6 +270,7 @@ def identify_each(
                     transforms=options.transforms,
                     calibration=curve,
                     consolidated=consolidated,
+                    workers=1,
                     **limits,
                 )
                 found = [candidate.number for candidate in result.candidates]

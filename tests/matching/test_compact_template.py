@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED, spread_points, striped_field, template_of, templates
+from packed_cases import assert_damaged, from_file
 
-from fpmatch.array_file import read_arrays, write_arrays
-from fpmatch.errors import MatcherError, TemplateError
+from fpmatch.errors import TemplateError
 from fpmatch.formats.bounds import check_bounds
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.matching.compact_template import COLUMNS, CompactTemplates, compact, expand
@@ -138,8 +138,7 @@ def test_many_are_kept_in_columns(tmp_path):
     many = CompactTemplates.concatenate(
         [CompactTemplates.pack(given_[:2]), CompactTemplates.pack(given_[2:])]
     )
-    write_arrays(tmp_path / "many", many.arrays(), COLUMNS, {})
-    loaded = CompactTemplates.of_arrays(read_arrays(tmp_path / "many", COLUMNS, {}))
+    loaded = from_file(many, tmp_path / "many", COLUMNS)
     for k, template in enumerate(given_):
         assert loaded[k] == expand(compact(template))
     assert loaded.take(np.array([2, 0]))[0] == loaded[2]
@@ -153,9 +152,4 @@ def test_many_are_kept_in_columns(tmp_path):
     "change", [(0, 1), (1, 10**9), (1, -1), (2, 3), (3, 0), (1, 2**63 - 1), (2, -(2**63))]
 )
 def test_starts_that_lead_astray_are_refused(change):
-    many = CompactTemplates.pack([a_print()] * 3)
-    start = many.content_start.copy()
-    start[change[0]] = change[1]
-    with pytest.raises(MatcherError) as caught:
-        CompactTemplates.of_arrays(many.arrays() | {"content_start": start})
-    assert caught.value.code == "damaged"
+    assert_damaged(CompactTemplates.pack([a_print()] * 3), "content_start", *change)

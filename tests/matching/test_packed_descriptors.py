@@ -12,14 +12,14 @@ from matching_prints import (
     template_of,
     templates,
 )
+from packed_cases import assert_damaged, crowd, from_file
 
-from fpmatch.array_file import read_arrays, write_arrays
 from fpmatch.errors import MatcherError
 from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.candidate_list import prefilter_scores
 from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.prepare import PreparationParameters, prepare
+from fpmatch.matching.prepare import prepare
 
 EXAMPLES = 30 if COMPILED else 6
 NO_WORD = 0x8800
@@ -105,17 +105,13 @@ def test_parts_are_joined_and_taken():
 
 def test_a_file_gives_back_what_was_written(tmp_path):
     prints = some_prints()
-    write_arrays(tmp_path / "bits", PackedDescriptors.pack(prints).arrays(), COLUMNS, {})
-    found = PackedDescriptors.of_arrays(read_arrays(tmp_path / "bits", COLUMNS, {}))
+    found = from_file(PackedDescriptors.pack(prints), tmp_path / "bits", COLUMNS)
     assert_same_scores(found, prints, prints[3:4])
 
 
 def test_more_minutiae_than_are_packed_are_refused():
-    points = np.zeros((4, 300))
-    points[0], points[2] = np.arange(300) * 7.0, 1
-    crowd = prepare(template_of(points), PreparationParameters(max_minutiae=300))
     with pytest.raises(MatcherError, match="300 minutiae"):
-        PackedDescriptors.pack([crowd])
+        PackedDescriptors.pack([crowd()])
 
 
 @pytest.mark.parametrize("reach", [900.0, 1500.0, 60_000.0])
@@ -137,12 +133,7 @@ def test_wide_prints_have_wider_steps(reach):
     ],
 )
 def test_numbers_that_would_lead_astray_are_refused(name, at, value):
-    packed = PackedDescriptors.pack(some_prints((12, 9, 4)))
-    array = getattr(packed, name).copy()
-    array.ravel()[at] = value
-    with pytest.raises(MatcherError) as caught:
-        PackedDescriptors.of_arrays(packed.arrays() | {name: array})
-    assert caught.value.code == "damaged"
+    assert_damaged(PackedDescriptors.pack(some_prints((12, 9, 4))), name, at, value)
 
 
 def test_another_length_is_refused():

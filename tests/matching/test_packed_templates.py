@@ -14,12 +14,12 @@ from matching_prints import (
     template_of,
     templates,
 )
+from packed_cases import assert_damaged, crowd, from_file
 
-from fpmatch.array_file import read_arrays, write_arrays
 from fpmatch.errors import MatcherError
 from fpmatch.matching.align import identity_alignment
 from fpmatch.matching.packed_templates import COLUMNS, PRINTS_AT_ONCE, PackedTemplates
-from fpmatch.matching.prepare import PreparationParameters, prepare
+from fpmatch.matching.prepare import prepare
 from fpmatch.matching.ridges import ridge_correlation
 
 EXAMPLES = 40 if COMPILED else 10
@@ -102,12 +102,9 @@ def test_a_print_of_forty_minutiae_takes_less_than_eight_kilobytes():
 
 
 def test_more_minutiae_than_a_byte_can_number_are_refused():
-    points = np.zeros((4, 300))
-    points[0], points[2] = np.arange(300) * 7.0, 1
-    crowd = prepare(template_of(points), PreparationParameters(max_minutiae=300))
     with pytest.raises(MatcherError, match="300 minutiae"):
-        PackedTemplates.pack([crowd])
-    few = prepare(template_of(points), PreparationParameters(max_minutiae=6))
+        PackedTemplates.pack([crowd()])
+    few = crowd(6)
     assert PackedTemplates.pack([few])[0].index.tolist() == few.index.tolist()
 
 
@@ -117,16 +114,10 @@ def test_there_is_no_print_beyond_the_last(k):
         PackedTemplates.pack(some_prints())[k]
 
 
-def from_file(prints, path):
-    """Return packed prints that were written to a file and are mapped from it."""
-    write_arrays(path, prints.arrays(), COLUMNS, {})
-    return PackedTemplates.of_arrays(read_arrays(path, COLUMNS, {}))
-
-
 @pytest.mark.parametrize("sizes", [(), (0,), (12, 0, 3, 25, 2)])
 def test_a_file_gives_back_what_was_written(tmp_path, sizes):
     prints = some_prints(sizes)
-    assert_all_same(from_file(PackedTemplates.pack(prints), tmp_path / "prints"), prints)
+    assert_all_same(from_file(PackedTemplates.pack(prints), tmp_path / "prints", COLUMNS), prints)
 
 
 @pytest.mark.parametrize(
@@ -148,12 +139,7 @@ def test_a_file_gives_back_what_was_written(tmp_path, sizes):
     ],
 )
 def test_numbers_that_would_lead_astray_are_refused(name, at, value):
-    many = PackedTemplates.pack(some_prints((12, 9, 4)))
-    array = getattr(many, name).copy()
-    array.ravel()[at] = value
-    with pytest.raises(MatcherError) as caught:
-        PackedTemplates.of_arrays(many.arrays() | {name: array})
-    assert caught.value.code == "damaged"
+    assert_damaged(PackedTemplates.pack(some_prints((12, 9, 4))), name, at, value)
 
 
 @pytest.mark.parametrize("columns", [2**31 - 1, 2**24 + 1])
@@ -180,7 +166,7 @@ def test_starts_whose_differences_overflow_are_refused():
 def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path):
     """A mapped file cannot be written, which the kernels must not mind."""
     prints = some_prints((5, 5, 5, 6, 6, 6))
-    loaded = from_file(PackedTemplates.pack(prints), tmp_path / "prints")
+    loaded = from_file(PackedTemplates.pack(prints), tmp_path / "prints", COLUMNS)
     cells = []
     for k, print_ in enumerate(prints):
         identity = identity_alignment(print_.points)

@@ -27,8 +27,13 @@ def small_limits(tmp_path, monkeypatch):
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
+    monkeypatch.setattr("fpmatch.matching.candidate_list.LEAST_PRINTS", 5)
     for owner in (indexed_search, indexed_pieces):
-        monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))
+        monkeypatch.setattr(owner, "search_plan", plan_of)
+
+
+def plan_of(loss, prints, threshold):
+    return SearchPlan(loss, 0.5, 15 if threshold else 25, 7)
 
 
 @pytest.fixture
@@ -64,15 +69,15 @@ def outcome(result):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("count", [2, 10, 40])
-def test_candidates_are_those_of_one_search(search, workers, count):
-    expected = [outcome(identify(search, probe, count=count)) for probe in PROBES]
+@pytest.mark.parametrize("options", [{"count": 2}, {"count": 10, "threshold": 30.0}, {"count": 40}])
+def test_candidates_are_those_of_one_search(search, workers, options):
+    expected = [outcome(identify(search, probe, **options)) for probe in PROBES]
     prepared = [search.matcher.prepare(probe) for probe in PROBES]
     batches = [prepared[:3], prepared[3:]]
     with processes(workers) as engine, hold_search(engine, search) as held:
-        answers = [one for batch in held.answers(batches, count=count) for one in batch]
+        answers = [one for batch in held.answers(batches, **options) for one in batch]
         found = [
-            outcome(identify(held.answered(answer), probe, count=count))
+            outcome(identify(held.answered(answer), probe, **options))
             for answer, probe in zip(answers, PROBES, strict=True)
         ]
     assert found == expected

@@ -24,6 +24,7 @@ from fpmatch.gallery.identify import identify
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.search import ConsolidatedFingers, open_search
 from fpmatch.indexing.loss import DEFAULT_LOSS, SearchPlan
+from fpmatch.matching.calibration import load_calibration
 
 SIZE = 40
 
@@ -85,6 +86,23 @@ def test_each_print_is_found_among_few_that_are_compared(filled):
         assert result.compared == 6
         assert result.loss == DEFAULT_LOSS
         assert result.preselected
+
+
+def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(large, monkeypatch):
+    asked = []
+
+    def plan(loss, prints, threshold):
+        asked.append((loss, prints, threshold))
+        return SearchPlan(loss, 0.5, 20, 6)
+
+    monkeypatch.setattr(module, "search_plan", plan)
+    search, curve = opened(large), load_calibration("unit-circle")
+    identify(search, print_of(3), threshold=70.0, loss=0.02)
+    identify(search, print_of(3))
+    # a consolidated template may raise a score above the threshold
+    consolidated = ConsolidatedFingers(large, search, curve)
+    identify(search, print_of(3), threshold=70.0, consolidated=consolidated)
+    assert asked == [(0.02, SIZE, 70.0), (DEFAULT_LOSS, SIZE, 0.0), (DEFAULT_LOSS, SIZE, 0.0)]
 
 
 def test_a_small_gallery_and_other_candidate_lists_are_searched_as_before(large):

@@ -36,9 +36,11 @@ def small_parts(tmp_path, monkeypatch):
     monkeypatch.setattr(candidate_list, "PRINTS_AT_ONCE", 4)
     monkeypatch.setattr(indexed_search, "PRINTS_AT_ONCE", 4)
     monkeypatch.setattr(indexed_search, "PREPARED_AT_ONCE", 2)
-    for name in ("search", "index"):
+    for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
-    monkeypatch.setattr(indexed_search, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 7))
+    monkeypatch.setattr(
+        indexed_search, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 7)
+    )
 
 
 @pytest.fixture

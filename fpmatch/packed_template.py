@@ -22,11 +22,17 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch._template_column_kernel import at_500_dpi, read_columns, to_image, write_columns
+from fpmatch._template_column_kernel import (
+    at_500_dpi,
+    read_cells,
+    read_columns,
+    to_image,
+    write_columns,
+)
 from fpmatch.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.bounds import MOST_CELLS, check_bounds
@@ -46,15 +52,13 @@ ANGLE_BITS: Final = 8
 KIND_BITS: Final = 2
 QUALITY_BITS: Final = 7
 ORIENTATION_BITS: Final = 4
-_HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
-_FIELD: Final = struct.Struct("<fHHHHHH")
-_CRC: Final = struct.Struct("<I")
-_DPI_UNITS: Final = 1000
+HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
+FIELD_HEAD: Final = struct.Struct("<fHHHHHH")
+CRC: Final = struct.Struct("<I")
+DPI_UNITS: Final = 1000
 MOST_BITS: Final = 32  # of a position that is read; none that was packed has more than 16
-_ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
-_STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
-_PAIRS: Final = np.stack(np.divmod(np.arange(256, dtype=np.uint8), 16), axis=1)
-"""The two orientations in each byte."""
+ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
+STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +86,8 @@ def pack(template: Template, layout: Layout) -> bytes:
     """
     check_bounds(template)
     m = template.minutiae
-    dpi_units = round(template.dpi * _DPI_UNITS)
-    zoom = STANDARD_DPI / (dpi_units / _DPI_UNITS)
+    dpi_units = round(template.dpi * DPI_UNITS)
+    zoom = STANDARD_DPI / (dpi_units / DPI_UNITS)
     columns = np.empty((5, len(m)), np.int64)
     least = [at_500_dpi(values, zoom, columns[k]) for k, values in enumerate((m.x, m.y))]
     bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
@@ -92,7 +96,7 @@ def pack(template: Template, layout: Layout) -> bytes:
     columns[3], columns[4] = m.kind, m.quality
     content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
     try:
-        head = _HEAD.pack(
+        head = HEAD.pack(
             *(layout.magic, layout.version, content, dpi_units),
             *(template.width, template.height, len(m), *least, *bits),
         )
@@ -100,10 +104,10 @@ def pack(template: Template, layout: Layout) -> bytes:
     except (struct.error, OverflowError) as error:
         raise TemplateError("template too large to be kept in a gallery") from error
     widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
-    body = np.zeros(_body_bytes(len(m), *bits), np.uint8)
+    body = np.zeros(body_bytes(len(m), *bits), np.uint8)
     write_columns(columns, widths, body)
     whole = head + body.tobytes() + field
-    return whole + _CRC.pack(zlib.crc32(whole))
+    return whole + CRC.pack(zlib.crc32(whole))
 
 
 def unpack(data: bytes, layout: Layout) -> Template:
@@ -113,7 +117,7 @@ def unpack(data: bytes, layout: Layout) -> Template:
     """
     check(data, layout)
     try:
-        template = _unpack(ByteReader(data[: -_CRC.size], TemplateError), layout)
+        template = _unpack(ByteReader(data[: -CRC.size], TemplateError), layout)
         check_bounds(template)
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
@@ -125,41 +129,41 @@ def check(data: bytes, layout: Layout) -> tuple[int, float]:
 
     Raises TemplateError as `unpack`, which finds damage that was there before packing too.
     """
-    if data[:2] != layout.magic or len(data) < _HEAD.size + _CRC.size:
+    if data[:2] != layout.magic or len(data) < HEAD.size + CRC.size:
         raise TemplateError("not a packed template")
     if data[2] not in layout.known:
         latest = layout.version
         raise TemplateError(f"packed template of version {data[2]} (known: up to {latest})")
-    if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(memoryview(data)[: -_CRC.size]):
+    if CRC.unpack(data[-CRC.size :])[0] != zlib.crc32(memoryview(data)[: -CRC.size]):
         raise TemplateError("packed template is damaged")
-    _, _, _, dpi_units, _, _, count, *_ = _HEAD.unpack(data[: _HEAD.size])
-    return count, dpi_units / _DPI_UNITS
+    _, _, _, dpi_units, _, _, count, *_ = HEAD.unpack(data[: HEAD.size])
+    return count, dpi_units / DPI_UNITS
 
 
-def _body_bytes(count: int, bits_x: int, bits_y: int) -> int:
-    """Return the bytes of the columns of the minutiae."""
+def body_bytes(count: Any, bits_x: Any, bits_y: Any) -> Any:
+    """Return the bytes of the columns of the minutiae of a template, or of each of many."""
     widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
     return sum((count * width + 7) // 8 for width in widths)
 
 
 def _unpack(reader: ByteReader, layout: Layout) -> Template:
-    head = _HEAD.unpack(reader.take(_HEAD.size))
+    head = HEAD.unpack(reader.take(HEAD.size))
     _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
     if content > layout.known[version]:
         raise TemplateError("it contains unknown data")
     if max(bits_x, bits_y) > MOST_BITS:
         raise TemplateError("its positions have too many bits")
-    dpi = dpi_units / _DPI_UNITS
+    dpi = dpi_units / DPI_UNITS
     zoom = STANDARD_DPI / dpi if dpi else 1.0
     columns = np.empty((5, count), np.int64)
-    widths = np.array((bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
-    body = np.frombuffer(reader.take(_body_bytes(count, bits_x, bits_y)), np.uint8)
-    read_columns(body, widths, columns)
+    widths = np.array(((bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS),), np.int64)
+    body = np.frombuffer(reader.take(body_bytes(count, bits_x, bits_y)), np.uint8)
+    read_columns(body, np.zeros(1, np.int64), widths, np.array((0, count), np.int64), columns)
     xy = np.empty((2, count), np.float32)
     for column, least, values in zip(columns, (least_x, least_y), xy, strict=False):
         to_image(column, least, zoom, values)
     kind, quality = columns[3:].astype(np.uint8)
-    minutiae = Minutiae(xy[0], xy[1], _ANGLES[columns[2]], kind, quality)
+    minutiae = Minutiae(xy[0], xy[1], ANGLES[columns[2]], kind, quality)
     field = _unpack_field(reader, zoom, layout if content == RIDGES else None) if content else None
     if reader.left:
         raise TemplateError("it has too many bytes")
@@ -172,7 +176,7 @@ def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
     inside = mask.ravel().nonzero()[0]
     top, bottom = (rows[0], rows[-1] + 1) if rows else (0, 0)
     left, right = (columns[0], columns[-1] + 1) if columns else (0, 0)
-    head = _FIELD.pack(field.step * zoom, *mask.shape, top, left, bottom - top, right - left)
+    head = FIELD_HEAD.pack(field.step * zoom, *mask.shape, top, left, bottom - top, right - left)
     steps = np.rint(field.orientation.ravel()[inside] * (2**ORIENTATION_BITS / np.pi))
     coded = np.zeros(len(steps) + len(steps) % 2, np.uint8)
     coded[: len(steps)] = steps.astype(np.int64) % 2**ORIENTATION_BITS
@@ -184,20 +188,29 @@ def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
 
 def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> RidgeField:
     """Return a ridge field, with ridges where they follow in a layout."""
-    step, rows, columns, top, left, height, width = _FIELD.unpack(reader.take(_FIELD.size))
+    step, rows, columns, top, left, height, width = FIELD_HEAD.unpack(reader.take(FIELD_HEAD.size))
     if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
-    cells = height * width
-    octets = np.frombuffer(reader.take((cells + 7) // 8), np.uint8)
+    cells, each = height * width, 0 if ridged is None else ridged.cell_bytes
+    first, last = reader.at, len(reader.data)
+    if reader.left < (cells + 7) // 8:
+        raise TemplateError("its ridge field is cut short")
+    at, end, columns_of, bytes_of, start = (
+        np.array(values, np.int64) for values in ((first,), (last,), (width,), (each,), (0, cells))
+    )
+    box, steps = np.empty((2, cells), np.uint8)
+    after, tight = np.empty(1, np.int64), np.empty(1, np.uint8)
+    data = np.frombuffer(reader.data, np.uint8)
+    inside = read_cells(data, at, end, start, columns_of, bytes_of, box, steps, after, tight)
+    if after[0] < 0:
+        raise TemplateError("its ridge field has too few bytes, or too many")
+    steps = steps[:inside]
+    reader.take(int(after[0]) - first)
     mask = np.zeros((rows, columns), bool)
-    box = np.unpackbits(octets, count=cells).view(bool).reshape(height, width)
-    mask[top : top + height, left : left + width] = box
-    inside = int(np.count_nonzero(box))
-    pairs = np.frombuffer(reader.take((inside * ORIENTATION_BITS + 7) // 8), np.uint8)
-    steps = _PAIRS[pairs].reshape(-1)[:inside]
+    mask[top : top + height, left : left + width] = box.view(bool).reshape(height, width)
     orientation = np.zeros((rows, columns), np.float32)
-    orientation.ravel()[mask.ravel().nonzero()[0]] = _STEPS[steps]
+    orientation[mask] = STEPS[steps]
     ridges = None
     if ridged is not None:
-        ridges = ridged.unpack_ridges(reader.take(ridged.cell_bytes * inside), steps, mask)
+        ridges = ridged.unpack_ridges(reader.take(each * inside), steps, mask)
     return RidgeField(step / zoom, orientation, mask, ridges)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fpmatch._template_column_kernel import (
     at_500_dpi,
+    read_cells,
     read_columns,
     to_image,
     write_columns,
@@ -24,19 +25,83 @@ def to_bits(values: NDArray[np.int64], width: int) -> NDArray[np.uint8]:
     return np.packbits(((values[:, None] >> places) & 1).astype(np.uint8))
 
 
-@given(st.integers(0, 40), st.lists(st.integers(0, 32), max_size=6), st.integers(0, 2**32 - 1))
-def test_columns_are_read_as_they_were_written(count: int, widths: list[int], seed: int) -> None:
+some_widths = st.lists(st.integers(0, 32), min_size=2, max_size=2)
+
+
+@given(st.lists(st.tuples(st.integers(0, 40), some_widths), max_size=4), st.integers(0, 2**32 - 1))
+def test_columns_are_read_as_they_were_written(
+    several: list[tuple[int, list[int]]], seed: int
+) -> None:
     rng = np.random.default_rng(seed)
-    columns = np.array([rng.integers(0, 2**width, count) for width in widths], np.int64)
-    columns = columns.reshape(len(widths), count)
-    expected = [to_bits(column, width) for column, width in zip(columns, widths, strict=True)]
-    data = np.zeros(sum(map(len, expected)), np.uint8)
-    write_columns(columns, np.array(widths, np.int64), data)
-    np.testing.assert_array_equal(data, np.concatenate([np.empty(0, np.uint8), *expected]))
-    found = np.full_like(columns, -1)
-    data.flags.writeable = False
-    read_columns(data, np.array(widths, np.int64), found)
-    np.testing.assert_array_equal(found, columns)
+    whole, written, at = bytearray(b"+"), [np.empty((2, 0), np.int64)], []
+    for count, widths in several:
+        columns = np.array([rng.integers(0, 2**width, count) for width in widths], np.int64)
+        expected = [to_bits(column, width) for column, width in zip(columns, widths, strict=True)]
+        data = np.zeros(sum(map(len, expected)), np.uint8)
+        write_columns(columns, np.array(widths, np.int64), data)
+        np.testing.assert_array_equal(data, np.concatenate(expected))
+        at.append(len(whole))
+        whole += data.tobytes() + b"+"
+        written.append(columns)
+    start = np.cumsum([0, *(count for count, _ in several)], dtype=np.int64)
+    found = np.full((2, int(start[-1])), -1, np.int64)
+    of_each = np.array([widths for _, widths in several], np.int64).reshape(-1, 2)
+    read_columns(np.frombuffer(whole, np.uint8), np.array(at, np.int64), of_each, start, found)
+    np.testing.assert_array_equal(found, np.concatenate(written, axis=1))
+
+
+masks = st.tuples(st.integers(0, 7), st.integers(1, 11), st.floats(0, 1), st.integers(0, 1))
+
+
+@given(st.lists(masks, max_size=4), st.integers(0, 2**32 - 1))
+def test_cells_are_read_as_numpy_reads_them(
+    several: list[tuple[int, int, float, int]], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    whole, at, end, inside, tight = bytearray(b"+"), [], [], [], []
+    shapes = np.array([(rows, columns) for rows, columns, *_ in several], np.int64).reshape(-1, 2)
+    given_masks, given_steps = [], []
+    for rows, columns, share, each in several:
+        mask = rng.random((rows, columns)) < share
+        steps = rng.integers(0, 16, np.count_nonzero(mask))
+        at.append(len(whole))
+        whole += (
+            np.packbits(mask).tobytes() + to_bits(steps, 4).tobytes() + b"-" * each * len(steps)
+        )
+        end.append(len(whole))
+        inside.append(len(steps))
+        tight.append(
+            mask.any(axis=0)[[0, -1]].all() and mask.any(axis=1)[[0, -1]].all() if rows else 0
+        )
+        given_masks += mask.ravel().tolist()
+        given_steps += steps.tolist()
+    start = np.cumsum([0, *shapes.prod(axis=1)], dtype=np.int64)
+    each = np.array([each for *_, each in several], np.int64)
+    places = np.array(at, np.int64), np.array(end, np.int64), start, shapes[:, 1].copy(), each
+    cells, orientation = np.full((2, int(start[-1])), 77, np.uint8)
+    after, found_tight = np.empty(len(several), np.int64), np.empty(len(several), np.uint8)
+    data = np.frombuffer(whole, np.uint8)
+    found = read_cells(data, *places, cells, orientation, after, found_tight)
+    assert found == sum(inside)
+    assert cells.tolist() == given_masks
+    assert orientation[:found].tolist() == given_steps
+    assert after.tolist() == (places[1] - each * np.array(inside, np.int64)).tolist()
+    assert found_tight.tolist() == [int(one) for one in tight]
+    if any(inside):  # of another length: nothing is read
+        assert (
+            read_cells(
+                data,
+                places[0],
+                places[1] - 1,
+                *places[2:],
+                *cells[None],
+                orientation,
+                after,
+                found_tight,
+            )
+            == 0
+        )
+        assert (after == -1).all()
 
 
 @given(st.integers(0, 40), st.floats(100, 4000) | st.just(500.0), st.integers(0, 2**32 - 1))

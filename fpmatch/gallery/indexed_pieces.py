@@ -18,7 +18,7 @@ from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.prepared_search import Preselection
 from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -241,7 +241,6 @@ def _compare(
     matcher: Any = piece.matcher
     found = []
     for probe, local in zip(*chunk, strict=True):
-        prints = (matcher.prepare(piece.segment.templates[int(k)]) for k in local.tolist())
-        packed = PackedTemplates.pack(prints)
+        packed = prepare_compact(piece.segment.templates, local)
         found.append(matcher.similarities(probe, packed) if len(local) else np.zeros(0))
     return found

@@ -19,6 +19,7 @@ from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
 from fpmatch.matching.candidate_list import PRINTS_AT_ONCE
 from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -38,22 +39,28 @@ PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares bef
 class IndexedPrints:
     """The prints of an index, prepared from their compact templates when they are compared."""
 
-    def __init__(self, state: IndexState, matcher: Matcher) -> None:
-        self._state, self._matcher = state, matcher
+    def __init__(self, state: IndexState) -> None:
+        self._state = state
 
     def __len__(self) -> int:
         return len(self._state)
 
     def __getitem__(self, k: int) -> PreparedTemplate:
         """Return print k, prepared."""
-        (segment,), (place,) = self._state.places(np.array([k]))
-        template = self._state.segments[segment].templates[int(place)]
-        found: PreparedTemplate = self._matcher.prepare(template)
-        return found
+        return self.take(np.array([k]))[0]
 
     def take(self, which: NDArray[np.integer]) -> PackedTemplates:
         """Return some prints, packed."""
-        return PackedTemplates.pack(self[k] for k in which.tolist())
+        segment, place = self._state.places(which)
+        parts, numbers = [], [np.empty(0, np.intp)]
+        for k in np.unique(segment).tolist():
+            of = np.flatnonzero(segment == k)
+            parts.append(prepare_compact(self._state.segments[k].templates, place[of]))
+            numbers.append(of)
+        found = PackedTemplates.concatenate(parts)
+        number = np.concatenate(numbers)
+        ascending = (number[1:] > number[:-1]).all()
+        return found if ascending else found.take(np.argsort(number))
 
 
 class IndexedSearch(Search):
@@ -90,7 +97,7 @@ class IndexedSearch(Search):
     @cached_property
     def references(self) -> IndexedPrints:  # type: ignore[override]
         """The prepared prints."""
-        return IndexedPrints(self.state, self.matcher)
+        return IndexedPrints(self.state)
 
     @cached_property
     def whole(self) -> Search:

@@ -14,12 +14,14 @@ cpdef int encode_neighbours(
     const unsigned char[::1] coded, double per_px, unsigned short[:, ::1] word,
 ) noexcept nogil
 @cython.locals(
-    i=cython.Py_ssize_t, k=cython.Py_ssize_t, x=cython.double, y=cython.double, c=cython.double,
-    s=cython.double, relative=cython.double, code=cython.int, row=cython.Py_ssize_t,
-    column=cython.Py_ssize_t,
+    p=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.Py_ssize_t, x=cython.double, y=cython.double,
+    c=cython.double, s=cython.double, side=cython.double, relative=cython.double, code=cython.int,
+    row=cython.Py_ssize_t, column=cython.Py_ssize_t, rows=cython.Py_ssize_t,
+    columns=cython.Py_ssize_t,
 )
 cpdef int encode_orientations(
     const double[:, ::1] points, const unsigned char[::1] direction_bin,
-    const unsigned char[:, ::1] cell, int first_row, int first_column, double step, const double[:, ::1] places,
-    unsigned char[:, ::1] word,
+    const long long[::1] start, const unsigned char[::1] cell, const long long[::1] cell_start,
+    const int[:, ::1] shape, const double[::1] step, const unsigned char[::1] has_flow,
+    const double[:, ::1] places, unsigned char[:, ::1] word,
 ) noexcept nogil

@@ -74,32 +74,40 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
     return 0
 
 
-def encode_orientations(points, direction_bin, cell, first_row, first_column, step, places, word):
+def encode_orientations(
+    points, direction_bin, start, cell, cell_start, shape, step, has_flow, places, word
+):
     """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's own frame.
 
-    `direction_bin` is a minutia's direction in 256ths of a turn, `cell` are the orientation codes
-    of the print area's cells, 0 outside.
+    `direction_bin` is a minutia's direction in 256ths of a turn. Print p has the minutiae from
+    ``start[p]`` up to the next, and the cells of its area likewise, row by row, with their
+    orientation codes, 0 outside; its `shape` has rows, columns, first row and first column.
     """
-    for i in range(points.shape[1]):
-        c = points[2, i]
-        s = points[3, i]
-        for k in range(ORIENTATION_WORDS):
-            word[i, k] = UNKNOWN
-            x = (points[0, i] + c * places[0, k] - s * places[1, k]) / step - first_column
-            y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / step - first_row
-            if not (0.0 <= x < cell.shape[1] and 0.0 <= y < cell.shape[0]):
-                continue
-            row = int(y)
-            column = int(x)
-            code = cell[row, column]
-            if code > 0:
-                # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
-                relative = (code - 1.0) * BINS / ORIENTATIONS
-                relative -= direction_bin[i] * (2.0 * BINS / 256.0)
-                while relative < 0.0:
-                    relative += BINS
-                code = int(relative)
-                word[i, k] = code if code < BINS else BINS - 1
+    for p in range(step.shape[0]):
+        rows, columns = shape[p, 0], shape[p, 1]
+        side = step[p]
+        for i in range(start[p], start[p + 1]):
+            c = points[2, i]
+            s = points[3, i]
+            for k in range(ORIENTATION_WORDS):
+                word[i, k] = UNKNOWN
+                if not has_flow[p]:
+                    continue
+                x = (points[0, i] + c * places[0, k] - s * places[1, k]) / side - shape[p, 3]
+                y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / side - shape[p, 2]
+                if not (0.0 <= x < columns and 0.0 <= y < rows):
+                    continue
+                row = int(y)
+                column = int(x)
+                code = cell[cell_start[p] + row * columns + column]
+                if code > 0:
+                    # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
+                    relative = (code - 1.0) * BINS / ORIENTATIONS
+                    relative -= direction_bin[i] * (2.0 * BINS / 256.0)
+                    while relative < 0.0:
+                        relative += BINS
+                    code = int(relative)
+                    word[i, k] = code if code < BINS else BINS - 1
     return 0
 
 

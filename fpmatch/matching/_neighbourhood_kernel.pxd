@@ -11,17 +11,39 @@ cpdef void map_to_circle(
     const double[:, ::1] points, const int[::1] centre, const int[::1] start,
     const int[::1] vertex, double[:, ::1] circle,
 ) except *
-@cython.locals(
-    n=cython.Py_ssize_t, size=cython.Py_ssize_t, i=cython.Py_ssize_t, e=cython.Py_ssize_t,
-    f=cython.Py_ssize_t, k=cython.Py_ssize_t, j=cython.int, via=cython.int, listed=cython.int,
-    dx=cython.double, dy=cython.double, c=cython.double, s=cython.double, squared=cython.double,
-    total=cython.double, tolerance=cython.double, degree=cython.double,
-    joined_start=cython.int[::1], joined=cython.int[::1], met=cython.int[::1],
-    weight=cython.double[::1], distance=cython.double[::1],
-)
-cpdef void nearest_in_own_frames(
-    const double[:, ::1] points, const int[:, ::1] edge, const int[::1] start,
-    const int[::1] ring, const double[::1] ring_weight, double second_weight,
-    double tolerance_px, double growth, int[::1] count, int[:, ::1] near,
-    float[:, :, ::1] frame,
-) except *
+
+
+cdef class NeighbourhoodWriter:
+    cdef const double[::1] x, y, c, s
+    cdef int[::1] count, joined, joined_start, met
+    cdef int[:, ::1] near
+    cdef float[:, :, ::1] frame
+    cdef double[::1] weight, ring_weight, distance
+    cdef Py_ssize_t size
+    cdef double second_weight, tolerance, growth
+
+    @cython.locals(
+        n=cython.Py_ssize_t, i=cython.Py_ssize_t, e=cython.Py_ssize_t, k=cython.Py_ssize_t,
+        begin=cython.Py_ssize_t, end=cython.Py_ssize_t, listed=cython.int, total=cython.double,
+    )
+    cpdef int write(
+        self, Py_ssize_t first, const int[:, ::1] edge, const int[::1] start, const int[::1] ring,
+        const unsigned char[::1] interior,
+    ) noexcept nogil
+    @cython.locals(i=cython.Py_ssize_t, e=cython.Py_ssize_t, k=cython.Py_ssize_t, j=cython.int)
+    cdef int _join(self, Py_ssize_t n, const int[:, ::1] edge) noexcept nogil
+    @cython.locals(
+        e=cython.Py_ssize_t, f=cython.Py_ssize_t, k=cython.Py_ssize_t, size=cython.Py_ssize_t,
+        j=cython.int, via=cython.int, listed=cython.int, x=cython.double, y=cython.double,
+        dx=cython.double, dy=cython.double, squared=cython.double,
+    )
+    cdef int _list_nearest(self, Py_ssize_t first, Py_ssize_t i) noexcept nogil
+    cdef bint _before(self, Py_ssize_t row, Py_ssize_t k, double squared, int j) noexcept nogil
+    @cython.locals(
+        k=cython.Py_ssize_t, j=cython.Py_ssize_t, row=cython.Py_ssize_t, x=cython.double,
+        y=cython.double, c=cython.double, s=cython.double, dx=cython.double, dy=cython.double,
+        tolerance=cython.double,
+    )
+    cdef int _write_frame(
+        self, Py_ssize_t first, Py_ssize_t i, Py_ssize_t listed, double scale,
+    ) noexcept nogil

@@ -1,14 +1,21 @@
 """Kernel: the rings of minutiae on the unit circle, and their nearest neighbours in their frames.
 
-Two steps of describing a print, each a pass over its minutiae: `map_to_circle` places the closed
-one-rings on the unit circle by the lengths of their sides (eq. 3), turned so that the point where
-the minutia's own direction leaves its ring lies at angle 0; `nearest_in_own_frames` finds each
-minutia's nearest neighbours in its first two rings, and where they lie in its own frame.
+`map_to_circle` places closed one-rings on the unit circle by the lengths of their sides (eq. 3),
+turned so that the point where the minutia's own direction leaves its ring lies at angle 0.
+`NeighbourhoodWriter` finds each minutia's nearest neighbours in its first two rings, where they lie
+in its own frame, and their weights by the shape-preserving weights of its ring (eq. 4).
 """
 
 import cython
 import numpy as np
 from cython.cimports.libc.math import atan2, cos, sin, sqrt
+
+if cython.compiled:
+    from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
+        shape_preserving_weights,
+    )
+else:
+    from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
 
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
 LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
@@ -61,84 +68,139 @@ def map_to_circle(points, centre, start, vertex, circle):
             circle[1, m] = sin(angle)
 
 
-def nearest_in_own_frames(
-    points, edge, start, ring, ring_weight, second_weight, tolerance_px, growth, count, near, frame
-):
-    """Write `count`, `near` and `frame`, as `Neighbourhoods` describes them.
+@cython.final
+@cython.cclass
+class NeighbourhoodWriter:
+    """Write the neighbourhoods of prints, one after the other, into flat arrays.
 
-    `edge` (E, 2) are the joined minutiae. ``ring[start[i]:start[i + 1]]`` is the one-ring
-    of minutia i, if it is closed, and `ring_weight` the shape-preserving weights of its vertices.
-    Of two neighbours equally near the one of the smaller index comes first. `near` and
-    `frame` hold zeros.
+    `points` (4, M) are the minutiae of all prints, each of `capacity` minutiae at most; the others
+    are as `Neighbourhoods` has them, `near` and `frame` filled with zeros.
     """
-    n = count.shape[0]
-    size = near.shape[1]
-    joined_start = np.zeros(n + 2, np.int32)
-    joined = np.empty(2 * edge.shape[0], np.int32)
-    met = np.full(n, -1, np.int32)
-    weight = np.full(n, second_weight)
-    distance = np.empty(size)
-    # the minutiae joined with each: `joined_start` runs one ahead while they are filled in
-    for e in range(edge.shape[0]):
-        joined_start[edge[e, 0] + 2] += 1
-        joined_start[edge[e, 1] + 2] += 1
-    for i in range(n):
-        joined_start[i + 2] += joined_start[i + 1]
-    for e in range(edge.shape[0]):
-        for k in range(2):
-            j = edge[e, k]
-            joined[joined_start[j + 1]] = edge[e, 1 - k]
-            joined_start[j + 1] += 1
-    for i in range(n):
-        met[i] = i
+
+    def __init__(self, points, parameters, capacity, count, near, frame) -> None:
+        self.x, self.y, self.c, self.s = map(memoryview, points)
+        self.count, self.near, self.frame = map(memoryview, (count, near, frame))
+        self.size = parameters.size
+        self.second_weight = parameters.second_ring_weight
+        self.tolerance = parameters.tolerance_px
+        self.growth = parameters.tolerance_per_px
+        integers = np.zeros(8 * capacity + 2, np.int32)
+        self.joined = memoryview(integers[: 6 * capacity])
+        self.joined_start = memoryview(integers[6 * capacity : 7 * capacity + 2])
+        self.met = memoryview(integers[7 * capacity + 2 :])
+        numbers = np.full(7 * capacity + self.size, self.second_weight)
+        self.weight = memoryview(numbers[:capacity])
+        self.ring_weight = memoryview(numbers[capacity : 7 * capacity])
+        self.distance = memoryview(numbers[7 * capacity :])
+
+    def write(self, first, edge, start, ring, interior):
+        """Write the neighbourhoods of the print whose first minutia is `first`, by its mesh.
+
+        `edge` (E, 2) are the joined minutiae, counted from the first. The ring of minutia i is
+        ``ring[start[i]:start[i + 1]]``, and closed where `interior`. Of two neighbours equally near
+        the one of the smaller index comes first.
+        """
+        n = start.shape[0] - 1
+        self._join(n, edge)
+        for i in range(n):
+            self.met[i] = -1
+        for i in range(n):
+            listed = self._list_nearest(first, i)
+            self.count[first + i] = listed
+            begin = end = start[i]
+            if interior[i]:
+                end = start[i + 1]
+                if not shape_preserving_weights(
+                    self.x[first : first + n],
+                    self.y[first : first + n],
+                    ring,
+                    begin,
+                    end,
+                    self.x[first + i],
+                    self.y[first + i],
+                    self.ring_weight,
+                ):
+                    end = begin  # rounding has put the minutia outside its ring
+            for e in range(begin, end):
+                self.weight[ring[e]] += (
+                    (1.0 - self.second_weight) * self.ring_weight[e] * (end - begin)
+                )
+            total = 0.0
+            for k in range(listed):
+                total += self.weight[self.near[first + i, k]]
+            total = listed / (total if total > LEAST_WEIGHT else LEAST_WEIGHT)
+            self._write_frame(first, i, listed, total)
+            for e in range(begin, end):
+                self.weight[ring[e]] = self.second_weight
+        return 0
+
+    def _join(self, n, edge):
+        """List the minutiae joined with each of n minutiae."""
+        for i in range(n + 2):
+            self.joined_start[i] = 0
+        # `joined_start` runs one ahead while they are filled in
+        for e in range(edge.shape[0]):
+            self.joined_start[edge[e, 0] + 2] += 1
+            self.joined_start[edge[e, 1] + 2] += 1
+        for i in range(n):
+            self.joined_start[i + 2] += self.joined_start[i + 1]
+        for e in range(edge.shape[0]):
+            for k in range(2):
+                j = edge[e, k]
+                self.joined[self.joined_start[j + 1]] = edge[e, 1 - k]
+                self.joined_start[j + 1] += 1
+        return 0
+
+    def _list_nearest(self, first, i):
+        """List the nearest minutiae of the first two rings of minutia i; return their number."""
+        x = self.x[first + i]
+        y = self.y[first + i]
+        size = self.size
         listed = 0
-        for e in range(joined_start[i], joined_start[i + 1]):
-            via = joined[e]
+        self.met[i] = i
+        for e in range(self.joined_start[i], self.joined_start[i + 1]):
+            via = self.joined[e]
             # the minutia in the first ring, then those joined with it
-            for f in range(joined_start[via] - 1, joined_start[via + 1]):
-                j = via if f < joined_start[via] else joined[f]
-                if met[j] == i:
+            for f in range(self.joined_start[via] - 1, self.joined_start[via + 1]):
+                j = via if f < self.joined_start[via] else self.joined[f]
+                if self.met[j] == i:
                     continue
-                met[j] = i
-                dx = points[0, j] - points[0, i]
-                dy = points[1, j] - points[1, i]
+                self.met[j] = i
+                dx = self.x[first + j] - x
+                dy = self.y[first + j] - y
                 squared = dx * dx + dy * dy
                 if listed < size:
                     listed += 1
-                elif not (
-                    squared < distance[size - 1]
-                    or (squared == distance[size - 1] and j < near[i, size - 1])
-                ):
+                elif not self._before(first + i, size - 1, squared, j):
                     continue
                 k = listed - 1
-                while k > 0 and (
-                    squared < distance[k - 1] or (squared == distance[k - 1] and j < near[i, k - 1])
-                ):
-                    distance[k] = distance[k - 1]
-                    near[i, k] = near[i, k - 1]
+                while k > 0 and self._before(first + i, k - 1, squared, j):
+                    self.distance[k] = self.distance[k - 1]
+                    self.near[first + i, k] = self.near[first + i, k - 1]
                     k -= 1
-                distance[k] = squared
-                near[i, k] = j
-        count[i] = listed
-        degree = start[i + 1] - start[i]
-        for e in range(start[i], start[i + 1]):
-            weight[ring[e]] += (1.0 - second_weight) * ring_weight[e] * degree
-        total = 0.0
+                self.distance[k] = squared
+                self.near[first + i, k] = j
+        return listed
+
+    def _before(self, row, k, squared, j):
+        """Return whether minutia j, so far off, comes before entry k of a row of `near`."""
+        return squared < self.distance[k] or (squared == self.distance[k] and j < self.near[row, k])
+
+    def _write_frame(self, first, i, listed, scale):
+        """Write the listed neighbours of minutia i in its frame; `scale` is that of weights."""
+        row = first + i
+        x, y, c, s = self.x[row], self.y[row], self.c[row], self.s[row]
         for k in range(listed):
-            total += weight[near[i, k]]
-        total = listed / (total if total > LEAST_WEIGHT else LEAST_WEIGHT)
-        c = points[2, i]
-        s = points[3, i]
-        for k in range(listed):
-            j = near[i, k]
-            dx = points[0, j] - points[0, i]
-            dy = points[1, j] - points[1, i]
-            tolerance = tolerance_px + growth * sqrt(distance[k])
-            frame[i, 0, k] = c * dx + s * dy
-            frame[i, 1, k] = c * dy - s * dx
-            frame[i, 2, k] = c * points[2, j] + s * points[3, j]
-            frame[i, 3, k] = c * points[3, j] - s * points[2, j]
-            frame[i, 4, k] = 1.0 / (tolerance * tolerance)
-            frame[i, 5, k] = sqrt(weight[j] * total)
-        for e in range(start[i], start[i + 1]):
-            weight[ring[e]] = second_weight
+            j = self.near[row, k]
+            dx = self.x[first + j] - x
+            dy = self.y[first + j] - y
+            tolerance = self.tolerance + self.growth * sqrt(self.distance[k])
+            self.frame[row, 0, k] = c * dx + s * dy
+            self.frame[row, 1, k] = c * dy - s * dx
+            dx = self.c[first + j]
+            dy = self.s[first + j]
+            self.frame[row, 2, k] = c * dx + s * dy
+            self.frame[row, 3, k] = c * dy - s * dx
+            self.frame[row, 4, k] = 1.0 / (tolerance * tolerance)
+            self.frame[row, 5, k] = sqrt(self.weight[j] * scale)
+        return 0

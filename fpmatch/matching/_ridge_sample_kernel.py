@@ -10,44 +10,57 @@ HIGHEST = cython.declare(cython.ulonglong, 0x0101010101010101)  # bits of a word
 # The product with a word whose bytes are 0 or 1 has byte k as bit k of its highest byte.
 GATHER = cython.declare(cython.ulonglong, 0x0102040810204080)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
+OUTSIDE = cython.declare(cython.int, 16)  # a half that is not known
 
 
-def restore(samples, orientation, mask, looked_up, table, halves, ridges):
-    """Fill `ridges` (rows, columns) inside the mask.
+def restore(samples, orientation, mask, start, shape, looked_up, table, halves, ridges):
+    """Fill `ridges` inside the mask, for the cells of many prints.
 
-    `samples` and `orientation` are those of the cells inside, row by row. `halves` (2, rows + 2,
-    columns + 2), 16 everywhere, is filled with the two halves of the samples of each cell. A row of
-    `looked_up` is which half is looked up, and of which cell: so many rows and columns on, plus
-    one. ``table[o, k, h]`` are the words of its value h.
+    Those of print p are the entries ``start[p]`` to ``start[p + 1]`` of `mask` and `ridges`, row by
+    row; its `shape` begins with rows and columns. `samples` and `orientation` are those of the
+    cells inside, print by print. `halves` has room for the two halves of the samples of each cell
+    of a print and of a border of a cell around them. A row of `looked_up` is which half is looked
+    up, and of which cell: so many rows and columns on, plus one; in the fourth place, it is given
+    the difference of their places in `halves`. ``table[o, k, h]`` are the words of its value h.
     """
-    inside = 0
-    for row in range(mask.shape[0]):
-        for column in range(mask.shape[1]):
-            if mask[row, column]:
-                halves[0, row + 1, column + 1] = samples[inside] & 15
-                halves[1, row + 1, column + 1] = samples[inside] >> 4
-                inside += 1
-    inside = 0
-    for row in range(mask.shape[0]):
-        for column in range(mask.shape[1]):
-            if not mask[row, column]:
-                continue
-            o = orientation[inside]
-            inside += 1
-            t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = 0
-            for k in range(looked_up.shape[0]):
-                half = halves[looked_up[k, 0], row + looked_up[k, 1], column + looked_up[k, 2]]
-                t0 += table[o, k, half, 0]
-                t1 += table[o, k, half, 1]
-                t2 += table[o, k, half, 2]
-                t3 += table[o, k, half, 3]
-                t4 += table[o, k, half, 4]
-                t5 += table[o, k, half, 5]
-                t6 += table[o, k, half, 6]
-                t7 += table[o, k, half, 7]
-            found = _highest(t0) | _highest(t1) << 8 | _highest(t2) << 16 | _highest(t3) << 24
-            found |= _highest(t4) << 32 | _highest(t5) << 40 | _highest(t6) << 48
-            ridges[row, column] = found | _highest(t7) << 56
+    filled = 0
+    for p in range(start.shape[0] - 1):
+        rows, columns = shape[p, 0], shape[p, 1]
+        size = (rows + 2) * (columns + 2)
+        for k in range(2 * size):
+            halves[k] = OUTSIDE
+        for k in range(looked_up.shape[0]):
+            place = looked_up[k, 0] * size + looked_up[k, 1] * (columns + 2) + looked_up[k, 2]
+            looked_up[k, 3] = place
+        inside = filled
+        for row in range(rows):
+            for column in range(columns):
+                if mask[start[p] + row * columns + column]:
+                    place = (row + 1) * (columns + 2) + column + 1
+                    halves[place] = samples[inside] & 15
+                    halves[size + place] = samples[inside] >> 4
+                    inside += 1
+        for row in range(rows):
+            for column in range(columns):
+                if not mask[start[p] + row * columns + column]:
+                    continue
+                o = orientation[filled]
+                filled += 1
+                place = row * (columns + 2) + column
+                t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = 0
+                for k in range(looked_up.shape[0]):
+                    half = halves[place + looked_up[k, 3]]
+                    t0 += table[o, k, half, 0]
+                    t1 += table[o, k, half, 1]
+                    t2 += table[o, k, half, 2]
+                    t3 += table[o, k, half, 3]
+                    t4 += table[o, k, half, 4]
+                    t5 += table[o, k, half, 5]
+                    t6 += table[o, k, half, 6]
+                    t7 += table[o, k, half, 7]
+                found = _highest(t0) | _highest(t1) << 8 | _highest(t2) << 16 | _highest(t3) << 24
+                found |= _highest(t4) << 32 | _highest(t5) << 40 | _highest(t6) << 48
+                ridges[start[p] + row * columns + column] = found | _highest(t7) << 56
     return 0
 
 

@@ -14,12 +14,17 @@ import numpy as np
 
 from fpmatch.matching._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching._prefilter_kernel import Prefilter
+from fpmatch.matching.print_area import PrintAreas
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     from numpy.typing import NDArray
 
     from fpmatch.matching.neighbourhood import Neighbourhoods
     from fpmatch.matching.print_area import PrintArea
+
+    EncodedMinutiae: TypeAlias = tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8]]
 
 NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
 ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
@@ -78,25 +83,42 @@ def encode(
 
     Of more than 64 minutiae, those of the greatest quality are encoded; of equals, the first.
     """
+    start = np.array((0, points.shape[1]), np.int64)
+    bits = encode_many(points, quality, start, neighbours, PrintAreas.of([region]))
+    xy = np.ascontiguousarray(points[:2].T, np.float32)
+    return BitDescriptors(xy, *bits, region.has_flow)
+
+
+def encode_many(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    start: NDArray[np.int64],
+    neighbours: Neighbourhoods,
+    areas: PrintAreas,
+) -> EncodedMinutiae:
+    """Encode the minutiae of many prints, each from an entry of `start` up to the next.
+
+    Return direction bins, bits of neighbours and bins of orientation, as `BitDescriptors` has them.
+    """
     n = points.shape[1]
     coded = np.ones(n, np.uint8)
-    if n > MAX_ENCODED:
-        coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
+    for k in np.flatnonzero(start[1:] - start[:-1] > MAX_ENCODED).tolist():
+        of = slice(start[k], start[k + 1])
+        coded[of][np.argsort(-quality[of], kind="stable")[MAX_ENCODED:]] = 0
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     direction_bin = (turn % TURNS).astype(np.uint8)
     share = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2]).astype(np.float64)
-    share = share / (2 * np.pi) + APART
+    share /= 2 * np.pi
+    share += APART
     share += share < 0.0
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
     encode_neighbours(
         neighbours.count, neighbours.frame, share, coded, 1.0 / _USUAL.cell_px, neighbour_bits
     )
-    code = region.code if region.has_flow else np.empty((0, 0), np.uint8)
-    place = (region.first_row, region.first_column, region.step)
-    encode_orientations(points, direction_bin, code, *place, _PLACES, orientation_bins)
-    xy = np.ascontiguousarray(points[:2].T, np.float32)
-    return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, region.has_flow)
+    place = start, areas.code, areas.start, areas.shape, areas.step, areas.has_flow
+    encode_orientations(points, direction_bin, *place, _PLACES, orientation_bins)
+    return direction_bin, neighbour_bits, orientation_bins
 
 
 def prefilter() -> Prefilter:

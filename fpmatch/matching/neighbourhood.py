@@ -10,6 +10,7 @@ frame and its shape-preserving weight; points of the second ring make up the num
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,8 @@ from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.unit_circle._one_ring_kernel import centre_images
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.pointset.delaunay.triangulation import Triangulation
@@ -66,29 +69,27 @@ class AnchoredRings:
 
 
 def neighbourhoods(
-    points: NDArray[np.float64], parameters: NeighbourhoodParameters | None = None
+    points: NDArray[np.float64],
+    parameters: NeighbourhoodParameters | None = None,
+    start: Sequence[int] | None = None,
 ) -> Neighbourhoods:
-    """Describe the neighbourhood of every minutia; `points` are as `PreparedTemplate` has them."""
+    """Describe the neighbourhood of every minutia; `points` are as `PreparedTemplate` has them.
+
+    They may be those of many prints, each from an entry of `start` up to the next; neighbours are
+    numbered from the print's first minutia.
+    """
     p = parameters or NeighbourhoodParameters()
     n = points.shape[1]
-    mesh = triangulate_checked(points[:2].T.copy())
-    rings = anchored_rings(points, mesh)
+    starts = (0, n) if start is None else start
     count = np.empty(n, np.int32)
     neighbour = np.zeros((n, p.size), np.int32)
     frame = np.zeros((n, 6, p.size), np.float32)
-    kernel.nearest_in_own_frames(
-        points,
-        mesh.edges,
-        rings.start,
-        rings.ring,
-        rings.circle[2],
-        p.second_ring_weight,
-        p.tolerance_px,
-        p.tolerance_per_px,
-        count,
-        neighbour,
-        frame,
-    )
+    most = max((end - first for first, end in pairwise(starts)), default=0)
+    writer = kernel.NeighbourhoodWriter(points, p, most, count, neighbour, frame)
+    for first, end in pairwise(starts):
+        mesh = triangulate_checked(points[:2, first:end].T.copy())
+        closed = mesh.interior.view(np.uint8)
+        writer.write(first, mesh.edges, mesh.ring_start, mesh.ring, closed)
     return Neighbourhoods(count, neighbour, frame)
 
 

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching._template_view_kernel import TemplateView
-from fpmatch.matching.bit_descriptors import BitDescriptors, encode
+from fpmatch.matching.bit_descriptors import BitDescriptors, encode, encode_many
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
-from fpmatch.matching.print_area import PrintArea, area_of_field, area_of_hull
+from fpmatch.matching.print_area import PrintArea, PrintAreas, area_of_field, area_of_hull
 from fpmatch.matching.quantization import rounded
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.matching.bit_descriptors import EncodedMinutiae
     from fpmatch.minutiae import Minutiae, Template
 
 MAX_QUALITY: Final = 100.0
@@ -84,28 +85,73 @@ def prepare(
     index = _best(template.minutiae, p.max_minutiae)
     all_of_them = len(index) == len(template.minutiae)
     minutiae = template.minutiae if all_of_them else template.minutiae.take(index)
-    angle = minutiae.angle.astype(np.float64)
-    columns = np.empty((4, len(index)), np.float32)
-    np.multiply(minutiae.x, to_500dpi, out=columns[0])
-    np.multiply(minutiae.y, -to_500dpi, out=columns[1])
-    columns[2], columns[3] = np.cos(angle), np.sin(angle)
-    points = columns.astype(np.float64)
+    points = points_at_500dpi(minutiae.x, minutiae.y, minutiae.angle, to_500dpi)
     if template.field is not None:
         region = area_of_field(template.field, to_500dpi)
     else:
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
-    quality = _qualities(minutiae, p.usual_quality)
-    found = rounded(neighbourhoods(points, neighbourhood))
+    start = np.array((0, len(index)), np.int64)
+    quality = qualities(minutiae.quality, start, p.usual_quality)
+    found, bits = describe(points, quality, start, PrintAreas.of([region]), neighbourhood)
+    xy = np.ascontiguousarray(points[:2].T, np.float32)
     return PreparedTemplate(
         points=points,
         quality=quality,
         index=index,
         neighbourhoods=found,
         region=region,
-        bit_descriptors=encode(points, quality, found, region),
+        bit_descriptors=BitDescriptors(xy, *bits, region.has_flow),
         to_500dpi=to_500dpi,
         key=content_key(points, quality, region),
     )
+
+
+def describe(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    start: NDArray[np.int64],
+    areas: PrintAreas,
+    neighbourhood: NeighbourhoodParameters | None = None,
+) -> tuple[Neighbourhoods, EncodedMinutiae]:
+    """Describe the minutiae of many prints: their neighbourhoods, and what `encode_many` returns.
+
+    Those of print k are from ``start[k]`` up to the next.
+    """
+    found = rounded(neighbourhoods(points, neighbourhood, start.tolist()))
+    return found, encode_many(points, quality, start, found, areas)
+
+
+def points_at_500dpi(
+    x: NDArray[np.float32],
+    y: NDArray[np.float32],
+    angle: NDArray[np.float32],
+    to_500dpi: float | NDArray[np.float32],
+) -> NDArray[np.float64]:
+    """Return the points of a prepared template, of minutiae in the pixels of their images."""
+    columns = np.empty((4, len(x)), np.float32)
+    np.multiply(x, to_500dpi, out=columns[0])
+    np.multiply(y, -to_500dpi, out=columns[1])
+    turn = angle.astype(np.float64)
+    columns[2], columns[3] = np.cos(turn), np.sin(turn)
+    return columns.astype(np.float64)
+
+
+def qualities(
+    quality: NDArray[np.integer], start: NDArray[np.int64], usual: float
+) -> NDArray[np.float64]:
+    """Return the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
+
+    Where a print gives none, which is all 100 or all 0, they are the usual one.
+    """
+    n = start[1:] - start[:-1]
+    total = np.zeros(len(quality) + 1, np.int64)
+    quality.cumsum(out=total[1:])
+    total = total[start[1:]] - total[start[:-1]]
+    given = (total > 0) & (total < MAX_QUALITY * n)
+    found: NDArray[np.float64] = quality / MAX_QUALITY
+    if not given.all():
+        found[~given.repeat(n)] = usual
+    return found
 
 
 def rescaled_descriptors(prepared: PreparedTemplate, ratio: float) -> BitDescriptors:
@@ -129,13 +175,6 @@ def content_key(
     if region.ridges is not None:
         parts.append(region.ridges)
     return b"".join(part.tobytes() for part in parts)
-
-
-def _qualities(minutiae: Minutiae, usual: float) -> NDArray[np.float64]:
-    """Return the qualities, 0 to 1, or the usual one where none is given: all 100, or all 0."""
-    if (minutiae.quality == MAX_QUALITY).all() or not minutiae.quality.any():
-        return np.full(len(minutiae), usual)
-    return minutiae.quality / MAX_QUALITY
 
 
 def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:

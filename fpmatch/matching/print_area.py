@@ -11,6 +11,8 @@ import numpy as np
 from fpmatch.matching.quantization import orientation_codes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.ridge_field import RidgeField
@@ -40,6 +42,42 @@ class PrintArea:
     def area(self) -> float:
         """Area of the print."""
         return self.inside * (self.step * self.step)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintAreas:
+    """Hold the areas of many prints in flat arrays, as `PackedTemplates` does.
+
+    Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row.
+    """
+
+    start: NDArray[np.int64]  # (K + 1,)
+    code: NDArray[np.uint8]
+    ridges: NDArray[np.uint64]  # binary images, 0 where they are not known
+    shape: NDArray[np.int32]  # (K, 4): rows and columns, first row and first column
+    step: NDArray[np.float64]  # (K,)
+    has_flow: NDArray[np.uint8]  # (K,)
+    has_ridges: NDArray[np.uint8]  # (K,)
+
+    @classmethod
+    def of(cls, regions: Sequence[PrintArea]) -> PrintAreas:
+        """Return areas one after the other."""
+        codes = [region.code.ravel() for region in regions]
+        none = [np.zeros(0 if r.ridges is not None else r.code.size, np.uint64) for r in regions]
+        ridges = [
+            nothing if r.ridges is None else r.ridges.ravel()
+            for r, nothing in zip(regions, none, strict=True)
+        ]
+        places = [(*r.code.shape, r.first_row, r.first_column) for r in regions]
+        return cls(
+            start=np.cumsum([0, *map(len, codes)], dtype=np.int64),
+            code=np.concatenate([np.empty(0, np.uint8), *codes]),
+            ridges=np.concatenate([np.empty(0, np.uint64), *ridges]),
+            shape=np.array(places, np.int32).reshape(-1, 4),
+            step=np.array([r.step for r in regions], np.float64),
+            has_flow=np.array([r.has_flow for r in regions], np.uint8),
+            has_ridges=np.array([r.ridges is not None for r in regions], np.uint8),
+        )
 
 
 def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:

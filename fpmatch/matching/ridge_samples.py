@@ -62,11 +62,28 @@ def restore_ridges(
     mask : ndarray of bool, shape (rows, columns)
         Which cells are inside.
     """
-    rows, columns = mask.shape
-    halves = np.full((2, rows + 2, columns + 2), _OUTSIDE, np.uint8)
-    ridges = np.zeros(mask.shape, np.uint64)
-    inside = np.ascontiguousarray(mask).view(np.uint8)
-    restore(samples, orientation, inside, _looked_up(), _table(), halves, ridges)
+    start, shape = np.array((0, mask.size), np.int64), np.array((mask.shape,), np.int32)
+    inside = np.ascontiguousarray(mask).view(np.uint8).ravel()
+    return restore_all(samples, orientation, inside, start, shape).reshape(mask.shape)
+
+
+def restore_all(
+    samples: NDArray[np.uint8],
+    orientation: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    start: NDArray[np.int64],
+    shape: NDArray[np.int32],
+) -> NDArray[np.uint64]:
+    """Return the ridge images of the cells of many prints, 0 where `mask` is.
+
+    Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row; ``shape[k]`` begins
+    with rows and columns. `samples` and `orientation` are those of cells inside, as above.
+    """
+    rows_and_columns = shape[:, :2].astype(np.int64) + 2
+    room = int(np.multiply.reduce(rows_and_columns, axis=1).max(initial=0))
+    ridges, halves = np.zeros(len(mask), np.uint64), np.empty(2 * room, np.uint8)
+    looked_up = _looked_up().copy()
+    restore(samples, orientation, mask, start, shape, looked_up, _table(), halves, ridges)
     return ridges
 
 
@@ -82,19 +99,19 @@ def _pairs() -> NDArray[np.uint8]:
 
 
 @cache
-def _looked_up() -> NDArray[np.int32]:
+def _looked_up() -> NDArray[np.int64]:
     """Return which halves of the cells around a cell are looked up: half, row, column, plus one.
 
-    The farther halves of those above and below are left out.
+    The farther halves of those above and below are left out. A fourth column is for the kernel.
     """
     found = [
-        (half, row, column)
+        (half, row, column, 0)
         for row in range(3)
         for column in range(3)
         for half in range(2)
         if (row, half) not in {(0, 0), (2, 1)}
     ]
-    return np.array(found, np.int32)
+    return np.array(found, np.int64)
 
 
 @cache
@@ -118,7 +135,7 @@ def _weights() -> NDArray[np.int64]:
     """Return the weights of samples, shape (16, 12, 4, 8, 8); a sample's own bit is its own."""
     p = RidgeSampleParameters()
     sample = np.array(SAMPLES).reshape(2, HALF, 2)
-    half, row, column = _looked_up().T
+    half, row, column, _ = _looked_up().T
     place = sample[half] + SIDE * (np.stack([row, column], axis=1)[:, None] - 1)
     y, x = np.mgrid[:SIDE, :SIDE]
     dy, dx = place[:, :, 0, None, None] - y, place[:, :, 1, None, None] - x
@@ -138,4 +155,4 @@ def _weights() -> NDArray[np.int64]:
 
 def _own() -> list[int]:
     """Return where the two halves of the cell itself are looked up."""
-    return [k for k, (_, *cell) in enumerate(_looked_up().tolist()) if cell == [1, 1]]
+    return [k for k, (_, *cell, _) in enumerate(_looked_up().tolist()) if cell == [1, 1]]

@@ -11,6 +11,7 @@ from fpmatch.matching.ridge_samples import (
     ORIENTATIONS,
     _looked_up,
     _table,
+    restore_all,
     restore_ridges,
     sample_ridges,
 )
@@ -50,16 +51,25 @@ def test_samples_are_the_bits_that_a_comparison_looks_at():
     assert sample_ridges(np.array([others], np.uint64)) == [0]
 
 
-@given(fields)
+@given(st.lists(fields, max_size=3))
 @settings(max_examples=20)
-def test_the_kernel_is_the_weighted_sum_of_the_samples_around(field):
-    mask, orientation, samples = any_field(*field)
-    found = restore_ridges(samples, orientation, mask)
-    halves = np.full((2, mask.shape[0] + 2, mask.shape[1] + 2), 16, np.uint8)
-    expected = np.zeros(mask.shape, np.uint64)
-    tables = _looked_up(), _table()
-    numpy_form.restore(samples, orientation, mask, *tables, halves, expected)
+def test_the_kernel_is_the_weighted_sum_of_the_samples_around(several):
+    parts = [any_field(*field) for field in several]
+    mask, orientation, samples = (
+        np.concatenate(
+            [np.empty(0, np.uint8), *(part[k].ravel() for part in parts)], dtype=np.uint8
+        )
+        for k in range(3)
+    )
+    shape = np.array([part[0].shape for part in parts], np.int32).reshape(-1, 2)
+    start = np.cumsum([0, *(part[0].size for part in parts)], dtype=np.int64)
+    found = restore_all(samples, orientation, mask, start, shape)
+    expected = np.zeros(len(mask), np.uint64)
+    given_ = samples, orientation, mask, start, shape, _looked_up(), _table()
+    numpy_form.restore(*given_, None, expected)
     assert found.tolist() == expected.tolist()
+    each = [restore_ridges(part[2], part[1], part[0]).ravel() for part in parts]
+    assert found.tolist() == [word for one in each for word in one.tolist()]
 
 
 def test_the_table_says_as_much_for_a_ridge_as_against_it():

@@ -75,27 +75,33 @@ def encode_neighbours(
 def encode_orientations(
     points: Any,
     direction_bin: Any,
+    start: Any,
     cell: Any,
-    first_row: int,
-    first_column: int,
-    step: float,
+    cell_start: Any,
+    shape: Any,
+    step: Any,
+    has_flow: Any,
     places: Any,
     word: Any,
 ) -> int:
     """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's frame."""
-    px, py, c, s = np.asarray(points)[:, :, None]
-    code = np.asarray(cell)
-    x = (px + c * places[0] - s * places[1]) / step - first_column
-    y = -(py + s * places[0] + c * places[1]) / step - first_row
-    known = (x >= 0.0) & (x < code.shape[1]) & (y >= 0.0) & (y < code.shape[0])
-    found = np.zeros(known.shape, np.int64)
-    found[known] = code[y[known].astype(np.intp), x[known].astype(np.intp)]
-    relative = (found - 1.0) * BINS / ORIENTATIONS
-    relative -= (np.asarray(direction_bin) * (2.0 * BINS / 256.0))[:, None]
-    while (below := relative < 0.0).any():
-        relative[below] += BINS
-    bins = np.minimum(relative.astype(np.int64), BINS - 1)
-    np.asarray(word)[:] = np.where(found > 0, bins, UNKNOWN)
+    np.asarray(word)[:] = UNKNOWN
+    for p in np.flatnonzero(has_flow).tolist():
+        of = slice(start[p], start[p + 1])
+        rows, columns, first_row, first_column = np.asarray(shape)[p].tolist()
+        code = np.asarray(cell)[cell_start[p] : cell_start[p + 1]].reshape(rows, columns)
+        px, py, c, s = np.asarray(points)[:, of, None]
+        x = (px + c * places[0] - s * places[1]) / step[p] - first_column
+        y = -(py + s * places[0] + c * places[1]) / step[p] - first_row
+        known = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
+        found = np.zeros(known.shape, np.int64)
+        found[known] = code[y[known].astype(np.intp), x[known].astype(np.intp)]
+        relative = (found - 1.0) * BINS / ORIENTATIONS
+        relative -= (np.asarray(direction_bin)[of] * (2.0 * BINS / 256.0))[:, None]
+        while (below := relative < 0.0).any():
+            relative[below] += BINS
+        bins = np.minimum(relative.astype(np.int64), BINS - 1)
+        np.asarray(word)[of] = np.where(found > 0, bins, UNKNOWN)
     return 0
 
 

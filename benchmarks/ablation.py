@@ -100,18 +100,24 @@ NEAREST_RING: Final = """        own: cython.Py_ssize_t = self.vertex_of[i]
         self.ring_size = cython.cast(cython.int, n)
         return self.ring_size
 """
-NEIGHBOURS: Final = """    mesh = triangulate_checked(points[:2].T.copy())
-    rings = anchored_rings(points, mesh)
+NEIGHBOURS: Final = """        mesh = triangulate_checked(points[:2, first:end].T.copy())
+        closed = mesh.interior.view(np.uint8)
 """
-NEAREST_NEIGHBOURS: Final = """    from types import SimpleNamespace
-    from scipy.spatial import cKDTree
-    near = np.empty((0, 1))
-    if n:
-        near = cKDTree(points[:2].T).query(points[:2].T, min(7, n))[1].reshape(n, -1)
-    pairs = np.sort(np.stack([np.repeat(np.arange(n), near.shape[1]), near.ravel()], 1), axis=1)
-    pairs = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0).astype(np.int32)
-    mesh = SimpleNamespace(edges=np.ascontiguousarray(pairs))
-    rings = AnchoredRings(np.zeros(n + 1, np.int32), np.empty(0, np.int32), np.empty((3, 0)))
+NEAREST_NEIGHBOURS: Final = """        from types import SimpleNamespace
+        from scipy.spatial import cKDTree
+        near, of = np.empty((0, 1)), end - first
+        if of:
+            xy = points[:2, first:end].T
+            near = cKDTree(xy).query(xy, min(7, of))[1].reshape(of, -1)
+        pairs = np.stack([np.repeat(np.arange(of), near.shape[1]), near.ravel()], 1)
+        pairs = np.sort(pairs, axis=1)
+        pairs = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0).astype(np.int32)
+        mesh = SimpleNamespace(
+            edges=np.ascontiguousarray(pairs),
+            ring_start=np.zeros(of + 1, np.int32),
+            ring=np.empty(0, np.int32),
+        )
+        closed = np.zeros(of, np.uint8)
 """
 PREDICTED: Final = (
     """                if measured and self.vertex_of[i] >= 0:

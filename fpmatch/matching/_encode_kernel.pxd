@@ -7,7 +7,7 @@ cpdef int second(int word) noexcept nogil
 @cython.locals(
     i=cython.Py_ssize_t, k=cython.Py_ssize_t, m=cython.Py_ssize_t, u=cython.double, v=cython.double,
     t=cython.double, row=cython.int, column=cython.int, sector=cython.int, on_row=cython.int,
-    on_column=cython.int, found=cython.int,
+    on_column=cython.int, found=cython.int, cell=cython.int, other=cython.int,
 )
 cpdef int encode_neighbours(
     const int[::1] count, const float[:, :, ::1] frame, const double[:, ::1] share,

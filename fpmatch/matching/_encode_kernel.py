@@ -44,12 +44,16 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
     ``1 / per_px`` pixels times sectors of direction; those of the second grid are shifted by half a
     cell in all three. Of the neighbours of a minutia in one cell, the first counts.
     """
+    # the cells of the neighbours so far; -1 where they do not count
+    cells = cython.declare(cython.int[12])
+    others = cython.declare(cython.int[12])
     for i in range(count.shape[0]):
         for k in range(NEIGHBOUR_WORDS):
             word[i, k] = NOWHERE
         if not coded[i]:
             continue
         for k in range(min(count[i], NEIGHBOUR_WORDS)):
+            cells[k] = others[k] = -1
             u = float(frame[i, 0, k]) * per_px + SIDE // 2
             v = float(frame[i, 1, k]) * per_px + SIDE // 2
             if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
@@ -61,15 +65,18 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
             sector = sector if sector < SECTORS else SECTORS - 1
             on_column = u - column >= 0.5
             on_row = v - row >= 0.5
-            found = (row * SIDE + column) * SECTORS + sector
-            found += ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+            cell = (row * SIDE + column) * SECTORS + sector
+            found = cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+            other = second(found)
+            for m in range(k):
+                found |= NOT_FIRST * (cells[m] == cell)
+            cells[k] = cell
             if row + on_row == SIDE or column + on_column == SIDE:
                 found |= NOT_SECOND
-            for m in range(k):
-                if not word[i, m] & NOT_FIRST and (word[i, m] ^ found) & CELL == 0:
-                    found |= NOT_FIRST
-                if not word[i, m] & NOT_SECOND and second(word[i, m]) == second(found):
-                    found |= NOT_SECOND
+            else:
+                for m in range(k):
+                    found |= NOT_SECOND * (others[m] == other)
+                others[k] = other
             word[i, k] = found
     return 0
 

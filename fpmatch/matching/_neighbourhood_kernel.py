@@ -18,6 +18,7 @@ else:
     from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
 
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
+EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
 LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
 
 
@@ -84,19 +85,20 @@ class NeighbourhoodWriter:
         self.second_weight = parameters.second_ring_weight
         self.tolerance = parameters.tolerance_px
         self.growth = parameters.tolerance_per_px
-        integers = np.zeros(8 * capacity + 2, np.int32)
-        self.joined = memoryview(integers[: 6 * capacity])
-        self.joined_start = memoryview(integers[6 * capacity : 7 * capacity + 2])
-        self.met = memoryview(integers[7 * capacity + 2 :])
-        numbers = np.full(7 * capacity + self.size, self.second_weight)
+        edges = EDGES * capacity
+        integers = np.zeros(2 * edges + 2 * capacity + 2, np.int32)
+        self.joined = memoryview(integers[: 2 * edges])
+        self.met = memoryview(integers[2 * edges : 2 * edges + capacity])
+        self.joined_start = memoryview(integers[2 * edges + capacity :])
+        numbers = np.full(capacity + 2 * edges + self.size, self.second_weight)
         self.weight = memoryview(numbers[:capacity])
-        self.ring_weight = memoryview(numbers[capacity : 7 * capacity])
-        self.distance = memoryview(numbers[7 * capacity :])
+        self.ring_weight = memoryview(numbers[capacity : capacity + 2 * edges])
+        self.distance = memoryview(numbers[capacity + 2 * edges :])
 
     def write(self, first, edge, start, ring, interior):
         """Write the neighbourhoods of the print whose first minutia is `first`, by its mesh.
 
-        `edge` (E, 2) are the joined minutiae, counted from the first. The ring of minutia i is
+        `edge` (E, 2) are the joined minutiae, counted from the first, six edges a minutia at most. The ring of minutia i is
         ``ring[start[i]:start[i + 1]]``, and closed where `interior`. Of two neighbours equally near
         the one of the smaller index comes first.
         """

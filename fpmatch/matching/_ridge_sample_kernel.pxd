@@ -6,9 +6,7 @@ cimport cython
     p=cython.Py_ssize_t, row=cython.Py_ssize_t, column=cython.Py_ssize_t, rows=cython.Py_ssize_t,
     columns=cython.Py_ssize_t, size=cython.Py_ssize_t, place=cython.Py_ssize_t,
     inside=cython.Py_ssize_t, filled=cython.Py_ssize_t, k=cython.Py_ssize_t, o=cython.int,
-    half=cython.int, found=cython.ulonglong, t0=cython.ulonglong, t1=cython.ulonglong,
-    t2=cython.ulonglong, t3=cython.ulonglong, t4=cython.ulonglong, t5=cython.ulonglong,
-    t6=cython.ulonglong, t7=cython.ulonglong,
+    half=cython.int, found=cython.ulonglong, m=cython.Py_ssize_t,
 )
 cpdef int restore(
     const unsigned char[::1] samples, const unsigned char[::1] orientation,

@@ -23,6 +23,7 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
     up, and of which cell: so many rows and columns on, plus one; in the fourth place, it is given
     the difference of their places in `halves`. ``table[o, k, h]`` are the words of its value h.
     """
+    total = cython.declare(cython.ulonglong[8])
     filled = 0
     for p in range(start.shape[0] - 1):
         rows, columns = shape[p, 0], shape[p, 1]
@@ -47,20 +48,17 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
                 o = orientation[filled]
                 filled += 1
                 place = row * (columns + 2) + column
-                t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = 0
+                for m in range(8):
+                    total[m] = 0
                 for k in range(looked_up.shape[0]):
                     half = halves[place + looked_up[k, 3]]
-                    t0 += table[o, k, half, 0]
-                    t1 += table[o, k, half, 1]
-                    t2 += table[o, k, half, 2]
-                    t3 += table[o, k, half, 3]
-                    t4 += table[o, k, half, 4]
-                    t5 += table[o, k, half, 5]
-                    t6 += table[o, k, half, 6]
-                    t7 += table[o, k, half, 7]
-                found = _highest(t0) | _highest(t1) << 8 | _highest(t2) << 16 | _highest(t3) << 24
-                found |= _highest(t4) << 32 | _highest(t5) << 40 | _highest(t6) << 48
-                ridges[start[p] + row * columns + column] = found | _highest(t7) << 56
+                    # a loop that compilers turn into sums of several words at once
+                    for m in range(8):
+                        total[m] += table[o, k, half, m]
+                found = 0
+                for m in range(8):
+                    found |= _highest(total[m]) << (8 * m)
+                ridges[start[p] + row * columns + column] = found
     return 0
 
 

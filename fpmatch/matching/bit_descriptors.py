@@ -84,7 +84,7 @@ def encode(
     Of more than 64 minutiae, those of the greatest quality are encoded; of equals, the first.
     """
     start = np.array((0, points.shape[1]), np.int64)
-    bits = encode_many(points, quality, start, neighbours, PrintAreas.of([region]))
+    bits = encode_many(points, quality, start, neighbours, PrintAreas.of(region))
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return BitDescriptors(xy, *bits, region.has_flow)
 

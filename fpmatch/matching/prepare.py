@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Minutiae, Template
 
 MAX_QUALITY: Final = 100.0
+_FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +94,7 @@ def prepare(
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     start = np.array((0, len(index)), np.int64)
     quality = qualities(minutiae.quality, start, p.usual_quality)
-    found, bits = describe(points, quality, start, PrintAreas.of([region]), neighbourhood)
+    found, bits = describe(points, quality, start, PrintAreas.of(region), neighbourhood)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return PreparedTemplate(
         points=points,
@@ -169,12 +171,10 @@ def content_key(
     points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
 ) -> bytes:
     """Return the content of a print as bytes, by which prints are put in order."""
-    frame = (*region.code.shape, region.first_row, region.first_column, region.has_flow)
-    parts: list[NDArray[np.generic] | np.generic] = [points, quality, region.code]
-    parts += [np.array(frame, np.int64), np.float64(region.step)]
-    if region.ridges is not None:
-        parts.append(region.ridges)
-    return b"".join(part.tobytes() for part in parts)
+    r = region
+    frame = _FRAME.pack(*r.code.shape, r.first_row, r.first_column, r.has_flow, r.step)
+    ridges = b"" if r.ridges is None else r.ridges.tobytes()
+    return points.tobytes() + quality.tobytes() + r.code.tobytes() + frame + ridges
 
 
 def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:

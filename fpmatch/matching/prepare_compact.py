@@ -93,12 +93,14 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
         neighbour_bits=neighbour_bits,
         orientation_bins=orientation_bins,
         cell=areas.code,
-        ridges=areas.ridges,
+        ridges=restore_all(
+            given.ridges, given.orientation, given.mask, given.cell_start, given.shape
+        ),
         shape=areas.shape,
         step=areas.step,
         to_500dpi=zoom,
         has_flow=areas.has_flow,
-        has_ridges=areas.has_ridges,
+        has_ridges=areas.has_flow,
         inside=np.diff(inside).astype(np.int32),
     )
 
@@ -108,5 +110,4 @@ def _areas(given: PackedColumns) -> PrintAreas:
     code = np.zeros(len(given.mask), np.uint8)
     code[given.mask.view(bool)] = _CODES[given.orientation]
     known = np.ones(len(given.dpi), np.uint8)
-    ridges = restore_all(given.ridges, given.orientation, given.mask, given.cell_start, given.shape)
-    return PrintAreas(given.cell_start, code, ridges, given.shape, given.step, known, known)
+    return PrintAreas(given.cell_start, code, given.shape, given.step, known)

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
+from fpmatch.matching._print_area_kernel import box_of
 from fpmatch.matching.quantization import orientation_codes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from fpmatch.ridge_field import RidgeField
@@ -46,37 +45,27 @@ class PrintArea:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintAreas:
-    """Hold the areas of many prints in flat arrays, as `PackedTemplates` does.
+    """Hold the areas of K prints in flat arrays, without their ridges, as `PackedTemplates` does.
 
     Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row.
     """
 
     start: NDArray[np.int64]  # (K + 1,)
     code: NDArray[np.uint8]
-    ridges: NDArray[np.uint64]  # binary images, 0 where they are not known
     shape: NDArray[np.int32]  # (K, 4): rows and columns, first row and first column
     step: NDArray[np.float64]  # (K,)
     has_flow: NDArray[np.uint8]  # (K,)
-    has_ridges: NDArray[np.uint8]  # (K,)
 
     @classmethod
-    def of(cls, regions: Sequence[PrintArea]) -> PrintAreas:
-        """Return areas one after the other."""
-        codes = [region.code.ravel() for region in regions]
-        none = [np.zeros(0 if r.ridges is not None else r.code.size, np.uint64) for r in regions]
-        ridges = [
-            nothing if r.ridges is None else r.ridges.ravel()
-            for r, nothing in zip(regions, none, strict=True)
-        ]
-        places = [(*r.code.shape, r.first_row, r.first_column) for r in regions]
+    def of(cls, region: PrintArea) -> PrintAreas:
+        """Return the area of one print."""
+        r = region
         return cls(
-            start=np.cumsum([0, *map(len, codes)], dtype=np.int64),
-            code=np.concatenate([np.empty(0, np.uint8), *codes]),
-            ridges=np.concatenate([np.empty(0, np.uint64), *ridges]),
-            shape=np.array(places, np.int32).reshape(-1, 4),
-            step=np.array([r.step for r in regions], np.float64),
-            has_flow=np.array([r.has_flow for r in regions], np.uint8),
-            has_ridges=np.array([r.ridges is not None for r in regions], np.uint8),
+            start=np.array((0, r.code.size), np.int64),
+            code=r.code.reshape(-1),
+            shape=np.array(((*r.code.shape, r.first_row, r.first_column),), np.int32),
+            step=np.array((r.step,), np.float64),
+            has_flow=np.array((r.has_flow,), np.uint8),
         )
 
 
@@ -109,8 +98,7 @@ def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) ->
 
 def _box(mask: NDArray[Any]) -> tuple[tuple[slice, slice], tuple[int, int]]:
     """Return the part of a mask without empty rows and columns around it, and where it begins."""
-    rows, columns = (np.logical_or.reduce(mask, axis=axis).nonzero()[0].tolist() for axis in (1, 0))
-    if not rows:
-        return (slice(0, 0), slice(0, 0)), (0, 0)
-    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-    return box, (rows[0], columns[0])
+    box = np.empty(4, np.int64)
+    box_of(mask.view(np.uint8), box)
+    top, bottom, left, right = box.tolist()
+    return (slice(top, bottom), slice(left, right)), (top, left)

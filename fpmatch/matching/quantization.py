@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching._print_area_kernel import write_codes
 from fpmatch.matching.neighbourhood import Neighbourhoods
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
 ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
+_AS_FRAMES: Final = ROOT_WEIGHTS.astype(np.float32)
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 
 
@@ -24,19 +26,23 @@ def orientation_codes(
     orientation: NDArray[np.floating], mask: NDArray[np.bool_]
 ) -> NDArray[np.uint8]:
     """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
-    known = np.where(mask, orientation, 0.0).astype(np.float64)
-    step = np.rint(known * (ORIENTATIONS / np.pi)).astype(np.int64)
-    step -= step // ORIENTATIONS * ORIENTATIONS  # faster than the remainder
-    return np.where(mask, step + 1, 0).astype(np.uint8)
+    given = np.ascontiguousarray(orientation, np.float64)
+    inside, code = np.ascontiguousarray(mask).view(np.uint8), np.empty(mask.shape, np.uint8)
+    write_codes(given.reshape(-1), inside.reshape(-1), ORIENTATIONS / np.pi, code.reshape(-1))
+    return code
 
 
 def rounded(found: Neighbourhoods) -> Neighbourhoods:
     """Return neighbourhoods whose weights are rounded."""
     frame = found.frame.copy()
-    frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
+    frame[:, 5] = _AS_FRAMES[root_weight_codes(frame[:, 5])]
     return Neighbourhoods(found.count, found.neighbour, frame)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to."""
-    return np.minimum(np.rint(root_weight.astype(np.float64) * 100.0), 255).astype(np.uint8)
+    hundredths = root_weight.astype(np.float64)
+    hundredths *= 100.0
+    np.rint(hundredths, out=hundredths)
+    np.minimum(hundredths, 255.0, out=hundredths)
+    return hundredths.astype(np.uint8)

@@ -97,6 +97,19 @@ def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask():
     assert region.code.shape == region.ridges.shape
 
 
+@given(seeds)
+def test_the_box_leaves_out_empty_rows_and_columns_alone(seed):
+    rng = np.random.default_rng(seed)
+    mask = rng.random(tuple(rng.integers(1, 9, 2).tolist())) < rng.choice([0.0, 0.05, 0.3])
+    region = prepare(Template(Minutiae.empty(), 9, 9, field=RidgeField(9, mask * 1.0, mask))).region
+    rows, columns = np.nonzero(mask)
+    first = (int(rows.min()), int(columns.min())) if len(rows) else (0, 0)
+    shape = (int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1) if len(rows) else (0, 0)
+    assert (region.first_row, region.first_column) == first
+    assert region.code.shape == shape
+    assert region.inside == len(rows)
+
+
 @pytest.mark.parametrize("shape", [(0, 0), (0, 3), (2, 3)])
 def test_ridges_of_an_empty_field_are_none_in_number(shape):
     field = RidgeField(16.0, np.zeros(shape), np.zeros(shape), np.ones(shape))

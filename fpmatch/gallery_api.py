@@ -67,7 +67,7 @@ def identify(
     loss : float, optional
         Share of the mates, of those that comparing all prints would find, that the search of a
         gallery of more than 20,000 prints may miss: it is searched by an index (default: 0.01 where
-        there are more than a million prints, else a candidate list).
+        there are more than 100,000 prints, else a candidate list).
     workers : int, optional
         Processes that prepare prints, and threads that search (default: one a core).
 

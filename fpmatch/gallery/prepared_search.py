@@ -28,7 +28,7 @@ CandidateListSize = int | Literal["auto", "off"]
 """Number of prints that are compared with a probe; see `fpmatch.gallery.identify`."""
 
 EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
-LISTED_UP_TO: Final = 1_000_000  # prints, of which a candidate list is compared by default
+LISTED_UP_TO: Final = 100_000  # prints, of which a candidate list is compared by default
 COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes others
 
 

@@ -63,10 +63,13 @@ class Threads:
             finally:
                 pending.clear()
 
-        begun = [self._start(work_on_pending) for _ in range(self._helpers(len(pending)))]
-        work_on_pending()
-        for helper in begun:
-            helper.result()
+        try:
+            begun = [self._start(work_on_pending) for _ in range(self._helpers(len(pending)))]
+            work_on_pending()
+            for helper in begun:
+                helper.result()
+        finally:
+            pending.clear()
         return [results[k] for k in range(len(results))]
 
     def _helpers(self, items: int) -> int:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from typing import TYPE_CHECKING
 
 import pytest
 
 from fpmatch.engine import in_threads
 from fpmatch.engine.in_threads import Threads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from concurrent.futures import Future
 
 WAIT_S = 60.0
 
@@ -80,6 +85,31 @@ def test_after_an_error_nothing_is_begun(
     with pytest.raises(kind), Threads(2) as threads:
         threads.map(work, range(50))
     assert sorted(begun) == [0, 1]
+
+
+def test_an_interrupt_while_threads_start_leaves_them_no_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    begun, emptied, start = [], threading.Event(), Threads._start
+
+    class Pending(deque[object]):
+        def clear(self) -> None:
+            super().clear()
+            emptied.set()
+
+    def interrupted(self: Threads, work: Callable[[], None]) -> Future[None]:
+        start(self, work)
+        raise KeyboardInterrupt
+
+    def work(item: int) -> None:
+        begun.append(item)
+        emptied.wait(WAIT_S)
+
+    monkeypatch.setattr(in_threads, "deque", Pending)
+    monkeypatch.setattr(Threads, "_start", interrupted)
+    with pytest.raises(KeyboardInterrupt), Threads(2) as threads:
+        threads.map(work, range(50))
+    assert len(begun) <= 1
 
 
 @pytest.mark.parametrize("workers", [0, -1])

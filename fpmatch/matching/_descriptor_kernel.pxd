@@ -44,25 +44,39 @@ cdef class DescriptorReader:
     cdef readonly unsigned short[:, ::1] neighbour_bits
     cdef readonly unsigned char[:, ::1] orientation_bins
     cdef long long[::1] words_at
-    cdef int[::1] head, count, below, near, placed
-    cdef unsigned int[::1] byte
+    cdef int[::1] head, count, below, follow, as_they_are, placed
+    cdef int[:, ::1] near
+    cdef int[::1] all_near
+    cdef unsigned short[::1] all_bits
+    cdef unsigned int[::1] two_words
     cdef unsigned int[:, ::1] four_bins
     cdef int filled
 
     @cython.locals(
         at=cython.Py_ssize_t, end=cython.Py_ssize_t, x=cython.float, y=cython.float,
-        step=cython.float, n=cython.int, head=cython.uint, last=cython.ulonglong, i=cython.int,
+        step=cython.float, n=cython.int, m=cython.Py_ssize_t, head=cython.uint, count=cython.int,
+        last=cython.ulonglong, follow=cython.int, as_they_are=cython.int, place=cython.int,
+        follows=cython.int,
     )
     cpdef int unpack(self, Py_ssize_t k) noexcept nogil
+    cdef int _damaged(self, int n) noexcept nogil
+    @cython.locals(i=cython.int, place=cython.int)
+    cdef int _forget(self, int n) noexcept nogil
     @cython.locals(t=cython.Py_ssize_t, k=cython.Py_ssize_t, n=cython.int)
     cpdef int score(
         self, Prefilter tables, const long long[::1] which, int[::1] weight
     ) noexcept
+    @cython.locals(at=cython.Py_ssize_t, k=cython.int, count=cython.int)
+    cdef int _copy_words(self, Py_ssize_t i) noexcept nogil
+    @cython.locals(k=cython.int, count=cython.int, counts=cython.int)
+    cdef int _omit_words(self, Py_ssize_t i) noexcept nogil
+    @cython.locals(at=cython.Py_ssize_t, k=cython.int, four=cython.uint)
+    cdef int _find_neighbours(self, Py_ssize_t i) noexcept nogil
     @cython.locals(
-        at=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.int, m=cython.int, count=cython.int, four=cython.uint, x=cython.int, y=cython.int, c=cython.float,
-        s=cython.float, own=cython.int, turn=cython.int, lower=cython.int, other=cython.int,
-        flags=cython.int,
+        k=cython.int, own=cython.int, x=cython.int, y=cython.int, turn=cython.int,
+        c=cython.float, s=cython.float, count=cython.int, lower=cython.int, other=cython.int,
+        word=cython.int, counts=cython.int,
     )
-    cdef int _write_words(self, int n) noexcept nogil
+    cdef int _write_words(self, Py_ssize_t i) noexcept nogil
     @cython.locals(last=cython.ulonglong)
     cdef int _spread(self, Py_ssize_t n, unsigned long long bins) noexcept nogil

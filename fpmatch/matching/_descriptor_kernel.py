@@ -14,18 +14,27 @@ without a word are left out.
 import cython
 import numpy as np
 
-NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
-ORIENTATION_WORDS = cython.declare(cython.int, 12)
-ROOM = cython.declare(cython.int, 64)  # minutiae that are encoded of a print
-PLACES = cython.declare(cython.int, 128)  # more than a byte without two bits
-# Of a word: that it does not count in the first grid, nor in the second; of no neighbour, both.
-NOWHERE = cython.declare(cython.int, 0x8800)
-HEAD = cython.declare(cython.Py_ssize_t, 3)  # words of 32 bits before the neighbours
-MOST = cython.declare(cython.Py_ssize_t, 9)  # of a minutia in all
-AS_THEY_ARE = cython.declare(cython.int, 15)
-QUARTER = cython.declare(cython.int, 64)  # of a turn: where the sectors begin (`APART`)
+if cython.compiled:
+    from cython.cimports.fpmatch.matching._descriptor_words import (
+        AS_THEY_ARE,
+        DAMAGED,
+        HEAD,
+        MOST,
+        NEIGHBOUR_WORDS,
+        NOT_FIRST,
+        NOT_SECOND,
+        NOWHERE,
+        ORIENTATION_WORDS,
+        PLACES,
+        QUARTER,
+        ROOM,
+    )
+else:
+    NEIGHBOUR_WORDS, ORIENTATION_WORDS, ROOM, PLACES = 12, 12, 64, 256
+    NOWHERE, NOT_FIRST, NOT_SECOND = 0x8800, 1 << 28, 1 << 29
+    HEAD, MOST, AS_THEY_ARE, QUARTER, DAMAGED = 3, 9, 15, 64, -1
+
 MIDDLE = cython.declare(cython.float, 16.0)  # of the grid, in half cells
-DAMAGED = cython.declare(cython.int, -1)
 EXACT = 2.0**15  # steps of a cosine
 LOW_32 = cython.declare(cython.ulonglong, 0xFFFFFFFF)
 # steps in which eight times five bits are spread over the bytes of a word
@@ -161,16 +170,20 @@ class DescriptorReader:
         self.has_flow = memoryview(many.has_flow)
         self.xy = memoryview(np.zeros((ROOM, 2), np.float32))
         self.direction_bin = memoryview(np.zeros(ROOM, np.uint8))
-        self.neighbour_bits = memoryview(np.zeros((ROOM, NEIGHBOUR_WORDS), np.uint16))
+        bits = np.zeros((ROOM, NEIGHBOUR_WORDS), np.uint16)
+        self.neighbour_bits, self.all_bits = memoryview(bits), memoryview(bits.ravel())
         bins = np.zeros((ROOM, ORIENTATION_WORDS), np.uint8)
         self.orientation_bins = memoryview(bins)
         self.four_bins = memoryview(bins.view(np.uint32))  # the same: written four at a time
         self.words_at = memoryview(np.zeros(ROOM, np.int64))
-        self.head, self.count, self.below = map(memoryview, np.zeros((3, ROOM), np.int32))
+        self.head, self.count, self.below, self.follow, self.as_they_are = map(
+            memoryview, np.zeros((5, ROOM), np.int32)
+        )
         self.placed = memoryview(np.zeros(PLACES, np.int32))  # heads, where bytes say
         self.filled = 0
-        self.near = memoryview(np.zeros(NEIGHBOUR_WORDS, np.int32))
-        self.byte = memoryview(np.zeros(NEIGHBOUR_WORDS, np.uint32))
+        near = np.zeros((ROOM, NEIGHBOUR_WORDS), np.int32)  # neighbours, then words
+        self.near, self.all_near = memoryview(near), memoryview(near.ravel())
+        self.two_words = memoryview(np.zeros(NEIGHBOUR_WORDS // 2, np.uint32))
 
     def unpack(self, k):
         """Unpack print k; return its number of minutiae, or -1 where it was never packed."""
@@ -179,33 +192,63 @@ class DescriptorReader:
         x = self.origin[k, 0]
         y = self.origin[k, 1]
         step = float(1 << (self.step[k] & 15))
-        n = 0
+        n = follow = as_they_are = 0
         while at < end:
             if n == ROOM or end - at < HEAD:
-                return DAMAGED
+                return self._damaged(n)
             head = self.content[at]
             last = self.content[at + 2]
-            self.head[n] = self.placed[place_of(n)] = head & 0xFFFFFFF
-            self.count[n] = head >> 28
+            count = head >> 28
             self.below[n] = last >> 28
-            self.words_at[n] = at + HEAD
-            self.xy[n, 0] = x + step * (self.head[n] & 1023)
-            self.xy[n, 1] = y + step * (self.head[n] >> 10 & 1023)
             self._spread(n, self.content[at + 1] | last << 32)
-            # as they are: two in 32 bits; else four
-            at += HEAD + (self.count[n] + 3) // 4
-            if self.below[n] == AS_THEY_ARE:
-                at += (self.count[n] + 1) // 2 - (self.count[n] + 3) // 4
-            if self.count[n] > 12 or at > end:
-                return DAMAGED
+            at += HEAD
+            self.words_at[n] = at
+            self.count[n] = count
+            # either list goes on where this one is in it
+            self.follow[follow] = self.as_they_are[as_they_are] = n
+            follows = (self.below[n] - AS_THEY_ARE) >> 31 & 1
+            follow += follows
+            as_they_are += 1 - follows
+            at += (count + 1 + 2 * follows) >> (1 + follows)  # two, or four, in 32 bits
+            if count > NEIGHBOUR_WORDS or at > end:
+                return self._damaged(n)
+            head &= 0xFFFFFFF
+            self.head[n] = head
+            self.direction_bin[n] = head >> 20
+            self.xy[n, 0] = x + step * (head & 1023)
+            self.xy[n, 1] = y + step * (head >> 10 & 1023)
+            place = place_of(n)
+            self.placed[place] = head
+            self.placed[place | 0x08] = head | NOT_FIRST
+            self.placed[place | 0x80] = head | NOT_SECOND
+            self.placed[place | 0x88] = head | NOT_FIRST | NOT_SECOND
             n += 1
-        for i in range(n, self.filled):
-            self.placed[place_of(i)] = 0
-        self.filled = n
-        for i in range(n):
-            self.direction_bin[i] = self.head[i] >> 20
-        self._write_words(n)
+        self._forget(n)
+        for m in range(follow):
+            self._find_neighbours(self.follow[m])
+        for m in range(as_they_are):
+            self._copy_words(self.as_they_are[m])
+        for m in range(follow):
+            self._write_words(self.follow[m])
+        for m in range(as_they_are):
+            self._omit_words(self.as_they_are[m])
+        for m in range(n * NEIGHBOUR_WORDS):
+            self.all_bits[m] = self.all_near[m]
         return n
+
+    def _damaged(self, n):
+        """Return that a print was never packed, of which n minutiae were placed."""
+        self.filled = max(self.filled, n)
+        return DAMAGED
+
+    def _forget(self, n):
+        """Leave only n minutiae placed."""
+        for i in range(n, self.filled):
+            place = place_of(i)
+            self.placed[place] = self.placed[place | 0x08] = 0
+            self.placed[place | 0x80] = self.placed[place | 0x88] = 0
+        self.filled = n
+        return 0
 
     def score(self, tables, which, weight):
         """Fill `weight` with the scores of the prints `which` against that in the tables.
@@ -230,45 +273,63 @@ class DescriptorReader:
                     )
         return 0
 
-    def _write_words(self, n):
-        """Write the words of so many minutiae: as they are, or as they follow from neighbours."""
-        for i in range(n):
-            at = self.words_at[i]
-            count = self.count[i]
-            if self.below[i] == AS_THEY_ARE:
-                for k in range((count + 1) // 2):
-                    four = self.content[at + k]
-                    self.neighbour_bits[i, 2 * k] = four & 0xFFFF
-                    self.neighbour_bits[i, 2 * k + 1] = four >> 16
-            else:
-                own = self.head[i]
-                x = own & 1023
-                y = own >> 10 & 1023
-                turn = (own >> 20) - QUARTER
-                c = self.cosine[own >> 20]
-                s = self.sine[own >> 20]
-                lower = count - self.below[i]
-                for k in range((count + 3) // 4):
-                    four = self.content[at + k]
-                    for m in range(4):
-                        self.byte[4 * k + m] = four
-                        self.near[4 * k + m] = self.placed[four & 0x77]
-                        four >>= 8
-                # a loop that compilers turn into one over four neighbours at once
-                for k in range(NEIGHBOUR_WORDS):
-                    other = self.near[k]
-                    flags = (self.byte[k] << 8) & 0x8800
-                    self.near[k] = flags | word_of(
-                        (other & 1023) - x,
-                        (other >> 10 & 1023) - y,
-                        c,
-                        s,
-                        (other >> 20) - turn + ((lower - k - 1) >> 31),
-                    )
-                for k in range(12):
-                    self.neighbour_bits[i, k] = self.near[k]
-            for k in range(count, 12):
-                self.neighbour_bits[i, k] = NOWHERE
+    def _copy_words(self, i):
+        """Copy the words of minutia i, which are as they are."""
+        at = self.words_at[i]
+        count = self.count[i]
+        if at + NEIGHBOUR_WORDS // 2 > self.content.shape[0]:  # fewer are left of all prints
+            for k in range((count + 1) // 2):
+                self.two_words[k] = self.content[at + k]
+        else:
+            for k in range(NEIGHBOUR_WORDS // 2):
+                self.two_words[k] = self.content[at + k]
+        for k in range(NEIGHBOUR_WORDS // 2):
+            self.near[i, 2 * k] = self.two_words[k] & 0xFFFF
+            self.near[i, 2 * k + 1] = self.two_words[k] >> 16
+        return 0
+
+    def _omit_words(self, i):
+        """Omit what stands after the words of minutia i."""
+        count = self.count[i]
+        for k in range(NEIGHBOUR_WORDS):
+            counts = (k - count) >> 31
+            self.near[i, k] = (self.near[i, k] & counts) | (NOWHERE & ~counts)
+        return 0
+
+    def _find_neighbours(self, i):
+        """Find the neighbours of minutia i, from whose places its words follow."""
+        at = self.words_at[i]
+        for k in range((self.count[i] + 3) // 4):
+            four = self.content[at + k]
+            self.near[i, 4 * k] = self.placed[four & 255]
+            self.near[i, 4 * k + 1] = self.placed[four >> 8 & 255]
+            self.near[i, 4 * k + 2] = self.placed[four >> 16 & 255]
+            self.near[i, 4 * k + 3] = self.placed[four >> 24]
+        return 0
+
+    def _write_words(self, i):
+        """Write the words of minutia i that follow from the places of its neighbours."""
+        own = self.head[i]
+        x = own & 1023
+        y = own >> 10 & 1023
+        turn = (own >> 20) - QUARTER
+        c = self.cosine[own >> 20]
+        s = self.sine[own >> 20]
+        count = self.count[i]
+        lower = count - self.below[i]
+        # a loop that compilers turn into one over four neighbours at once
+        for k in range(NEIGHBOUR_WORDS):
+            other = self.near[i, k]
+            counts = (k - count) >> 31
+            word = (other >> 17 & 0x0800) | (other >> 14 & 0x8000)
+            word |= word_of(
+                (other & 1023) - x,
+                (other >> 10 & 1023) - y,
+                c,
+                s,
+                (other >> 20) - turn + ((lower - k - 1) >> 31),
+            )
+            self.near[i, k] = (word & counts) | (NOWHERE & ~counts)
         return 0
 
     def _spread(self, n, bins):

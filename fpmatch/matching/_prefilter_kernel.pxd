@@ -1,18 +1,18 @@
 # Types of the kernel, and what other kernels may use of it. Arrays may be mapped from a file.
 cimport cython
+from fpmatch.matching._bit_lanes cimport bit_lanes
 from fpmatch.matching._consistency_kernel cimport PairSet
 
 
 cdef class Prefilter:
     cdef unsigned long long[::1] neighbour_table
     cdef unsigned long long[:, ::1] orientation_table
-    cdef int[::1] step, used, own_row, own_turn
+    cdef unsigned short[:, ::1] first_cell, second_cell
+    cdef int[::1] used, own_turn
     cdef int used_words
     cdef readonly int coded
     cdef bint has_flow
     cdef double[:, ::1] own_xy
-    cdef unsigned char[::1] which
-    cdef unsigned long long ones, twos, fours, eights
     cdef PairSet pairs
 
     @cython.locals(
@@ -37,26 +37,31 @@ cdef class Prefilter:
         const unsigned char[:, ::1] orientation_bins, const unsigned char[::1] has_flow, int[::1] weight,
     ) noexcept
     @cython.locals(
-        j=cython.Py_ssize_t, place=cython.Py_ssize_t, weight=cython.int,
-        any_=cython.ulonglong, lowest=cython.ulonglong, carry=cython.ulonglong, n1=cython.ulonglong,
-        n2=cython.ulonglong, n4=cython.ulonglong, n8=cython.ulonglong, n16=cython.ulonglong,
-        f1=cython.ulonglong, f2=cython.ulonglong, f4=cython.ulonglong, f8=cython.ulonglong,
+        table="const unsigned long long *", at="const unsigned long long *",
+        first_a="const unsigned short *", first_b="const unsigned short *",
+        second_a="const unsigned short *", second_b="const unsigned short *",
+        bins_a="const unsigned char *", bins_b="const unsigned char *", own_of=cython.p_int,
+        other_of=cython.p_int, weight_of=cython.p_int, of_weight=cython.p_int,
+        j=cython.Py_ssize_t, of_a=cython.Py_ssize_t, of_b=cython.Py_ssize_t, lanes=cython.int,
+        lane=cython.int, k=cython.int, found=cython.int, above=cython.int, limit=cython.int,
+        least=cython.int, most=cython.int, room=cython.int,
+        place=cython.int, weight=cython.int, bits=cython.ulonglong, b1=cython.ulonglong,
+        b2=cython.ulonglong, b4=cython.ulonglong, b8=cython.ulonglong, b16=cython.ulonglong,
+        b32=cython.ulonglong, v=bit_lanes, w=bit_lanes, x=bit_lanes, y=bit_lanes, two=bit_lanes,
+        four=bit_lanes, eight=bit_lanes, more=bit_lanes, some=bit_lanes, n1=bit_lanes,
+        n2=bit_lanes, n4=bit_lanes, n8=bit_lanes, n16=bit_lanes, f1=bit_lanes, f2=bit_lanes,
+        f4=bit_lanes, f8=bit_lanes, s1=bit_lanes, s2=bit_lanes, s4=bit_lanes, s8=bit_lanes,
+        s16=bit_lanes, s32=bit_lanes, t1=bit_lanes, t2=bit_lanes, t4=bit_lanes, t8=bit_lanes,
+        t16=bit_lanes,
     )
     cdef int _pair(
         self, Py_ssize_t first, Py_ssize_t last, const unsigned short[:, ::1] neighbour_bits,
-        const unsigned char[:, ::1] orientation_bins, bint flowing,
+        const unsigned char[:, ::1] orientation_bins, bint flowing, bint other_first,
     ) noexcept nogil
-    cdef Py_ssize_t _second(self, unsigned short word) noexcept nogil
     @cython.locals(
-        odd=cython.ulonglong, odd_1=cython.ulonglong, odd_2=cython.ulonglong,
-        odd_3=cython.ulonglong, two_1=cython.ulonglong, two_2=cython.ulonglong,
-        two_3=cython.ulonglong, two_4=cython.ulonglong, two_5=cython.ulonglong,
-        two_6=cython.ulonglong, four_1=cython.ulonglong, four_2=cython.ulonglong,
-        four_3=cython.ulonglong,
+        words="const unsigned short *", one=cython.p_ushort, other=cython.p_ushort,
+        k=cython.Py_ssize_t, cell=cython.int,
     )
-    cdef int _count(
-        self, unsigned long long a, unsigned long long b, unsigned long long c,
-        unsigned long long d, unsigned long long e, unsigned long long f, unsigned long long g,
-        unsigned long long h, unsigned long long i, unsigned long long j, unsigned long long k,
-        unsigned long long m,
+    cdef int _find_cells(
+        self, Py_ssize_t first, Py_ssize_t count, const unsigned short[:, ::1] neighbour_bits
     ) noexcept nogil

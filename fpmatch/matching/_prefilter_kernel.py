@@ -11,35 +11,43 @@ import cython
 import numpy as np
 
 if cython.compiled:
+    from cython.cimports.fpmatch.matching._bit_lanes import (
+        LANES,
+        bit_lanes,
+        lane_of,
+        lanes_of,
+        lowest_place,
+    )
     from cython.cimports.fpmatch.matching._consistency_kernel import PairSet
     from cython.cimports.fpmatch.matching._encode_kernel import second
+    from cython.cimports.fpmatch.matching._prefilter_cells import (
+        BEYOND,
+        BINS_1,
+        BINS_2,
+        BINS_3,
+        CELL,
+        EMPTY,
+        FIRST,
+        LAST,
+        MOST_WEIGHT,
+        ROOM,
+        SECOND,
+        TOO_LITTLE,
+        WORDS,
+    )
 else:
     from fpmatch.matching._consistency_kernel import PairSet
     from fpmatch.matching._encode_kernel import second
 
-NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
-ORIENTATION_WORDS = cython.declare(cython.int, 12)
-# A word of a neighbour: its cell in the first grid; a bit that is set where this cell does not
-# count; three bits for the step from there to the cell of the second grid; a bit that is set where
-# that cell does not count.
-CELL = cython.declare(cython.int, 0x07FF)
+    CELL, LAST, ROOM, WORDS = 0x07FF, 6288, 64, 12
+    bit_lanes = cython.ulonglong
+
 NOT_FIRST = cython.declare(cython.int, 0x0800)
 NOT_SECOND = cython.declare(cython.int, 0x8000)
-STEPS = cython.declare(cython.int, 12)  # bits to the right of the step
-SECOND = cython.declare(cython.int, 4096)  # where the second grid begins in the tables
 BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
 UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
-FIRST = cython.declare(cython.int, 0x0FFF)  # cell and first bit: no cell beyond 2048 is used
-NO_STEP = cython.declare(cython.int, 2304)  # from the second grid to where there is nothing
-CELLS = cython.declare(cython.int, 8448)  # of the tables
-ROOM = cython.declare(cython.int, 64)  # minutiae in the tables: bits of a word
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
-# The product with a single bit has highest six bits that are different for all 64.
-WHICH = cython.declare(cython.ulonglong, 0x03F79D71B4CB0A89)
-# A pair that agrees in n words of neighbours and f of orientations weighs 3 n + f - 8, 18 at most.
-OF_NEIGHBOUR = cython.declare(cython.int, 3)
-TOO_LITTLE = cython.declare(cython.int, 8)
 
 
 @cython.final
@@ -48,19 +56,15 @@ class Prefilter:
     """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
-        self.neighbour_table = memoryview(np.zeros(CELLS, np.uint64))
-        # what is added to the cell of the first grid, by the highest four bits of a word
-        steps = [second(k << STEPS) for k in range(8)]
-        self.step = memoryview(np.array(steps + [SECOND + NO_STEP] * 8, np.int32))
-        self.orientation_table = memoryview(np.zeros((ORIENTATION_WORDS, UNKNOWN + 1), np.uint64))
-        self.used = memoryview(np.zeros(2 * ROOM * NEIGHBOUR_WORDS, np.int32))
+        self.neighbour_table = memoryview(np.zeros(LAST + 1, np.uint64))
+        self.orientation_table = memoryview(np.zeros((WORDS, UNKNOWN + 1), np.uint64))
+        self.used = memoryview(np.zeros(2 * ROOM * WORDS, np.int32))
         self.used_words = self.coded = 0
         self.has_flow = False
-        self.own_row, self.own_turn = map(memoryview, np.zeros((2, ROOM), np.int32))
+        self.own_turn = memoryview(np.zeros(ROOM, np.int32))
         self.own_xy = memoryview(np.zeros((ROOM, 2)))
-        self.ones = self.twos = self.fours = self.eights = 0
+        self.first_cell, self.second_cell = map(memoryview, np.zeros((2, ROOM, WORDS), np.uint16))
         self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
-        self.which = self.pairs.which
 
     def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
         """Put a print into the tables, in place of the one that is in them.
@@ -70,7 +74,7 @@ class Prefilter:
         bit = ONE
         for k in range(self.used_words):
             self.neighbour_table[self.used[k]] = 0
-        for k in range(ORIENTATION_WORDS):
+        for k in range(WORDS):
             for b in range(BINS):
                 self.orientation_table[k, b] = 0
         self.used_words = self.coded = 0
@@ -79,7 +83,7 @@ class Prefilter:
             if self.coded == ROOM:
                 break
             words = self.used_words
-            for k in range(NEIGHBOUR_WORDS):
+            for k in range(WORDS):
                 word = neighbour_bits[i, k]
                 if not word & NOT_FIRST:
                     self.neighbour_table[word & CELL] |= bit
@@ -91,12 +95,11 @@ class Prefilter:
                     self.used_words += 1
             if self.used_words == words:
                 continue
-            for k in range(ORIENTATION_WORDS):
+            for k in range(WORDS):
                 if orientation_bins[i, k] != UNKNOWN:
                     for d in range(3):  # its own bin, and that on either side
                         b = (orientation_bins[i, k] + d + BINS - 1) % BINS
                         self.orientation_table[k, b] |= bit
-            self.own_row[self.coded] = i
             self.own_turn[self.coded] = direction_bin[i]
             self.own_xy[self.coded, 0] = xy[i, 0]
             self.own_xy[self.coded, 1] = xy[i, 1]
@@ -112,13 +115,12 @@ class Prefilter:
         `other_first` states which of the two is print A, so that the same pairs come in the same
         order, whichever of them is in the tables.
         """
-        self._pair(first, last, neighbour_bits, orientation_bins, flowing and self.has_flow)
+        flowing = flowing and self.has_flow
+        self._pair(first, last, neighbour_bits, orientation_bins, flowing, other_first)
         if other_first and self.pairs.count > 1:
             self.pairs.order_by_own(self.coded)
         self.pairs.keep_best()
-        self.pairs.locate(
-            self.own_row, self.own_turn, self.own_xy, first, xy, direction_bin, other_first
-        )
+        self.pairs.locate(self.own_turn, self.own_xy, first, xy, direction_bin, other_first)
         return self.pairs.consistent_weight()
 
     def score_many(
@@ -133,151 +135,189 @@ class Prefilter:
                 )
         return 0
 
-    def _pair(self, first, last, neighbour_bits, orientation_bins, flowing):
+    def _pair(self, first, last, neighbour_bits, orientation_bins, flowing, other_first):
         """Gather the pairs of minutiae that agree in enough words; return their number.
 
         They are in the order of the other print's minutiae, then of the own. Where orientations
-        are unknown, six are taken to agree.
+        are unknown, six are taken to agree. Left out are pairs that weigh too little to be kept
+        beside those before them. Two minutiae of the other print are looked up at once.
         """
-        self.pairs.count = 0
-        f1 = f8 = 0
-        f2 = f4 = ALL
-        for j in range(first, last):
-            self._count(
-                self.neighbour_table[neighbour_bits[j, 0] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 1] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 2] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 3] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 4] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 5] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 6] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 7] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 8] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 9] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 10] & FIRST],
-                self.neighbour_table[neighbour_bits[j, 11] & FIRST],
-            )
-            n1, n2, n4, n8 = self.ones, self.twos, self.fours, self.eights
-            self._count(
-                self.neighbour_table[self._second(neighbour_bits[j, 0])],
-                self.neighbour_table[self._second(neighbour_bits[j, 1])],
-                self.neighbour_table[self._second(neighbour_bits[j, 2])],
-                self.neighbour_table[self._second(neighbour_bits[j, 3])],
-                self.neighbour_table[self._second(neighbour_bits[j, 4])],
-                self.neighbour_table[self._second(neighbour_bits[j, 5])],
-                self.neighbour_table[self._second(neighbour_bits[j, 6])],
-                self.neighbour_table[self._second(neighbour_bits[j, 7])],
-                self.neighbour_table[self._second(neighbour_bits[j, 8])],
-                self.neighbour_table[self._second(neighbour_bits[j, 9])],
-                self.neighbour_table[self._second(neighbour_bits[j, 10])],
-                self.neighbour_table[self._second(neighbour_bits[j, 11])],
-            )
-            # the sum of both, from the ones up
-            carry = n1 & self.ones
-            n1 ^= self.ones
-            any_ = n2 ^ self.twos
-            n16 = (n2 & self.twos) | (any_ & carry)
-            n2 = any_ ^ carry
-            any_ = n4 ^ self.fours
-            carry = (n4 & self.fours) | (any_ & n16)
-            n4 = any_ ^ n16
-            any_ = n8 ^ self.eights
-            n16 = (n8 & self.eights) | (any_ & carry)
-            n8 = any_ ^ carry
-            any_ = n1 | n2 | n4 | n8 | n16
-            if not any_:
-                continue
+        table = cython.address(self.neighbour_table[0])
+        own_of = cython.address(self.pairs.pair[0, 0])
+        other_of = cython.address(self.pairs.pair[1, 0])
+        weight_of = cython.address(self.pairs.pair[2, 0])
+        of_weight = cython.address(self.pairs.of_weight[0])
+        for k in range(MOST_WEIGHT + 1):
+            of_weight[k] = 0
+        most = self.pairs.most
+        room = self.pairs.pair.shape[1]
+        found = above = least = limit = 0
+        t1 = none_of(TOO_LITTLE + 1, 1)
+        t2 = none_of(TOO_LITTLE + 1, 2)
+        t4 = none_of(TOO_LITTLE + 1, 4)
+        t8 = none_of(TOO_LITTLE + 1, 8)
+        t16 = none_of(TOO_LITTLE + 1, 16)
+        j = first
+        while j < last:
+            of_a = (j - first) % ROOM
+            if of_a == 0:
+                self._find_cells(j, min(last - j, ROOM), neighbour_bits)
+            lanes = min(last - j, LANES)
+            of_b = of_a + lanes - 1
+            first_a = cython.address(self.first_cell[of_a, 0])
+            first_b = cython.address(self.first_cell[of_b, 0])
+            second_a = cython.address(self.second_cell[of_a, 0])
+            second_b = cython.address(self.second_cell[of_b, 0])
+            n1 = n2 = n4 = n8 = n16 = lanes_of(0, 0)
+            for k in range(0, WORDS, 4):
+                v = lanes_of(table[first_a[k]], table[first_b[k]])
+                w = lanes_of(table[first_a[k + 1]], table[first_b[k + 1]])
+                x = lanes_of(table[first_a[k + 2]], table[first_b[k + 2]])
+                y = lanes_of(table[first_a[k + 3]], table[first_b[k + 3]])
+                two = twice(n1, v, w)
+                n1 ^= v ^ w
+                more = twice(n1, x, y)
+                n1 ^= x ^ y
+                four = twice(n2, two, more)
+                n2 ^= two ^ more
+                more = n4 & four
+                n4 ^= four
+                n16 |= n8 & more
+                n8 ^= more
+                v = lanes_of(table[second_a[k]], table[second_b[k]])
+                w = lanes_of(table[second_a[k + 1]], table[second_b[k + 1]])
+                x = lanes_of(table[second_a[k + 2]], table[second_b[k + 2]])
+                y = lanes_of(table[second_a[k + 3]], table[second_b[k + 3]])
+                two = twice(n1, v, w)
+                n1 ^= v ^ w
+                more = twice(n1, x, y)
+                n1 ^= x ^ y
+                four = twice(n2, two, more)
+                n2 ^= two ^ more
+                more = n4 & four
+                n4 ^= four
+                n16 |= n8 & more
+                n8 ^= more
+            f1 = f8 = lanes_of(0, 0)
+            f2 = f4 = none_of(0, 1)
             if flowing:
-                self._count(
-                    self.orientation_table[0, orientation_bins[j, 0]],
-                    self.orientation_table[1, orientation_bins[j, 1]],
-                    self.orientation_table[2, orientation_bins[j, 2]],
-                    self.orientation_table[3, orientation_bins[j, 3]],
-                    self.orientation_table[4, orientation_bins[j, 4]],
-                    self.orientation_table[5, orientation_bins[j, 5]],
-                    self.orientation_table[6, orientation_bins[j, 6]],
-                    self.orientation_table[7, orientation_bins[j, 7]],
-                    self.orientation_table[8, orientation_bins[j, 8]],
-                    self.orientation_table[9, orientation_bins[j, 9]],
-                    self.orientation_table[10, orientation_bins[j, 10]],
-                    self.orientation_table[11, orientation_bins[j, 11]],
-                )
-                f1, f2, f4, f8 = self.ones, self.twos, self.fours, self.eights
-            # what weighs anything: three neighbours; two, and three orientations; one, and six
-            any_ = n4 | n8 | n16 | (n2 & (n1 | f4 | f8 | (f1 & f2))) | (n1 & (f8 | (f4 & f2)))
-            while any_:
-                lowest = any_ & ((any_ ^ ALL) + 1)
-                any_ ^= lowest
-                place = self.which[((lowest * WHICH) & ALL) >> 58]
-                weight = (n1 >> place) & 1
-                weight += 2 * ((n2 >> place) & 1)
-                weight += 4 * ((n4 >> place) & 1)
-                weight += 8 * ((n8 >> place) & 1)
-                weight += 16 * ((n16 >> place) & 1)
-                weight = OF_NEIGHBOUR * weight - TOO_LITTLE
-                weight += (f1 >> place) & 1
-                weight += 2 * ((f2 >> place) & 1)
-                weight += 4 * ((f4 >> place) & 1)
-                weight += 8 * ((f8 >> place) & 1)
-                self.pairs.add(place, j - first, weight)
-        return self.pairs.count
+                f2 = f4 = lanes_of(0, 0)
+                bins_a = cython.address(orientation_bins[j, 0])
+                bins_b = cython.address(orientation_bins[j + lanes - 1, 0])
+                for k in range(0, WORDS, 4):
+                    at = cython.address(self.orientation_table[k, 0])
+                    v = lanes_of(at[bins_a[k]], at[bins_b[k]])
+                    w = lanes_of(at[BINS_1 + bins_a[k + 1]], at[BINS_1 + bins_b[k + 1]])
+                    x = lanes_of(at[BINS_2 + bins_a[k + 2]], at[BINS_2 + bins_b[k + 2]])
+                    y = lanes_of(at[BINS_3 + bins_a[k + 3]], at[BINS_3 + bins_b[k + 3]])
+                    two = twice(f1, v, w)
+                    f1 ^= v ^ w
+                    more = twice(f1, x, y)
+                    f1 ^= x ^ y
+                    four = twice(f2, two, more)
+                    f2 ^= two ^ more
+                    f8 |= f4 & four
+                    f4 ^= four
+            some = n1 | n2 | n4 | n8 | n16
+            # three times the neighbours and the orientations, from the ones up
+            s1 = n1 ^ f1
+            two = n1 & f1
+            v = n1 ^ n2 ^ f2
+            four = twice(n1, n2, f2)
+            s2 = v ^ two
+            two &= v
+            v = n2 ^ n4 ^ f4
+            eight = twice(n2, n4, f4)
+            s4 = v ^ four ^ two
+            more = twice(v, four, two)
+            v = n4 ^ n8 ^ f8
+            w = twice(n4, n8, f8)
+            s8 = v ^ eight ^ more
+            more = twice(v, eight, more)
+            v = n8 ^ n16 ^ w
+            s16 = v ^ more
+            s32 = n16 | (n8 & w) | (v & more)
+            # the carry from the sum less the least one that counts
+            more = twice(s4, t4, twice(s2, t2, s1 | t1))
+            some &= s32 | twice(s16, t16, twice(s8, t8, more))
+            for lane in range(lanes):
+                bits = lane_of(some, lane)
+                if not bits:
+                    continue
+                b1 = lane_of(s1, lane)
+                b2 = lane_of(s2, lane)
+                b4 = lane_of(s4, lane)
+                b8 = lane_of(s8, lane)
+                b16 = lane_of(s16, lane)
+                b32 = lane_of(s32, lane)
+                while bits:
+                    place = lowest_place(bits)
+                    bits &= bits - 1
+                    weight = (b1 >> place) & 1
+                    weight += 2 * ((b2 >> place) & 1)
+                    weight += 4 * ((b4 >> place) & 1)
+                    weight += 8 * ((b8 >> place) & 1)
+                    weight += 16 * ((b16 >> place) & 1)
+                    weight += 32 * ((b32 >> place) & 1)
+                    weight = min(weight - TOO_LITTLE, MOST_WEIGHT)
+                    if weight <= limit or found == room:
+                        continue
+                    own_of[found] = place
+                    other_of[found] = j - first + lane
+                    weight_of[found] = weight
+                    found += 1
+                    if weight <= least:
+                        continue
+                    of_weight[weight] += 1
+                    above += 1
+                    if above < most:
+                        continue
+                    while above >= most:
+                        least += 1
+                        above -= of_weight[least]
+                    limit = least - 1 if other_first else least
+                    t1 = none_of(TOO_LITTLE + 1 + limit, 1)
+                    t2 = none_of(TOO_LITTLE + 1 + limit, 2)
+                    t4 = none_of(TOO_LITTLE + 1 + limit, 4)
+                    t8 = none_of(TOO_LITTLE + 1 + limit, 8)
+                    t16 = none_of(TOO_LITTLE + 1 + limit, 16)
+            j += lanes
+        self.pairs.count = found
+        self.pairs.least = least
+        self.pairs.equal = most - above
+        return found
 
-    def _second(self, word):
-        """Return what `second` does, of any word: an empty cell where it does not count."""
-        return self.step[word >> STEPS] + (word & CELL)
-
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _count(
-        self,
-        a: cython.ulonglong,
-        b: cython.ulonglong,
-        c: cython.ulonglong,
-        d: cython.ulonglong,
-        e: cython.ulonglong,
-        f: cython.ulonglong,
-        g: cython.ulonglong,
-        h: cython.ulonglong,
-        i: cython.ulonglong,
-        j: cython.ulonglong,
-        k: cython.ulonglong,
-        m: cython.ulonglong,
-    ) -> cython.int:
-        """Count, for each place of a bit, in how many of twelve it is set.
-
-        Three are added at a time: what is odd remains, what carries is worth twice as much.
-        """
-        odd = a ^ b
-        odd_1 = odd ^ c
-        two_1 = (a & b) | (odd & c)
-        odd = d ^ e
-        odd_2 = odd ^ f
-        two_2 = (d & e) | (odd & f)
-        odd = g ^ h
-        odd_3 = odd ^ i
-        two_3 = (g & h) | (odd & i)
-        odd = odd_1 ^ odd_2
-        two_4 = (odd_1 & odd_2) | (odd & odd_3)
-        odd_1 = odd ^ odd_3
-        odd = j ^ k
-        odd_2 = odd ^ m
-        two_5 = (j & k) | (odd & m)
-        self.ones = odd_1 ^ odd_2
-        two_6 = odd_1 & odd_2
-        odd = two_1 ^ two_2
-        odd_1 = odd ^ two_3
-        four_1 = (two_1 & two_2) | (odd & two_3)
-        odd = two_4 ^ two_5
-        odd_2 = odd ^ two_6
-        four_2 = (two_4 & two_5) | (odd & two_6)
-        self.twos = odd_1 ^ odd_2
-        four_3 = odd_1 & odd_2
-        odd = four_1 ^ four_2
-        self.fours = odd ^ four_3
-        self.eights = (four_1 & four_2) | (odd & four_3)
+    def _find_cells(self, first, count, neighbour_bits):
+        """Write the cells of the words of so many minutiae; an empty one where none counts."""
+        words = cython.address(neighbour_bits[first, 0])
+        one = cython.address(self.first_cell[0, 0])
+        other = cython.address(self.second_cell[0, 0])
+        for k in range(count * WORDS):
+            one[k] = min(words[k] & FIRST, EMPTY)
+            # beyond all cells, if the highest bit is set
+            cell = SECOND + (words[k] & CELL) + (words[k] >> 12 & 1) + (words[k] >> 10 & 8)
+            cell += (words[k] >> 7 & 128) + (words[k] >> 2 & BEYOND)
+            other[k] = min(cell, LAST)
         return 0
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def twice(a: bit_lanes, b: bit_lanes, c: bit_lanes) -> bit_lanes:
+    """Return the bits that at least two of three have."""
+    return (a & b) | ((a ^ b) & c)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def none_of(value: cython.int, bit: cython.int) -> bit_lanes:
+    """Return all bits if a bit of a value is not set, none if it is."""
+    bits: cython.ulonglong = 0 if value & bit else ALL
+    return lanes_of(bits, bits)
 
 
 if not cython.compiled:

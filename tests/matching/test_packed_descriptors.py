@@ -15,6 +15,7 @@ from matching_prints import (
 from packed_cases import assert_damaged, crowd, from_file
 
 from fpmatch.errors import MatcherError
+from fpmatch.matching._descriptor_kernel import DescriptorReader
 from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.candidate_list import prefilter_scores
 from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
@@ -75,6 +76,27 @@ def test_any_print_comes_back_with_rounded_positions(probe, references):
             assert sorted(row[: used.sum()]) == sorted(words[used])
             assert (row[used.sum() :] == NO_WORD).all()
     assert len(packed.scores(prints[-1])) == len(prints)
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_compiled_and_interpreted_readers_agree(interpreted, damaged, rng):
+    packed = PackedDescriptors.pack(some_prints())
+    content = packed.content.copy()
+    if damaged:
+        places = rng.integers(0, len(content), 30)
+        content[places] = rng.integers(0, 2**32, len(places))
+    packed = PackedDescriptors.of_arrays(packed.arrays() | {"content": content})
+    one, other = (
+        DescriptorReader(packed),
+        interpreted("_descriptor_kernel").DescriptorReader(packed),
+    )
+    sizes = [one.unpack(k) for k in range(len(packed))]
+    assert damaged == (min(sizes) < 0)
+    for k, n in enumerate(sizes):
+        assert one.unpack(k) == other.unpack(k) == n
+        for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
+            made, expected = (np.asarray(getattr(reader, name)) for reader in (one, other))
+            assert made[: max(n, 0)].tolist() == expected[: max(n, 0)].tolist()
 
 
 def test_prints_are_scored_in_any_order_and_again():

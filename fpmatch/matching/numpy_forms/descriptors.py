@@ -23,7 +23,7 @@ NOT_SECOND: Final = 0x8000
 NOWHERE: Final = 0x8800
 STEPS: Final = 12
 SECOND: Final = 4096
-FIRST: Final = 0x0FFF
+EMPTY: Final = 2048  # a cell beyond the first grid
 BINS: Final = 24
 UNKNOWN: Final = 31
 ORIENTATIONS: Final = 255
@@ -106,16 +106,24 @@ def encode_orientations(
 
 
 def pair(
-    tables: Any, first: int, last: int, neighbour_bits: Any, orientation_bins: Any, flowing: bool
+    tables: Any,
+    first: int,
+    last: int,
+    neighbour_bits: Any,
+    orientation_bins: Any,
+    flowing: bool,
+    _other_first: bool,
 ) -> int:
     """Gather the pairs of minutiae that agree in enough words; return their number.
 
-    Bit k of a word stands for minutia k in the tables.
+    Bit k of a word stands for minutia k in the tables. All pairs are gathered, although only the
+    heaviest are kept.
     """
     table = np.asarray(tables.neighbour_table)
     words = np.asarray(neighbour_bits)[first:last].T.astype(np.int64)
-    in_second = np.asarray(tables.step)[words >> STEPS] + (words & CELL)
-    n1, n2, n4, n8 = count_bits(table[words & FIRST])
+    in_first = np.where(words & NOT_FIRST, EMPTY, words & CELL)
+    in_second = np.where(words & NOT_SECOND, EMPTY, second(words))
+    n1, n2, n4, n8 = count_bits(table[in_first])
     s1, s2, s4, s8 = count_bits(table[in_second])
     # the sum of both, from the ones up
     n1, carry = n1 ^ s1, n1 & s1
@@ -144,13 +152,15 @@ def pair(
     tables.pairs.count = len(own)
     pairs = np.asarray(tables.pairs.pair)
     pairs[0, : len(own)], pairs[1, : len(own)] = own, other
-    pairs[2, : len(own)] = np.minimum(weight, MOST_WEIGHT)
+    pairs[2, : len(own)] = weight = np.minimum(weight, MOST_WEIGHT)
+    most = tables.pairs.most
+    tables.pairs.least = least = np.sort(weight)[-most] if len(own) >= most else 0
+    tables.pairs.equal = most - np.count_nonzero(weight > least)
     return len(own)
 
 
 def locate(
     pairs: Any,
-    own_row: Any,
     own_turn: Any,
     own_xy: Any,
     first: int,
@@ -161,14 +171,13 @@ def locate(
     """Write rows and positions of the pairs in prints A and B, and the rotation of B onto A."""
     n = pairs.count
     own, theirs = np.asarray(pairs.pair)[:2, :n]
-    rows = np.asarray(own_row)[own], theirs
     apart = np.asarray(own_turn)[own] - np.asarray(direction_bin)[first + theirs].astype(np.int32)
     places = np.asarray(own_xy)[own].T, np.asarray(xy)[first + theirs].T
+    rows = own, theirs
     if other_first:
-        rows, places, apart = rows[::-1], places[::-1], -apart
+        same = theirs == theirs[:, None]
+        rows, places, apart = (same.argmax(axis=1) if n else own, own), places[::-1], -apart
     np.asarray(pairs.row)[:, :n] = rows
-    same = rows[0] == rows[0][:, None]
-    np.asarray(pairs.first_of_row)[:n] = same.argmax(axis=1) if n else 0
     np.asarray(pairs.angle)[:n] = apart & 255
     np.asarray(pairs.a)[:, :n], np.asarray(pairs.b)[:, :n] = places
     return 0

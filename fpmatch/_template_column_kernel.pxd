@@ -18,7 +18,7 @@ cpdef int write_columns(
 cpdef int read_columns(
     const unsigned char[::1] data, const long long[::1] at, const long long[:, ::1] widths,
     const long long[::1] start, long long[:, ::1] columns,
-) noexcept nogil
+) noexcept
 @cython.locals(
     t=cython.Py_ssize_t, i=cython.Py_ssize_t, cells=cython.Py_ssize_t, width=cython.Py_ssize_t,
     row=cython.Py_ssize_t, column=cython.Py_ssize_t, place=cython.longlong,
@@ -30,7 +30,7 @@ cpdef Py_ssize_t read_cells(
     const long long[::1] start, const long long[::1] columns, const long long[::1] cell_bytes,
     unsigned char[::1] mask, unsigned char[::1] orientation, long long[::1] after,
     unsigned char[::1] tight,
-) noexcept nogil
+) noexcept
 @cython.locals(i=cython.Py_ssize_t)
 cpdef int to_image(
     const long long[::1] column, long long least, double zoom, float[::1] values,

@@ -47,22 +47,23 @@ def read_columns(data, at, widths, start, columns):
     Those of template t begin at byte ``at[t]``, with ``widths[t, k]`` bits each; they become the
     entries ``start[t]`` to ``start[t + 1]`` of the rows of `columns`.
     """
-    for t in range(at.shape[0]):
-        begin = at[t]
-        for k in range(columns.shape[0]):
-            bit = 8 * begin
-            for i in range(start[t], start[t + 1]):
-                value = 0
-                left = widths[t, k]
-                while left > 0:
-                    place = 8 - (bit & 7)
-                    taken = place if place < left else left
-                    byte = data[bit >> 3] >> (place - taken)
-                    value = (value << taken) | (byte & ((1 << taken) - 1))
-                    bit += taken
-                    left -= taken
-                columns[k, i] = value
-            begin = (bit + 7) >> 3
+    with cython.nogil:
+        for t in range(at.shape[0]):
+            begin = at[t]
+            for k in range(columns.shape[0]):
+                bit = 8 * begin
+                for i in range(start[t], start[t + 1]):
+                    value = 0
+                    left = widths[t, k]
+                    while left > 0:
+                        place = 8 - (bit & 7)
+                        taken = place if place < left else left
+                        byte = data[bit >> 3] >> (place - taken)
+                        value = (value << taken) | (byte & ((1 << taken) - 1))
+                        bit += taken
+                        left -= taken
+                    columns[k, i] = value
+                begin = (bit + 7) >> 3
     return 0
 
 
@@ -79,32 +80,33 @@ def read_cells(data, at, end, start, columns, cell_bytes, mask, orientation, aft
     Return how many cells are inside.
     """
     filled = 0
-    for t in range(at.shape[0]):
-        inside = top = bottom = left = right = 0
-        cells = start[t + 1] - start[t]
-        width = columns[t]
-        row = column = 0
-        for i in range(cells):
-            value = data[at[t] + (i >> 3)] >> (7 - (i & 7)) & 1
-            mask[start[t] + i] = value
-            inside += value
-            top |= value & (row == 0)
-            bottom |= value & (i >= cells - width)
-            left |= value & (column == 0)
-            column += 1
-            if column == width:
-                column = 0
-                row += 1
-                right |= value
-        place = at[t] + ((cells + 7) >> 3)
-        after[t] = -1
-        tight[t] = top & bottom & left & right
-        if place + ((inside + 1) >> 1) + cell_bytes[t] * inside != end[t]:
-            continue
-        for i in range(inside):
-            orientation[filled + i] = data[place + (i >> 1)] >> (4 - 4 * (i & 1)) & 15
-        filled += inside
-        after[t] = place + ((inside + 1) >> 1)
+    with cython.nogil:
+        for t in range(at.shape[0]):
+            inside = top = bottom = left = right = 0
+            cells = start[t + 1] - start[t]
+            width = columns[t]
+            row = column = 0
+            for i in range(cells):
+                value = data[at[t] + (i >> 3)] >> (7 - (i & 7)) & 1
+                mask[start[t] + i] = value
+                inside += value
+                top |= value & (row == 0)
+                bottom |= value & (i >= cells - width)
+                left |= value & (column == 0)
+                column += 1
+                if column == width:
+                    column = 0
+                    row += 1
+                    right |= value
+            place = at[t] + ((cells + 7) >> 3)
+            after[t] = -1
+            tight[t] = top & bottom & left & right
+            if place + ((inside + 1) >> 1) + cell_bytes[t] * inside != end[t]:
+                continue
+            for i in range(inside):
+                orientation[filled + i] = data[place + (i >> 1)] >> (4 - 4 * (i & 1)) & 15
+            filled += inside
+            after[t] = place + ((inside + 1) >> 1)
     return filled
 
 

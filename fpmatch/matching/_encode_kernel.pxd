@@ -12,7 +12,7 @@ cpdef int second(int word) noexcept nogil
 cpdef int encode_neighbours(
     const int[::1] count, const float[:, :, ::1] frame, const double[:, ::1] share,
     const unsigned char[::1] coded, double per_px, unsigned short[:, ::1] word,
-) noexcept nogil
+) noexcept
 @cython.locals(
     p=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.Py_ssize_t, x=cython.double, y=cython.double,
     c=cython.double, s=cython.double, side=cython.double, relative=cython.double, code=cython.int,
@@ -24,4 +24,4 @@ cpdef int encode_orientations(
     const long long[::1] start, const unsigned char[::1] cell, const long long[::1] cell_start,
     const int[:, ::1] shape, const double[::1] step, const unsigned char[::1] has_flow,
     const double[:, ::1] places, unsigned char[:, ::1] word,
-) noexcept nogil
+) noexcept

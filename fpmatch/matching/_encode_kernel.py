@@ -47,37 +47,38 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
     # the cells of the neighbours so far; -1 where they do not count
     cells = cython.declare(cython.int[12])
     others = cython.declare(cython.int[12])
-    for i in range(count.shape[0]):
-        for k in range(NEIGHBOUR_WORDS):
-            word[i, k] = NOWHERE
-        if not coded[i]:
-            continue
-        for k in range(min(count[i], NEIGHBOUR_WORDS)):
-            cells[k] = others[k] = -1
-            u = float(frame[i, 0, k]) * per_px + SIDE // 2
-            v = float(frame[i, 1, k]) * per_px + SIDE // 2
-            if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
+    with cython.nogil:
+        for i in range(count.shape[0]):
+            for k in range(NEIGHBOUR_WORDS):
+                word[i, k] = NOWHERE
+            if not coded[i]:
                 continue
-            t = share[i, k] * SECTORS
-            column = int(u)
-            row = int(v)
-            sector = int(t)
-            sector = sector if sector < SECTORS else SECTORS - 1
-            on_column = u - column >= 0.5
-            on_row = v - row >= 0.5
-            cell = (row * SIDE + column) * SECTORS + sector
-            found = cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
-            other = second(found)
-            for m in range(k):
-                found |= NOT_FIRST * (cells[m] == cell)
-            cells[k] = cell
-            if row + on_row == SIDE or column + on_column == SIDE:
-                found |= NOT_SECOND
-            else:
+            for k in range(min(count[i], NEIGHBOUR_WORDS)):
+                cells[k] = others[k] = -1
+                u = float(frame[i, 0, k]) * per_px + SIDE // 2
+                v = float(frame[i, 1, k]) * per_px + SIDE // 2
+                if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
+                    continue
+                t = share[i, k] * SECTORS
+                column = int(u)
+                row = int(v)
+                sector = int(t)
+                sector = sector if sector < SECTORS else SECTORS - 1
+                on_column = u - column >= 0.5
+                on_row = v - row >= 0.5
+                cell = (row * SIDE + column) * SECTORS + sector
+                found = cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+                other = second(found)
                 for m in range(k):
-                    found |= NOT_SECOND * (others[m] == other)
-                others[k] = other
-            word[i, k] = found
+                    found |= NOT_FIRST * (cells[m] == cell)
+                cells[k] = cell
+                if row + on_row == SIDE or column + on_column == SIDE:
+                    found |= NOT_SECOND
+                else:
+                    for m in range(k):
+                        found |= NOT_SECOND * (others[m] == other)
+                    others[k] = other
+                word[i, k] = found
     return 0
 
 
@@ -90,31 +91,32 @@ def encode_orientations(
     ``start[p]`` up to the next, and the cells of its area likewise, row by row, with their
     orientation codes, 0 outside; its `shape` has rows, columns, first row and first column.
     """
-    for p in range(step.shape[0]):
-        rows, columns = shape[p, 0], shape[p, 1]
-        side = step[p]
-        for i in range(start[p], start[p + 1]):
-            c = points[2, i]
-            s = points[3, i]
-            for k in range(ORIENTATION_WORDS):
-                word[i, k] = UNKNOWN
-                if not has_flow[p]:
-                    continue
-                x = (points[0, i] + c * places[0, k] - s * places[1, k]) / side - shape[p, 3]
-                y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / side - shape[p, 2]
-                if not (0.0 <= x < columns and 0.0 <= y < rows):
-                    continue
-                row = int(y)
-                column = int(x)
-                code = cell[cell_start[p] + row * columns + column]
-                if code > 0:
-                    # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
-                    relative = (code - 1.0) * BINS / ORIENTATIONS
-                    relative -= direction_bin[i] * (2.0 * BINS / 256.0)
-                    while relative < 0.0:
-                        relative += BINS
-                    code = int(relative)
-                    word[i, k] = code if code < BINS else BINS - 1
+    with cython.nogil:
+        for p in range(step.shape[0]):
+            rows, columns = shape[p, 0], shape[p, 1]
+            side = step[p]
+            for i in range(start[p], start[p + 1]):
+                c = points[2, i]
+                s = points[3, i]
+                for k in range(ORIENTATION_WORDS):
+                    word[i, k] = UNKNOWN
+                    if not has_flow[p]:
+                        continue
+                    x = (points[0, i] + c * places[0, k] - s * places[1, k]) / side - shape[p, 3]
+                    y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / side - shape[p, 2]
+                    if not (0.0 <= x < columns and 0.0 <= y < rows):
+                        continue
+                    row = int(y)
+                    column = int(x)
+                    code = cell[cell_start[p] + row * columns + column]
+                    if code > 0:
+                        # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
+                        relative = (code - 1.0) * BINS / ORIENTATIONS
+                        relative -= direction_bin[i] * (2.0 * BINS / 256.0)
+                        while relative < 0.0:
+                            relative += BINS
+                        code = int(relative)
+                        word[i, k] = code if code < BINS else BINS - 1
     return 0
 
 

@@ -25,40 +25,41 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
     """
     total = cython.declare(cython.ulonglong[8])
     filled = 0
-    for p in range(start.shape[0] - 1):
-        rows, columns = shape[p, 0], shape[p, 1]
-        size = (rows + 2) * (columns + 2)
-        for k in range(2 * size):
-            halves[k] = OUTSIDE
-        for k in range(looked_up.shape[0]):
-            place = looked_up[k, 0] * size + looked_up[k, 1] * (columns + 2) + looked_up[k, 2]
-            looked_up[k, 3] = place
-        inside = filled
-        for row in range(rows):
-            for column in range(columns):
-                if mask[start[p] + row * columns + column]:
-                    place = (row + 1) * (columns + 2) + column + 1
-                    halves[place] = samples[inside] & 15
-                    halves[size + place] = samples[inside] >> 4
-                    inside += 1
-        for row in range(rows):
-            for column in range(columns):
-                if not mask[start[p] + row * columns + column]:
-                    continue
-                o = orientation[filled]
-                filled += 1
-                place = row * (columns + 2) + column
-                for m in range(8):
-                    total[m] = 0
-                for k in range(looked_up.shape[0]):
-                    half = halves[place + looked_up[k, 3]]
-                    # a loop that compilers turn into sums of several words at once
+    with cython.nogil:
+        for p in range(start.shape[0] - 1):
+            rows, columns = shape[p, 0], shape[p, 1]
+            size = (rows + 2) * (columns + 2)
+            for k in range(2 * size):
+                halves[k] = OUTSIDE
+            for k in range(looked_up.shape[0]):
+                place = looked_up[k, 0] * size + looked_up[k, 1] * (columns + 2) + looked_up[k, 2]
+                looked_up[k, 3] = place
+            inside = filled
+            for row in range(rows):
+                for column in range(columns):
+                    if mask[start[p] + row * columns + column]:
+                        place = (row + 1) * (columns + 2) + column + 1
+                        halves[place] = samples[inside] & 15
+                        halves[size + place] = samples[inside] >> 4
+                        inside += 1
+            for row in range(rows):
+                for column in range(columns):
+                    if not mask[start[p] + row * columns + column]:
+                        continue
+                    o = orientation[filled]
+                    filled += 1
+                    place = row * (columns + 2) + column
                     for m in range(8):
-                        total[m] += table[o, k, half, m]
-                found = 0
-                for m in range(8):
-                    found |= _highest(total[m]) << (8 * m)
-                ridges[start[p] + row * columns + column] = found
+                        total[m] = 0
+                    for k in range(looked_up.shape[0]):
+                        half = halves[place + looked_up[k, 3]]
+                        # a loop that compilers turn into sums of several words at once
+                        for m in range(8):
+                            total[m] += table[o, k, half, m]
+                    found = 0
+                    for m in range(8):
+                        found |= _highest(total[m]) << (8 * m)
+                    ridges[start[p] + row * columns + column] = found
     return 0
 
 

@@ -96,13 +96,15 @@ def measured(
         opened(kind)
     searches = {kind: opened(kind) for kind in KINDS}
     probes = [entry.template for entry in prints[:PROBES]]
-    results = [[identify(searches[kind], p).candidates for p in probes] for kind in KINDS]
+    results = [
+        [identify(searches[kind], p, workers=1).candidates for p in probes] for kind in KINDS
+    ]
     if results[0] != results[1]:
         raise AssertionError("an encrypted gallery gives other results")
 
     def search(kind: str) -> None:
         for probe in probes:
-            identify(searches[kind], probe)
+            identify(searches[kind], probe, workers=1)
 
     works = {"store": store_anew, "open": opened, "search": search}
     return {

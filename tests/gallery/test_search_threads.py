@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
+
 import platformdirs
 import pytest
+from click.testing import CliRunner
 from made_prints import entry_of, scattered
 
 from fpmatch import identify as identify_in
+from fpmatch.cli.group import fpmatch
 from fpmatch.engine import in_threads
 from fpmatch.engine.engine import serial
 from fpmatch.engine.in_threads import Threads
+from fpmatch.formats.files import save_template
 from fpmatch.gallery import indexed_search, prepared_search
 from fpmatch.gallery.candidates import identify_entries, identify_entries_fused
 from fpmatch.gallery.entry import Label
@@ -119,6 +124,21 @@ def test_the_function_of_the_package_takes_a_number_of_threads(filled, helpers):
     assert helpers
     with pytest.raises(ValueError, match="workers"):
         identify_in(filled, PROBES[1], workers=0)
+
+
+def test_the_command_takes_a_number_of_threads(filled, helpers, tmp_path):
+    save_template(tmp_path / "probe.json", PROBES[1])
+    found = []
+    for workers in ("1", "2"):
+        assert not helpers
+        words = ["identify", filled.name, str(tmp_path / "probe.json"), "--workers", workers]
+        done = CliRunner().invoke(fpmatch, [*words, "--json"])
+        assert done.exit_code == 0, done.output
+        document = json.loads(done.stdout)
+        del document["probes"][0]["seconds"]
+        found.append(document)
+    assert helpers
+    assert found[0] == found[1]
 
 
 def test_the_server_searches_in_one_thread(filled, helpers, monkeypatch):

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MODEL_FILE: Final = Path(__file__).with_name("index_data") / "index.json"
-LENGTHS: Final = 21  # cells of an edge's length
-SECTORS: Final = 36  # of a direction relative to an edge
-TERMS: Final = LENGTHS * SECTORS * SECTORS
+LENGTHS: Final = 14  # cells of an edge's length
+SECTORS: Final = 24  # of a direction relative to an edge
+CURVATURES: Final = 7  # cells of the curvature across an edge; the last is that of unknown ones
+TERMS: Final = LENGTHS * SECTORS * SECTORS * CURVATURES
 LEAST_SHARE: Final = 1e-7  # of all edges that have a term, taken for one never seen
 
 
@@ -28,22 +29,25 @@ LEAST_SHARE: Final = 1e-7  # of all edges that have a term, taken for one never 
 class IndexModel:
     """Hold what is learned on synthetic prints by ``python -m research train index``.
 
-    Lengths and directions of edges are nearly independent, so that the share of all edges that have
-    a term is the product of two.
+    The lengths of edges are nearly independent of what else a term consists of, so that the share
+    of all edges that have a term is the product of two.
     """
 
     lengths: NDArray[np.float64]  # (LENGTHS,): share of all edges
-    directions: NDArray[np.float64]  # (SECTORS, SECTORS): of the first end, and of the second
+    directions: NDArray[np.float64]
+    """Share of all edges, (SECTORS, SECTORS, CURVATURES), by the directions of both ends."""
     edges: float  # of a print
 
     @classmethod
     def of_edges(cls, term: NDArray[np.uint16], prints: int) -> IndexModel:
         """Return the model of the edges of so many prints, given by their terms."""
-        length, directions = np.divmod(term.astype(np.int64), SECTORS * SECTORS)
-        counted = np.bincount(directions, minlength=SECTORS * SECTORS).reshape(SECTORS, SECTORS)
-        # an edge is read from either of its ends
+        shape = SECTORS, SECTORS, CURVATURES
+        length, directions = np.divmod(term.astype(np.int64), np.prod(shape))
+        counted = np.bincount(directions, minlength=np.prod(shape)).reshape(shape)
+        # an edge is read from either of its ends, from which its sides change places
         half = SECTORS // 2
-        other = np.roll(counted.T, (half, half), (0, 1))
+        other = np.roll(counted.transpose(1, 0, 2), (half, half), (0, 1))
+        other = other[:, :, [*range(CURVATURES - 2, -1, -1), CURVATURES - 1]]
         both = (counted + other) / max(2 * len(term), 1)
         shares = np.bincount(length, minlength=LENGTHS) / max(len(term), 1)
         return cls(shares, both, len(term) / max(prints, 1))
@@ -64,7 +68,7 @@ class IndexModel:
             edges = float(document["edges"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("no model of an index", code="malformed") from error
-        sound = lengths.shape == (LENGTHS,) and directions.shape == (SECTORS, SECTORS)
+        sound = lengths.shape == (LENGTHS,) and directions.shape == (SECTORS, SECTORS, CURVATURES)
         if not (sound and (lengths >= 0).all() and (directions >= 0).all() and edges > 0):
             raise MatcherError("no model of an index", code="malformed")
         return cls(lengths, directions, edges)
@@ -75,8 +79,8 @@ class IndexModel:
         lengths, directions, edges = (
             [float(f"{share:.{digits}g}") for share in part.tolist()] for part in shares
         )
-        rows = [directions[k : k + SECTORS] for k in range(0, len(directions), SECTORS)]
-        return {"lengths": lengths, "directions": rows, "edges": edges[0]}
+        shares = np.reshape(directions, self.directions.shape).tolist()
+        return {"lengths": lengths, "directions": shares, "edges": edges[0]}
 
 
 @cache

@@ -9,9 +9,16 @@ import numpy as np
 TURN: Final = 6.283185307179586
 LENGTH_ERROR_PX: Final = 2.5
 GROWTH: Final = 0.03
-WIDTH: Final = 1.7
-LENGTHS: Final = 21
-SECTORS: Final = 36
+WIDTH: Final = 2.5
+LENGTHS: Final = 14
+SECTORS: Final = 24
+CURVATURES: Final = 7
+STRONG: Final = 0.6108652381980153
+MODERATE: Final = 0.2617993877991494
+BORDERS: Final = np.array([-STRONG, -MODERATE, 0.0, MODERATE, STRONG])
+UNKNOWN: Final = 4.0
+SIDE_PX: Final = 28.0
+LEAST_KNOWN: Final = 0.25
 ROTATIONS: Final = 64
 PLACES: Final = 32
 PER_PX: Final = 0.125
@@ -20,7 +27,48 @@ CELLS: Final = 256
 MOST: Final = 63
 
 
-def describe_edges(points: Any, edge: Any, term: Any, pose: Any) -> int:
+def measure_curvatures(
+    points: Any,
+    edge: Any,
+    code: Any,
+    doubled: Any,
+    step: float,
+    first_row: float,
+    first_column: float,
+    curvature: Any,
+) -> int:
+    """Fill `curvature` for the edges (E, 2) of a mesh, as the kernel does."""
+    points, code = np.asarray(points), np.asarray(code)
+    i, j = np.asarray(edge).reshape(-1, 2).T
+    dx, dy = points[0, j] - points[0, i], points[1, j] - points[1, i]
+    length = np.sqrt(dx * dx + dy * dy)
+    scale = np.where(length > 0.0, SIDE_PX / np.maximum(length, 1e-300), 0.0)
+    middle_x, middle_y = (0.5 * (row[i] + row[j]) for row in points[:2])
+    # cells around the print have no orientation
+    around = np.asarray(doubled)[:, np.pad(code, 1)]
+    rows, columns = code.shape
+    known = length > 0.0
+    means = []
+    for to_side in (scale, -scale):
+        x = (middle_x - to_side * dy) / step - first_column - 0.5
+        y = -(middle_y + to_side * dx) / step - first_row - 0.5
+        column, row = np.floor(x), np.floor(y)
+        mean = np.zeros((2, len(x)))
+        for k in range(4):
+            share_x = x - column if k & 1 else 1.0 - (x - column)
+            share_y = y - row if k >> 1 else 1.0 - (y - row)
+            at_x = np.clip(column + (k & 1) + 1, 0, columns + 1).astype(np.int64)
+            at_y = np.clip(row + (k >> 1) + 1, 0, rows + 1).astype(np.int64)
+            mean += share_x * share_y * around[:, at_y, at_x]
+        known &= (mean * mean).sum(0) > LEAST_KNOWN
+        means.append(mean)
+    (c, s), (other_c, other_s) = means
+    across = 0.5 * np.arctan2(s * other_c - c * other_s, c * other_c + s * other_s)
+    curvature[:] = np.where(known, across, UNKNOWN)
+    return 0
+
+
+def describe_edges(points: Any, edge: Any, curvature: Any, term: Any, pose: Any) -> int:
     """Fill `term` and `pose` for the edges (E, 2) of a mesh, as the kernel does."""
     points = np.asarray(points)
     i, j = np.asarray(edge).reshape(-1, 2).T
@@ -31,7 +79,8 @@ def describe_edges(points: Any, edge: Any, term: Any, pose: Any) -> int:
     for end in (i, j):
         relative = np.arctan2(points[3, end], points[2, end]) - along
         cell = cell * SECTORS + _sector(relative, SECTORS)
-    term[:] = cell
+    at = np.searchsorted(BORDERS, curvature) + (np.asarray(curvature) >= UNKNOWN)
+    term[:] = cell * CURVATURES + at
     cell = _sector(along + 0.5 * TURN / ROTATIONS, ROTATIONS)
     for row in points[:2]:
         place = np.floor(0.5 * (row[i] + row[j]) * PER_PX).astype(np.int64)

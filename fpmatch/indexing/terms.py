@@ -8,6 +8,10 @@ its two ends relative to it, do not change when a print is moved or turned. Quan
 edge in the print, and which way it points. A print's edge that is the same as one of the probe's
 indicates how the probe has to be moved and turned; where many indicate the same, the two prints are
 likely of one finger.
+
+A term has the curvature of the ridges across the edge, too, where the ridge orientation is known:
+the difference of the orientations on both sides of it. That of a print of the same finger is mostly
+in the same cell or the next one; without it, lists would be several times as long.
 """
 
 from __future__ import annotations
@@ -18,8 +22,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.indexing._term_kernel import describe_edges
-from fpmatch.indexing.model import LENGTHS, SECTORS, index_model
+from fpmatch.indexing._term_kernel import describe_edges, measure_curvatures
+from fpmatch.indexing.model import CURVATURES, LENGTHS, SECTORS, index_model
+from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
@@ -32,14 +37,19 @@ FULL_TURN: Final = 2 * np.pi
 # The kernel has the same numbers.
 LENGTH_ERROR_PX: Final = 2.5
 GROWTH: Final = 0.03  # of the error, by the length
-WIDTH: Final = 1.7  # of a cell of length, in errors
+WIDTH: Final = 2.5  # of a cell of length, in errors
 ROTATIONS: Final = 64
 PLACES: Final = 32
 STEP_PX: Final = 8.0  # of a place
 
 ANGLE_ERROR: Final = np.radians(7.0)  # of a direction relative to an edge
+CURVATURE_ERROR: Final = np.radians(5.0)
+CURVATURE_BORDERS: Final = np.radians([-90.0, -35.0, -15.0, 0.0, 15.0, 35.0, 90.0])  # of cells
+UNKNOWN_CURVATURE: Final = 4.0  # the kernel's number for one that is not known
+UNKNOWN_SHARE: Final = 0.12  # of the edges with known curvature that have none in another print
+WRONG_SHARE: Final = 0.05  # of the others that are in any cell
 LOGISTIC: Final = 1.702  # makes the logistic function nearly the normal distribution
-REACH: Final = 2  # cells to either side of the probe's own that are looked up
+REACH: Final = 1  # cells to either side of the probe's own that are looked up
 KEPT: Final = 0.3  # share of the edges of a print that another print of the finger has
 LEAST_GAIN: Final = 3.0  # times as likely in a print of the finger as in another
 MOST_WEIGHT: Final = 4
@@ -56,8 +66,41 @@ def print_terms(print_: PreparedTemplate) -> tuple[NDArray[np.uint16], NDArray[n
     """Return the terms of a print, and their poses, both of shape (E,): one an edge of the mesh."""
     edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
     term, pose = np.empty((2, len(edges)), np.uint16)
-    describe_edges(np.ascontiguousarray(print_.points), edges, term, pose)
+    points = np.ascontiguousarray(print_.points)
+    describe_edges(points, edges, curvatures(print_, edges), term, pose)
     return term, pose
+
+
+def curvatures(print_: PreparedTemplate, edges: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return the curvature of the ridges across edges (E, 2), in radians, as the kernel does.
+
+    It is by how much the ridge orientation on the left of an edge, seen from its first end, differs
+    from that on the right; `UNKNOWN_CURVATURE` where one of them is not known.
+    """
+    region = print_.region
+    code = region.code if region.has_flow else _NO_CODES
+    found = np.empty(len(edges))
+    measure_curvatures(
+        np.ascontiguousarray(print_.points),
+        np.ascontiguousarray(edges, np.int32),
+        np.ascontiguousarray(code),
+        _DOUBLED,
+        region.step,
+        region.first_row,
+        region.first_column,
+        found,
+    )
+    return found
+
+
+def _doubled() -> NDArray[np.float64]:
+    """Return the unit vectors at twice the angle of all codes of orientation; 0 for code 0."""
+    angle = FULL_TURN / ORIENTATIONS * (np.arange(ORIENTATIONS + 1) - 1.0)
+    return np.stack([np.cos(angle), np.sin(angle)]) * (np.arange(ORIENTATIONS + 1) > 0)
+
+
+_DOUBLED: Final = _doubled()
+_NO_CODES: Final = np.empty((0, 0), np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +143,10 @@ def probe_terms(
     (at_first, p_first), (at_second, p_second) = (_near(angle, error) for angle in own)
     cell = at_length[:, :, None, None] * SECTORS + (at_first % SECTORS)[:, None, :, None]
     cell = cell * SECTORS + (at_second % SECTORS)[:, None, None, :]
+    cell = cell[..., None] * CURVATURES + np.arange(CURVATURES)
     likely = p_length[:, :, None, None] * p_first[:, None, :, None] * p_second[:, None, None, :]
     share = _share_of(model)
+    likely = likely[..., None] * _share_by_curvature(probe, edges, share[cell])
     gain = (0.5 * KEPT * likely / share[cell]).ravel()
     kept = np.flatnonzero(gain > LEAST_GAIN)
     kept = kept[np.argsort(-gain[kept], kind="stable")]
@@ -113,7 +158,7 @@ def probe_terms(
     return ProbeTerms(
         term=cell.ravel()[kept].astype(np.int32),
         weight=weight.astype(np.uint8),
-        reading=(kept // (2 * REACH + 1) ** 3).astype(np.int32),
+        reading=(kept // ((2 * REACH + 1) ** 3 * CURVATURES)).astype(np.int32),
         rotation=(np.rint(_share(along) * ROTATIONS) % ROTATIONS).astype(np.uint8),
         shift=_turned(middle),
         minutiae=len(probe),
@@ -134,11 +179,31 @@ def _share(angle: NDArray[np.float64]) -> NDArray[np.float64]:
 def _near(
     value: NDArray[np.float64], error: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the cells around values (N,), and how likely another print has them: (N, 5) both."""
+    """Return the cells around values (N,), and how likely another print has them: (N, 3) both."""
     cell = np.floor(value).astype(np.int64)[:, None] + np.arange(-REACH, REACH + 1)
     off = LOGISTIC / error * (cell - value[:, None])
     likely = 1.0 / (1.0 + np.exp(-off - LOGISTIC / error)) - 1.0 / (1.0 + np.exp(-off))
     return cell, likely
+
+
+def _share_by_curvature(
+    probe: PreparedTemplate, edges: NDArray[np.int32], share: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how likely another print has each curvature, (R, 3, 3, 3, C), by both readings.
+
+    Where that of the probe is not known, it has it as often as others, by their `share` of edges.
+    """
+    across = curvatures(probe, edges)
+    known = np.tile(across < UNKNOWN_CURVATURE, 2)
+    across = np.concatenate([across, -across])[:, None]  # sides change places
+    turns = np.pi * np.arange(-1, 2)[:, None, None]
+    off = LOGISTIC / CURVATURE_ERROR * (CURVATURE_BORDERS - across + turns)
+    near = np.diff(1.0 / (1.0 + np.exp(-off))).sum(0)
+    near = (1.0 - UNKNOWN_SHARE) * ((1.0 - WRONG_SHARE) * near + WRONG_SHARE / near.shape[1])
+    likely = share / share.sum(-1, keepdims=True)
+    likely[known, ..., :-1] = near[known, None, None, None]
+    likely[known, ..., -1] = UNKNOWN_SHARE
+    return likely
 
 
 def _turned(middle: NDArray[np.float64]) -> NDArray[np.uint16]:

@@ -54,6 +54,8 @@ KEPT: Final = 0.3  # share of the edges of a print that another print of the fin
 LEAST_GAIN: Final = 3.0  # times as likely in a print of the finger as in another
 MOST_WEIGHT: Final = 4
 WEIGHT_SCALE: Final = 0.5  # of the logarithm of the gain
+WITHOUT_CURVATURE: Final = 2.0
+"""By which the budget is multiplied for a probe without ridge orientation."""
 BUDGET: Final = 0.5  # postings a print of the gallery, for each minutia of the probe
 
 
@@ -146,11 +148,15 @@ def probe_terms(
     cell = cell[..., None] * CURVATURES + np.arange(CURVATURES)
     likely = p_length[:, :, None, None] * p_first[:, None, :, None] * p_second[:, None, None, :]
     share = _share_of(model)
-    likely = likely[..., None] * _share_by_curvature(probe, edges, share[cell])
+    across = curvatures(probe, edges)
+    known = across < UNKNOWN_CURVATURE
+    likely = likely[..., None] * _share_by_curvature(across, share[cell])
     gain = (0.5 * KEPT * likely / share[cell]).ravel()
     kept = np.flatnonzero(gain > LEAST_GAIN)
     kept = kept[np.argsort(-gain[kept], kind="stable")]
     cost = np.cumsum(share[cell.ravel()[kept]]) * model.edges
+    if not known.any():
+        budget *= WITHOUT_CURVATURE
     kept = kept[: np.searchsorted(cost, budget * len(probe), "right")]
     kept = kept[np.argsort(cell.ravel()[kept], kind="stable")]
     weight = np.clip(np.rint(WEIGHT_SCALE * np.log(gain[kept])), 1, MOST_WEIGHT)
@@ -187,20 +193,20 @@ def _near(
 
 
 def _share_by_curvature(
-    probe: PreparedTemplate, edges: NDArray[np.int32], share: NDArray[np.float64]
+    across: NDArray[np.float64], share: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return how likely another print has each curvature, (R, 3, 3, 3, C), by both readings.
 
-    Where that of the probe is not known, it has it as often as others, by their `share` of edges.
+    `across` are the probe's. Where one is not known, another print has it as often as others, by
+    their `share` of edges.
     """
-    across = curvatures(probe, edges)
     known = np.tile(across < UNKNOWN_CURVATURE, 2)
     across = np.concatenate([across, -across])[:, None]  # sides change places
     turns = np.pi * np.arange(-1, 2)[:, None, None]
     off = LOGISTIC / CURVATURE_ERROR * (CURVATURE_BORDERS - across + turns)
     near = np.diff(1.0 / (1.0 + np.exp(-off))).sum(0)
     near = (1.0 - UNKNOWN_SHARE) * ((1.0 - WRONG_SHARE) * near + WRONG_SHARE / near.shape[1])
-    likely = share / share.sum(-1, keepdims=True)
+    likely: NDArray[np.float64] = share / share.sum(-1, keepdims=True)
     likely[known, ..., :-1] = near[known, None, None, None]
     likely[known, ..., -1] = UNKNOWN_SHARE
     return likely

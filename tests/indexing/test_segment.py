@@ -4,17 +4,32 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matching_prints import COMPILED, any_points, jittered, moved, spread_points, template_of
+from matching_prints import (
+    COMPILED,
+    any_points,
+    jittered,
+    moved,
+    spread_points,
+    striped_field,
+    template_of,
+)
 
 from fpmatch.errors import MatcherError
 from fpmatch.indexing import numpy_forms
-from fpmatch.indexing._term_kernel import describe_edges
+from fpmatch.indexing._term_kernel import describe_edges, measure_curvatures
 from fpmatch.indexing._vote_kernel import count_votes, lists_ascend
 from fpmatch.indexing.model import TERMS, IndexModel, index_model
 from fpmatch.indexing.segment import COLUMNS, TABLE, Segment
 from fpmatch.indexing.stages import preselect
-from fpmatch.indexing.terms import edges_of, print_terms, probe_terms
+from fpmatch.indexing.terms import (
+    UNKNOWN_CURVATURE,
+    curvatures,
+    edges_of,
+    print_terms,
+    probe_terms,
+)
 from fpmatch.matching.prepare import prepare
+from fpmatch.minutiae import RidgeField
 
 EXAMPLES = 30 if COMPILED else 5
 
@@ -34,11 +49,86 @@ def gallery(seed, count=40, n=30):
 def test_terms_are_those_of_the_numpy_form(seed):
     print_ = prepare(template_of(any_points(seed)))
     edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
+    border = np.radians([-35, -15, 0, 15, 35])
+    curvature = np.random.default_rng(seed).choice(
+        [*border, *border + 1e-9, -1.5, 1.5, 4], len(edges)
+    )
     made, expected = np.empty((2, 2, len(edges)), np.uint16)
-    describe_edges(print_.points, edges, *made)
-    numpy_forms.describe_edges(print_.points, edges, *expected)
+    describe_edges(print_.points, edges, curvature, *made)
+    numpy_forms.describe_edges(print_.points, edges, curvature, *expected)
     assert made.tolist() == expected.tolist()
     assert not len(edges) or made[0].max() < TERMS
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=EXAMPLES)
+def test_curvatures_are_those_of_the_numpy_form(seed):
+    rng = np.random.default_rng(seed)
+    points = any_points(seed)
+    edges = rng.integers(0, points.shape[1], (30 * (points.shape[1] > 0), 2)).astype(np.int32)
+    code = rng.integers(0, 256, rng.integers(0, 12, 2)).astype(np.uint8)
+    code[rng.random(code.shape) < 0.2] = 0
+    angle = 2 * np.pi / 255 * (np.arange(256) - 1)
+    doubled = np.stack([np.cos(angle), np.sin(angle)]) * (np.arange(256) > 0)
+    cells = float(rng.choice([4.0, 16.0, 33.3])), int(rng.integers(-3, 9)), int(rng.integers(0, 9))
+    made, expected = np.empty((2, len(edges)))
+    measure_curvatures(points, edges, code, doubled, *cells, made)
+    numpy_forms.measure_curvatures(points, edges, code, doubled, *cells, expected)
+    assert made == pytest.approx(expected, abs=1e-9)
+
+
+def whorl(centre_px, side=25, step=16.0):
+    """Return a field of circles around a place, right and down from the corner."""
+    row, column = (np.mgrid[:side, :side] + 0.5) * step
+    orientation = np.arctan2(row - centre_px[1], column - centre_px[0])
+    orientation = np.mod(np.pi / 2 - orientation, np.pi).astype(np.float32)
+    return RidgeField(step, orientation, np.ones((side, side), bool), None)
+
+
+@pytest.mark.parametrize("distance", [60.0, 100.0, 140.0])
+def test_the_curvature_is_the_difference_of_the_orientations_on_both_sides(distance):
+    centre, middle = np.array([200.0, 200.0]), np.array([200.0 + distance, 200.0])
+    ends = middle[:, None] + [[0.0, 20.0], [0.0, 0.0]]  # along the radius: circles cross it
+    points = np.vstack([ends * [[1], [-1]], [[1, 1], [0, 0]]])
+    print_ = prepare(template_of(points, field=whorl(centre)))
+    seen, back = curvatures(print_, np.array([[0, 1], [1, 0]], np.int32))
+    expected = 2 * np.arctan2(28.0, distance + 10)
+    assert seen == pytest.approx(expected, abs=0.03)
+    assert back == pytest.approx(-seen)
+    points[:2] = [[200 + distance] * 2, [-190, -210]]  # circles run along it
+    along = prepare(template_of(points, field=whorl(centre)))
+    assert curvatures(along, np.array([[0, 1]], np.int32)) == pytest.approx(0, abs=0.03)
+
+
+def test_where_the_orientation_is_not_known_the_curvature_is_not():
+    points = spread_points(np.random.default_rng(3), 12)
+    without = prepare(template_of(points))
+    edges = edges_of(without)
+    assert (curvatures(without, edges) == UNKNOWN_CURVATURE).all()
+    small = prepare(template_of(points, field=striped_field(side=6)))  # of 96 px
+    found = curvatures(small, edges)
+    assert 0 < (found == UNKNOWN_CURVATURE).sum() < len(edges)
+    assert found[found != UNKNOWN_CURVATURE] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("fields", [(0, 0), (0, 1), (1, 0)])
+def test_a_mate_is_found_whether_or_not_its_orientation_is_known(fields):
+    rng = np.random.default_rng(8)
+    finger = spread_points(rng, 30)
+    of_probe, of_mate = (whorl((150.0, 150.0)) if known else None for known in fields)
+    mate = template_of(jittered(rng, finger, 1.5, 0.05), field=of_mate)
+    segment = segment_of([*gallery(5), mate])
+    votes = segment.votes(probe_terms(prepare(template_of(finger, field=of_probe))))
+    assert votes.argmax() == len(segment) - 1
+
+
+def test_ridges_that_bend_alike_add_votes():
+    rng = np.random.default_rng(9)
+    finger = spread_points(rng, 20)
+    same, other = (whorl((x, 150.0)) for x in (150.0, 1500.0))
+    prints = [template_of(jittered(rng, finger, 1.5, 0.05), field=f) for f in (same, other)]
+    votes = segment_of(prints).votes(probe_terms(prepare(template_of(finger, field=same))))
+    assert votes[0] > 1.3 * votes[1]
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.5, 50.0]))

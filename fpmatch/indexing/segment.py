@@ -15,7 +15,7 @@ import numpy as np
 from fpmatch.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.indexing._vote_kernel import count_votes, lists_ascend
-from fpmatch.indexing.model import TERMS
+from fpmatch.indexing.model import CURVATURES, TERMS
 from fpmatch.indexing.terms import print_terms
 
 if TYPE_CHECKING:
@@ -149,6 +149,11 @@ class Segment:
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name."""
         return {name: getattr(self, name) for name in COLUMNS}
+
+    @cached_property
+    def unknown_curvatures(self) -> int:
+        """Number of postings of edges across which the curvature is not known."""
+        return int(np.diff(self.term_start.astype(np.int64))[CURVATURES - 1 :: CURVATURES].sum())
 
     @cached_property
     def _factor(self) -> NDArray[np.uint16]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.indexing.model import index_model
 from fpmatch.indexing.terms import BUDGET, probe_terms
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def preselect(
     sets how many postings are visited (see `probe_terms`). `each` is as the built-in `map`: it
     calls a function for each segment.
     """
-    terms = probe_terms(probe, budget)
+    terms = probe_terms(probe, budget, unoriented=unoriented_share(segments))
     every = list(each(lambda segment: segment.votes(terms), segments))
     gone = np.unique(np.asarray(removed, np.int64))
     counts = np.zeros(_BINS, np.int64)  # of prints, by their votes
@@ -89,3 +90,15 @@ def preselect(
     kept = np.ones(len(found), np.bool_)
     kept[equal[order[ties:]]] = False
     return Candidates(found.segment[kept], found.local[kept], found.votes[kept])
+
+
+def unoriented_share(segments: Sequence[Segment]) -> float:
+    """Return about which share of the prints have no ridge orientation, in quarters.
+
+    Where they have one, it is still not known across some edges at the border of the print.
+    """
+    postings = sum(len(segment.posting) for segment in segments)
+    unknown = sum(segment.unknown_curvatures for segment in segments) / max(postings, 1)
+    expected = float(index_model().directions[..., -1].sum())
+    share = (unknown - expected) / (1.0 - expected) if expected < 1.0 else 0.0
+    return round(4 * max(share, 0.0)) / 4

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.indexing._term_kernel import describe_edges, measure_curvatures
-from fpmatch.indexing.model import CURVATURES, LENGTHS, SECTORS, index_model
+from fpmatch.indexing.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
 from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
@@ -54,9 +54,7 @@ KEPT: Final = 0.3  # share of the edges of a print that another print of the fin
 LEAST_GAIN: Final = 3.0  # times as likely in a print of the finger as in another
 MOST_WEIGHT: Final = 4
 WEIGHT_SCALE: Final = 0.5  # of the logarithm of the gain
-WITHOUT_CURVATURE: Final = 2.0
-"""By which the budget is multiplied for a probe without ridge orientation."""
-BUDGET: Final = 0.5  # postings a print of the gallery, for each minutia of the probe
+BUDGET: Final = 0.3  # postings a print of the gallery, for each minutia of the probe
 
 
 def edges_of(print_: PreparedTemplate) -> NDArray[np.int32]:
@@ -122,12 +120,17 @@ class ProbeTerms:
 
 
 def probe_terms(
-    probe: PreparedTemplate, budget: float = BUDGET, model: IndexModel | None = None
+    probe: PreparedTemplate,
+    budget: float = BUDGET,
+    model: IndexModel | None = None,
+    unoriented: float = 0.0,
 ) -> ProbeTerms:
     """Return the terms that a probe looks up.
 
     Those are taken that most favour a print of the finger, up to a budget of postings: so many a
-    print of the gallery for each minutia of the probe.
+    print of the gallery for each minutia of the probe. It grows, up to twice that, where no ridge
+    orientation of the probe is known, or with the share `unoriented` of the prints of the gallery
+    of which none is: as many mates are found by terms without curvature.
     """
     model = model or index_model()
     edges = edges_of(probe).reshape(-1, 2)
@@ -147,16 +150,16 @@ def probe_terms(
     cell = cell * SECTORS + (at_second % SECTORS)[:, None, None, :]
     cell = cell[..., None] * CURVATURES + np.arange(CURVATURES)
     likely = p_length[:, :, None, None] * p_first[:, None, :, None] * p_second[:, None, None, :]
-    share = _share_of(model)
+    share = _share_of(model)[cell]
     across = curvatures(probe, edges)
     known = across < UNKNOWN_CURVATURE
-    likely = likely[..., None] * _share_by_curvature(across, share[cell])
-    gain = (0.5 * KEPT * likely / share[cell]).ravel()
+    likely = likely[..., None] * _share_by_curvature(across, share)
+    likely, share = (_with_unoriented(each, unoriented) for each in (likely, share))
+    gain = (0.5 * KEPT * likely / np.maximum(share, LEAST_SHARE)).ravel()
     kept = np.flatnonzero(gain > LEAST_GAIN)
     kept = kept[np.argsort(-gain[kept], kind="stable")]
-    cost = np.cumsum(share[cell.ravel()[kept]]) * model.edges
-    if not known.any():
-        budget *= WITHOUT_CURVATURE
+    cost = np.cumsum(share.ravel()[kept]) * model.edges
+    budget *= 1.0 + (unoriented if known.any() else 1.0)
     kept = kept[: np.searchsorted(cost, budget * len(probe), "right")]
     kept = kept[np.argsort(cell.ravel()[kept], kind="stable")]
     weight = np.clip(np.rint(WEIGHT_SCALE * np.log(gain[kept])), 1, MOST_WEIGHT)
@@ -210,6 +213,13 @@ def _share_by_curvature(
     likely[known, ..., :-1] = near[known, None, None, None]
     likely[known, ..., -1] = UNKNOWN_SHARE
     return likely
+
+
+def _with_unoriented(share: NDArray[np.float64], unoriented: float) -> NDArray[np.float64]:
+    """Return shares (..., C) of curvatures, where those of some prints are all unknown."""
+    found = (1.0 - unoriented) * share
+    found[..., -1] += unoriented * share.sum(-1)
+    return found
 
 
 def _turned(middle: NDArray[np.float64]) -> NDArray[np.uint16]:

@@ -32,6 +32,7 @@ from fpmatch.matching.compact_template import CompactTemplates, compact, expand
 from fpmatch.matching.packed_descriptors import PackedDescriptors
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.matching.ridge_samples import ORIENTATIONS, RidgeSampleParameters
 from research.commands import Command, folders, json_file, workers, write_json
 from research.tables.stored_prints import RATES, stored_forms, stored_parts, stored_times
@@ -197,6 +198,7 @@ def measure_times(sets: list[ExtractedSet]) -> dict[str, Any]:
     templates = [exact(template) for template in templates_of(sets)][::4]
     packed = [compact(template) for template in templates]
     prints = [prepare(template) for template in templates]
+    many, every = CompactTemplates.of_bytes(packed), np.arange(len(packed))
     full = PackedTemplates.concatenate([PackedTemplates.pack(prints)] * COPIES)
     small = PackedDescriptors.concatenate([PackedDescriptors.pack(prints)] * COPIES)
     probes, count = prints[::16], len(full)
@@ -207,6 +209,8 @@ def measure_times(sets: list[ExtractedSet]) -> dict[str, Any]:
         "compact": each_us(lambda: [compact(template) for template in templates], len(templates)),
         "expand": each_us(lambda: [expand(data) for data in packed], len(packed)),
         "prepare": each_us(lambda: [prepare(template) for template in templates], len(templates)),
+        "pack": each_us(lambda: PackedTemplates.pack(prints), len(prints)),
+        "prepare_compact": each_us(lambda: prepare_compact(many, every), len(prints)),
         "pack_descriptors": each_us(lambda: PackedDescriptors.pack(prints), len(prints)),
         "prefilter": float(np.mean([prefilter_us(p, full, None) for p in probes])),
         "packed_prefilter": float(np.mean([prefilter_us(p, full, small) for p in probes])),

@@ -28,6 +28,7 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
+from fpmatch.gallery.index_segment import prepare_prints
 from fpmatch.indexing.loss import search_plan, with_votes
 from fpmatch.indexing.stages import preselect
 from fpmatch.indexing.terms import probe_terms
@@ -150,10 +151,8 @@ def search(
         return np.argsort(-combined, kind="stable")[: plan.by_descriptors], by_size, combined
 
     def compared() -> np.ndarray:
-        templates = (
-            segments[first.segment[k]].templates[int(first.local[k])] for k in best.tolist()
-        )
-        return MATCHER.similarities(probe, PackedTemplates.pack(map(MATCHER.prepare, templates)))
+        prints = prepare_prints(segments, first.segment[best], first.local[best])
+        return MATCHER.similarities(probe, prints)
 
     best, by_size, scores = cost.timed("descriptors", by_descriptors)
     return Found(by_size, scores, cost.timed("comparison", compared))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,12 +16,14 @@ from fpmatch.matching import compact_template, packed_descriptors, packed_templa
 from fpmatch.matching.compact_template import CompactTemplates
 from fpmatch.matching.packed_arrays import PRINT, START
 from fpmatch.matching.packed_descriptors import PackedDescriptors
+from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
+    from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.minutiae import Template
 
@@ -108,6 +111,18 @@ class PrintSegment:
 
     def __len__(self) -> int:
         return len(self.numbers)
+
+
+def prepare_prints(
+    segments: Sequence[PrintSegment], segment: NDArray[np.integer], place: NDArray[np.integer]
+) -> PackedTemplates:
+    """Return prints of some segments, prepared: the numbers of their segments, and their places."""
+    order = np.argsort(segment, kind="stable")
+    bounds = np.searchsorted(segment[order], np.arange(len(segments) + 1)).tolist()
+    of_each = zip(segments, pairwise(bounds), strict=True)
+    parts = [prepare_compact(one.templates, place[order[a:b]]) for one, (a, b) in of_each if a < b]
+    found = packed_templates.PackedTemplates.concatenate(parts)
+    return found if (order[1:] > order[:-1]).all() else found.take(np.argsort(order))
 
 
 _PARTS: Final[dict[str, tuple[Any, Mapping[str, Column]]]] = {

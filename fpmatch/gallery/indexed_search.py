@@ -13,13 +13,11 @@ import numpy as np
 
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index import GalleryIndex
-from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
+from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.prepared_search import Preselection, Search, parts_of
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
 from fpmatch.matching.candidate_list import PRINTS_AT_ONCE
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -29,6 +27,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index_state import IndexState
     from fpmatch.gallery.prepared_search import Each
     from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
@@ -51,16 +50,7 @@ class IndexedPrints:
 
     def take(self, which: NDArray[np.integer]) -> PackedTemplates:
         """Return some prints, packed."""
-        segment, place = self._state.places(which)
-        parts, numbers = [], [np.empty(0, np.intp)]
-        for k in np.unique(segment).tolist():
-            of = np.flatnonzero(segment == k)
-            parts.append(prepare_compact(self._state.segments[k].templates, place[of]))
-            numbers.append(of)
-        found = PackedTemplates.concatenate(parts)
-        number = np.concatenate(numbers)
-        ascending = (number[1:] > number[:-1]).all()
-        return found if ascending else found.take(np.argsort(number))
+        return prepare_prints(self._state.segments, *self._state.places(which))
 
 
 class IndexedSearch(Search):

@@ -98,9 +98,9 @@ class NeighbourhoodWriter:
     def write(self, first, edge, start, ring, interior):
         """Write the neighbourhoods of the print whose first minutia is `first`, by its mesh.
 
-        `edge` (E, 2) are the joined minutiae, counted from the first, six edges a minutia at most. The ring of minutia i is
-        ``ring[start[i]:start[i + 1]]``, and closed where `interior`. Of two neighbours equally near
-        the one of the smaller index comes first.
+        `edge` (E, 2) are the joined minutiae, counted from the first; there are at most six edges a
+        minutia. The ring of minutia i is ``ring[start[i]:start[i + 1]]``, and closed where
+        `interior`. Of two neighbours equally near the one of the smaller index comes first.
         """
         n = start.shape[0] - 1
         self._join(n, edge)

@@ -102,7 +102,7 @@ def encode_many(
     """
     n = points.shape[1]
     coded = np.ones(n, np.uint8)
-    for k in np.flatnonzero(start[1:] - start[:-1] > MAX_ENCODED).tolist():
+    for k in (start[1:] - start[:-1] > MAX_ENCODED).nonzero()[0].tolist():
         of = slice(start[k], start[k + 1])
         coded[of][np.argsort(-quality[of], kind="stable")[MAX_ENCODED:]] = 0
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -28,7 +29,7 @@ from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS, root_weight_codes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -82,14 +83,11 @@ class PackedTemplates(PackedArrays):
         MatcherError
             If a print has more than 256 minutiae.
         """
+        left = iter(prints)
         joined: list[PackedTemplates] = []
-        few: list[PackedTemplates] = []
-        for print_ in prints:
-            few.append(_packed(print_))
-            if len(few) == PRINTS_AT_ONCE:
-                joined.append(cls.concatenate(few))
-                few.clear()
-        return cls.concatenate([*joined, *few])
+        while few := list(islice(left, PRINTS_AT_ONCE)):
+            joined.append(_packed(few))
+        return cls.concatenate(joined)
 
     def __len__(self) -> int:
         return len(self.step)
@@ -162,33 +160,50 @@ def preparation() -> str:
     return f"{PreparationParameters()} {NeighbourhoodParameters()} {BitDescriptorParameters()}"
 
 
-def _packed(print_: PreparedTemplate) -> PackedTemplates:
-    """Return one print."""
-    n, region = print_.neighbourhoods, print_.region
-    if len(print_) > MAX_MINUTIAE:
-        raise MatcherError(f"a print of {len(print_)} minutiae; {MAX_MINUTIAE} can be packed")
-    place = (*region.code.shape, region.first_row, region.first_column)
+def _packed(prints: Sequence[PreparedTemplate]) -> PackedTemplates:
+    """Return some prints, one at least."""
+    n, cells = [len(print_) for print_ in prints], [p.region.code.size for p in prints]
+    if max(n) > MAX_MINUTIAE:
+        raise MatcherError(f"a print of {max(n)} minutiae; {MAX_MINUTIAE} can be packed")
+    found, areas = [p.neighbourhoods for p in prints], [p.region for p in prints]
+    bits = [p.bit_descriptors for p in prints]
+    points = np.concatenate([p.points for p in prints], axis=1)
+    cell = np.concatenate([area.code.reshape(-1) for area in areas])
+    cell_start = np.cumsum([0, *cells], dtype=np.int64)
     columns: dict[str, Any] = {
-        "minutiae_start": [0, len(print_)],
-        "cell_start": [0, region.code.size],
-        "xy": print_.points[:2].T,
-        "direction": print_.points[2:].T,
-        "quality": np.rint(print_.quality * 100.0),
-        "index": print_.index,
-        "count": n.count,
-        "neighbour": n.neighbour,
-        "root_weight": root_weight_codes(n.frame[:, 5]),
-        "direction_bin": print_.bit_descriptors.direction_bin,
-        "neighbour_bits": print_.bit_descriptors.neighbour_bits,
-        "orientation_bins": print_.bit_descriptors.orientation_bins,
-        "cell": region.code.ravel(),
-        "ridges": np.zeros(region.code.size) if region.ridges is None else region.ridges.ravel(),
-        "shape": [place],
-        "step": [region.step],
-        "to_500dpi": [print_.to_500dpi],
-        "has_flow": [region.has_flow],
-        "has_ridges": [region.ridges is not None],
-        "inside": [region.inside],
+        "minutiae_start": np.cumsum([0, *n], dtype=np.int64),
+        "cell_start": cell_start,
+        "xy": points[:2].T,
+        "direction": points[2:].T,
+        "quality": np.rint(np.concatenate([p.quality for p in prints]) * 100.0),
+        "index": np.concatenate([p.index for p in prints]),
+        "count": np.concatenate([one.count for one in found]),
+        "neighbour": np.concatenate([one.neighbour for one in found]),
+        "root_weight": root_weight_codes(np.concatenate([one.frame[:, 5] for one in found])),
+        "direction_bin": np.concatenate([one.direction_bin for one in bits]),
+        "neighbour_bits": np.concatenate([one.neighbour_bits for one in bits]),
+        "orientation_bins": np.concatenate([one.orientation_bins for one in bits]),
+        "cell": cell,
+        "ridges": np.concatenate(
+            [
+                np.zeros(area.code.size, np.uint64) if r is None else r.reshape(-1)
+                for area, r in ((area, area.ridges) for area in areas)
+            ]
+        ),
+        "shape": [(*area.code.shape, area.first_row, area.first_column) for area in areas],
+        "step": [area.step for area in areas],
+        "to_500dpi": [print_.to_500dpi for print_ in prints],
+        "has_flow": [area.has_flow for area in areas],
+        "has_ridges": [area.ridges is not None for area in areas],
+        "inside": inside_counts(cell, cell_start),
     }
     arrays = {k: np.ascontiguousarray(columns[k], c.dtype) for k, c in COLUMNS.items()}
     return PackedTemplates(**arrays)
+
+
+def inside_counts(cell: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Return how many cells of each print are not 0; those of print k begin at ``start[k]``."""
+    counted = np.zeros(len(cell) + 1, np.int32)
+    np.cumsum(cell > 0, out=counted[1:])
+    found: NDArray[np.int32] = counted[start[1:]] - counted[start[:-1]]
+    return found

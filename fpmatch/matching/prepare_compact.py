@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.compact_template import LAYOUT
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.packed_templates import PackedTemplates, inside_counts
 from fpmatch.matching.prepare import (
     PreparationParameters,
     describe,
@@ -78,7 +78,6 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
         points, quality, given.start, areas
     )
     columns = np.ascontiguousarray(points.T, np.float32)
-    inside = np.concatenate([[0], np.cumsum(given.mask, dtype=np.int64)])[given.cell_start]
     return PackedTemplates(
         minutiae_start=given.start,
         cell_start=given.cell_start,
@@ -101,7 +100,7 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
         to_500dpi=zoom,
         has_flow=areas.has_flow,
         has_ridges=areas.has_flow,
-        inside=np.diff(inside).astype(np.int32),
+        inside=inside_counts(given.mask, given.cell_start),
     )
 
 

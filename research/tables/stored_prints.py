@@ -63,6 +63,8 @@ def stored_times(times: Mapping[str, Any]) -> str:
         "compact": "a template made compact",
         "expand": "a compact template expanded",
         "prepare": "a template prepared",
+        "pack": "a prepared template packed",
+        "prepare_compact": "a compact template prepared and packed, many at a time",
         "pack_descriptors": "bit descriptors packed",
         "prefilter": "bit descriptors of a print scored",
         "packed_prefilter": "packed bit descriptors of a print scored",

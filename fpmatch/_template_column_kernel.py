@@ -58,7 +58,7 @@ def read_columns(data, at, widths, start, columns):
                     while left > 0:
                         place = 8 - (bit & 7)
                         taken = place if place < left else left
-                        byte = data[bit >> 3] >> (place - taken)
+                        byte = cython.cast(cython.int, data[bit >> 3]) >> (place - taken)
                         value = (value << taken) | (byte & ((1 << taken) - 1))
                         bit += taken
                         left -= taken
@@ -87,7 +87,7 @@ def read_cells(data, at, end, start, columns, cell_bytes, mask, orientation, aft
             width = columns[t]
             row = column = 0
             for i in range(cells):
-                value = data[at[t] + (i >> 3)] >> (7 - (i & 7)) & 1
+                value = cython.cast(cython.int, data[at[t] + (i >> 3)]) >> (7 - (i & 7)) & 1
                 mask[start[t] + i] = value
                 inside += value
                 top |= value & (row == 0)

@@ -79,21 +79,25 @@ class NeighbourhoodWriter:
     """
 
     def __init__(self, points, parameters, capacity, count, near, frame) -> None:
-        self.x, self.y, self.c, self.s = map(memoryview, points)
-        self.count, self.near, self.frame = map(memoryview, (count, near, frame))
+        m: cython.Py_ssize_t = points.shape[1]
+        flat: cython.const[cython.double][::1] = memoryview(points.reshape(-1))
+        self.x, self.y = flat[:m], flat[m : 2 * m]
+        self.c, self.s = flat[2 * m : 3 * m], flat[3 * m :]
+        self.count, self.near, self.frame = memoryview(count), memoryview(near), memoryview(frame)
         self.size = parameters.size
         self.second_weight = parameters.second_ring_weight
         self.tolerance = parameters.tolerance_px
         self.growth = parameters.tolerance_per_px
-        edges = EDGES * capacity
-        integers = np.zeros(2 * edges + 2 * capacity + 2, np.int32)
-        self.joined = memoryview(integers[: 2 * edges])
-        self.met = memoryview(integers[2 * edges : 2 * edges + capacity])
-        self.joined_start = memoryview(integers[2 * edges + capacity :])
-        numbers = np.full(capacity + 2 * edges + self.size, self.second_weight)
-        self.weight = memoryview(numbers[:capacity])
-        self.ring_weight = memoryview(numbers[capacity : capacity + 2 * edges])
-        self.distance = memoryview(numbers[capacity + 2 * edges :])
+        entries = 2 * EDGES * capacity
+        integers: cython.int[::1] = memoryview(np.zeros(entries + 2 * capacity + 2, np.int32))
+        self.joined = integers[:entries]
+        self.met = integers[entries : entries + capacity]
+        self.joined_start = integers[entries + capacity :]
+        weights = np.full(entries + capacity + self.size, self.second_weight)
+        numbers: cython.double[::1] = memoryview(weights)
+        self.ring_weight = numbers[:entries]
+        self.weight = numbers[entries : entries + capacity]
+        self.distance = numbers[entries + capacity :]
 
     def write(self, first, edge, start, ring, interior):
         """Write the neighbourhoods of the print whose first minutia is `first`, by its mesh.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching._preparation_kernel import write_qualities
 from fpmatch.matching._template_view_kernel import TemplateView
 from fpmatch.matching.bit_descriptors import BitDescriptors, encode, encode_many
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.bit_descriptors import EncodedMinutiae
     from fpmatch.minutiae import Minutiae, Template
 
-MAX_QUALITY: Final = 100.0
 _FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
 
 
@@ -139,20 +139,14 @@ def points_at_500dpi(
 
 
 def qualities(
-    quality: NDArray[np.integer], start: NDArray[np.int64], usual: float
+    quality: NDArray[np.uint8], start: NDArray[np.int64], usual: float
 ) -> NDArray[np.float64]:
     """Return the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
 
     Where a print gives none, which is all 100 or all 0, they are the usual one.
     """
-    n = start[1:] - start[:-1]
-    total = np.zeros(len(quality) + 1, np.int64)
-    quality.cumsum(out=total[1:])
-    total = total[start[1:]] - total[start[:-1]]
-    given = (total > 0) & (total < MAX_QUALITY * n)
-    found: NDArray[np.float64] = quality / MAX_QUALITY
-    if not given.all():
-        found[~given.repeat(n)] = usual
+    found = np.empty(len(quality))
+    write_qualities(quality, start, usual, found)
     return found
 
 

@@ -68,11 +68,12 @@ def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> Pac
 def _prepared(given: PackedColumns) -> PackedTemplates:
     """Prepare prints of no more minutiae than take part."""
     n, zoom = np.diff(given.start), STANDARD_DPI / given.dpi
-    x, y, angle, _, quality = given.columns
+    x, y, angle, _, hundredths = given.columns
     of_each = zoom.repeat(n)
     xy = ((np.stack([x, y]) + 0.5) / of_each - 0.5).astype(np.float32)  # in the image's pixels
     points = points_at_500dpi(xy[0], xy[1], ANGLES[angle], of_each.astype(np.float32))
-    quality = qualities(quality, given.start, PreparationParameters().usual_quality)
+    usual = PreparationParameters().usual_quality
+    quality = qualities(hundredths.astype(np.uint8), given.start, usual)
     areas = _areas(given)
     found, (direction_bin, neighbour_bits, orientation_bins) = describe(
         points, quality, given.start, areas

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from fpmatch.matching._print_area_kernel import box_of
+from fpmatch.matching._preparation_kernel import box_of
 from fpmatch.matching.quantization import orientation_codes
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching._print_area_kernel import write_codes
+from fpmatch.matching._preparation_kernel import round_weights, write_codes
 from fpmatch.matching.neighbourhood import Neighbourhoods
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
 ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
-_AS_FRAMES: Final = ROOT_WEIGHTS.astype(np.float32)
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 
 
@@ -35,14 +34,13 @@ def orientation_codes(
 def rounded(found: Neighbourhoods) -> Neighbourhoods:
     """Return neighbourhoods whose weights are rounded."""
     frame = found.frame.copy()
-    frame[:, 5] = _AS_FRAMES[root_weight_codes(frame[:, 5])]
+    n, _, size = frame.shape
+    round_weights(frame[:, 5], np.empty((n, size), np.uint8))
     return Neighbourhoods(found.count, found.neighbour, frame)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to."""
-    hundredths = root_weight.astype(np.float64)
-    hundredths *= 100.0
-    np.rint(hundredths, out=hundredths)
-    np.minimum(hundredths, 255.0, out=hundredths)
-    return hundredths.astype(np.uint8)
+    code = np.empty(root_weight.shape, np.uint8)
+    round_weights(root_weight.copy().reshape(-1, 1), code.reshape(-1, 1))
+    return code

@@ -10,7 +10,7 @@ sys.path.append(str(Path(__file__).parent))
 
 KERNELS = (
     *("align", "amount", "compare", "consistency", "encode", "evidence", "local", "minutia_grid"),
-    *("prefilter", "relaxation", "ridge", "ridge_search", "template_view"),
+    *("prefilter", "preparation", "relaxation", "ridge", "ridge_search", "template_view"),
 )
 
 

@@ -1,10 +1,13 @@
 """Rounding: what is kept in few bytes comes back, and is near to what it was."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
 from matching_prints import any_points, flow_of, seeds
 
+from fpmatch.matching import _preparation_kernel
 from fpmatch.matching.neighbourhood import neighbourhoods
 from fpmatch.matching.quantization import (
     ORIENTATIONS,
@@ -60,3 +63,32 @@ def test_rounding_is_slight_and_rounds_no_further_a_second_time(seed):
 def test_a_weight_beyond_all_codes_takes_the_last():
     codes = root_weight_codes(np.array([0.0, 1.0, 2.55, 9.0], np.float32))
     assert codes.tolist() == [0, 100, 255, 255]
+
+
+@given(seeds)
+def test_compiled_and_interpreted_agree(plain, seed):
+    rng = np.random.default_rng(seed)
+    weights = rng.uniform(0, 3, (4, 3)).astype(np.float32)
+    quality = rng.choice([0, 40, 100], 9, p=rng.dirichlet(np.full(3, 0.3))).astype(np.uint8)
+    start = np.array([0, *np.sort(rng.integers(0, 10, 2)), 9], np.int64)
+    angle, mask = rng.uniform(-40, 40, 7), rng.integers(0, 2, 7, np.uint8)
+    field, found = rng.integers(0, 6, (5, 6), np.uint8) == 0, []
+    for kernel in (_preparation_kernel, plain.preparation):
+        given_, (code, codes), box = (
+            weights.copy(),
+            np.empty((2, 12), np.uint8),
+            np.empty(4, np.int64),
+        )
+        prepared = np.empty(9)
+        kernel.round_weights(given_, code.reshape(4, 3))
+        kernel.write_qualities(quality, start, 0.7, prepared)
+        kernel.write_codes(angle, mask, ORIENTATIONS / np.pi, codes[:7])
+        kernel.box_of(field.view(np.uint8), box)
+        found.append([one.tolist() for one in (given_, code, prepared, codes[:7], box)])
+    assert found[0] == found[1]
+    parts = [quality[a:b] for a, b in pairwise(start)]
+    expected = [
+        np.full(len(part), 0.7) if not part.any() or (part == 100).all() else part / 100
+        for part in parts
+    ]
+    assert found[0][2] == np.concatenate(expected).tolist()

@@ -1,4 +1,8 @@
-"""Kernel: the box around the mask of a ridge field, and the codes of the orientation in it."""
+"""Kernel: small steps of preparing prints, each a pass over an array.
+
+They are the box around the mask of a ridge field, the codes of the ridge orientation, the qualities
+of minutiae and the rounding of weights.
+"""
 
 import cython
 
@@ -7,6 +11,10 @@ if cython.compiled:
 else:
     rint = round  # to even, too
 
+STEPS = cython.declare(
+    cython.double, 100.0
+)  # of a quality and of the root of a weight, from 0 to 1
+MOST = cython.declare(cython.double, 255.0)  # steps of the root of a weight
 ORIENTATIONS = cython.declare(cython.int, 255)  # steps in half a turn
 
 
@@ -49,4 +57,31 @@ def write_codes(orientation, mask, per_radian, code):
             if step < 0:  # compiled, a remainder has the sign of the number
                 step += ORIENTATIONS
             code[i] = step + 1
+    return 0
+
+
+def write_qualities(quality, start, usual, found):
+    """Fill `found` with the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
+
+    Print k has the minutiae from ``start[k]`` up to the next. Where all are 0, or all 100, its
+    template gives none, and they are the usual one.
+    """
+    for k in range(start.shape[0] - 1):
+        total = 0
+        for i in range(start[k], start[k + 1]):
+            total += cython.cast(cython.int, quality[i])
+        given = 0 < total < STEPS * (start[k + 1] - start[k])
+        for i in range(start[k], start[k + 1]):
+            found[i] = quality[i] / STEPS if given else usual
+    return 0
+
+
+def round_weights(root_weight, code):
+    """Round the square roots of weights (N, K) to hundredths, 2.55 at most, and write these."""
+    for i in range(root_weight.shape[0]):
+        for k in range(root_weight.shape[1]):
+            step = rint(float(root_weight[i, k]) * STEPS)
+            step = step if step < MOST else MOST
+            code[i, k] = cython.cast(cython.uchar, step)
+            root_weight[i, k] = step / STEPS
     return 0

@@ -195,9 +195,8 @@ def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> Rid
     first, last = reader.at, len(reader.data)
     if reader.left < (cells + 7) // 8:
         raise TemplateError("its ridge field is cut short")
-    at, end, columns_of, bytes_of, start = (
-        np.array(values, np.int64) for values in ((first,), (last,), (width,), (each,), (0, cells))
-    )
+    at, end, columns_of, bytes_of = np.array((first, last, width, each), np.int64).reshape(4, 1)
+    start = np.array((0, cells), np.int64)
     box, steps = np.empty((2, cells), np.uint8)
     after, tight = np.empty(1, np.int64), np.empty(1, np.uint8)
     data = np.frombuffer(reader.data, np.uint8)

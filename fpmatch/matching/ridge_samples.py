@@ -79,8 +79,7 @@ def restore_all(
     Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row; ``shape[k]`` begins
     with rows and columns. `samples` and `orientation` are those of cells inside, as above.
     """
-    rows_and_columns = shape[:, :2].astype(np.int64) + 2
-    room = int(np.multiply.reduce(rows_and_columns, axis=1).max(initial=0))
+    room = int(((shape[:, 0] + 2) * (shape[:, 1] + 2)).max(initial=0))
     ridges, halves = np.zeros(len(mask), np.uint64), np.empty(2 * room, np.uint8)
     looked_up = _looked_up().copy()
     restore(samples, orientation, mask, start, shape, looked_up, _table(), halves, ridges)

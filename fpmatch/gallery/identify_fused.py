@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
+from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.identify import identify
 from fpmatch.indexing.loss import DEFAULT_LOSS
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Identification
-    from fpmatch.gallery.prepared_search import CandidateListSize, Search
+    from fpmatch.gallery.prepared_search import CandidateListSize, Each, Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 
@@ -216,7 +217,10 @@ def identify_fused(
     total = len(subjects)
     found = []
     listed_fingers = subjects.fingers_of(listed)
-    for subject, fingers in _compare(search, probes, alone, named, listed_fingers, chosen, skipped):
+    given = search, probes, alone, named, listed_fingers, chosen, skipped
+    with Threads(workers) as threads:
+        compared_fingers = list(_compare(*given, threads.map))
+    for subject, fingers in compared_fingers:
         scores, may = np.array([f.scores for f in fingers]), np.array([f.may for f in fingers])
         score, pairs = assign_fingers(scores.T, may.T)
         if pairs:
@@ -268,6 +272,7 @@ def _compare(
     subjects: Mapping[str, Mapping[str, Sequence[int]]],
     calibration: Calibration,
     skipped: Collection[int],
+    each: Each,
 ) -> Iterator[tuple[str, list[_Finger]]]:
     """Compare probes with the fingers of subjects that they may be of; yield the subjects.
 
@@ -291,7 +296,8 @@ def _compare(
         known = {candidate.number: candidate.similarity for candidate in listed.candidates}
         similarities = np.array([known.get(number, np.nan) for number in numbers.tolist()])
         left = some[finger] & np.isnan(similarities)
-        similarities[left] = search.similarities(search.matcher.prepare(probe), places[left])
+        prepared = search.matcher.prepare(probe)
+        similarities[left] = search.similarities(prepared, places[left], each)
         similarities[~some[finger]] = -np.inf
         compared = some[finger]
         singles = calibration.scores(similarities[compared])

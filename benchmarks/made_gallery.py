@@ -35,6 +35,11 @@ if TYPE_CHECKING:
 SEED = 22
 PART = 65_536  # prints
 SYNTHESIS = "1"  # another where `make_templates` gives other templates
+# modules that decide what an index holds
+CODE_OF_INDEX = (
+    *(f"indexing/{name}.py" for name in ("terms", "_term_kernel", "segment")),
+    *(f"matching/{name}.py" for name in ("packed_descriptors", "compact_template")),
+)
 ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("bytes",))}
 
 
@@ -115,7 +120,7 @@ def segment_of(folder: Path, part: int) -> PrintSegment:
         rows = template_rows(folder, part)
         return index_of([template_of(rows, k) for k in range(len(rows))], part * PART).arrays()
 
-    about = code_of("indexing", "matching/packed_descriptors.py", "matching/compact_template.py")
+    about = code_of(*CODE_OF_INDEX)
     return PrintSegment.of_arrays(kept(folder / f"index-{part:04}.arrays", COLUMNS, about, make))
 
 

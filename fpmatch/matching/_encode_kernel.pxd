@@ -10,7 +10,7 @@ cpdef int second(int word) noexcept nogil
     on_column=cython.int, found=cython.int, cell=cython.int, other=cython.int,
 )
 cpdef int encode_neighbours(
-    const int[::1] count, const float[:, :, ::1] frame, const double[:, ::1] share,
+    const int[::1] count, const float[:, :, ::1] frame, const float[:, ::1] angle,
     const unsigned char[::1] coded, double per_px, unsigned short[:, ::1] word,
 ) noexcept
 @cython.locals(

@@ -6,11 +6,14 @@ bins of the ridge orientation at places around it.
 """
 
 import cython
+import numpy as np
 
 NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
 ORIENTATION_WORDS = cython.declare(cython.int, 12)
 SIDE = cython.declare(cython.int, 16)  # cells along a grid, with the minutia in its middle
 SECTORS = cython.declare(cython.int, 8)  # of relative direction, in a turn
+FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
+APART = cython.declare(cython.double, 0.25)  # of a turn: neighbours are rarely at right angles
 # A word of a neighbour: its cell in the first grid; a bit that is set where this cell does not
 # count; three bits for the step from there to the cell of the second grid; a bit that is set where
 # that cell does not count.
@@ -36,13 +39,14 @@ def second(word):
     return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
-def encode_neighbours(count, frame, share, coded, per_px, word):
+def encode_neighbours(count, frame, angle, coded, per_px, word):
     """Fill `word` for the minutiae of a print that are `coded`; the others have none.
 
     ``frame[i, :, k]`` begins with the position of neighbour k of minutia i in its frame, and
-    ``share[i, k]`` is its direction there as a share of a turn, 0 to 1. The cells are squares of
-    ``1 / per_px`` pixels times sectors of direction; those of the second grid are shifted by half a
-    cell in all three. Of the neighbours of a minutia in one cell, the first counts.
+    ``angle[i, k]`` is its direction there, from -π to π. The cells are squares of ``1 / per_px``
+    pixels times sectors of direction, of which the first begins at `APART` before 0; those of the
+    second grid are shifted by half a cell in all three. Of the neighbours of a minutia in one cell,
+    the first counts.
     """
     # the cells of the neighbours so far; -1 where they do not count
     cells = cython.declare(cython.int[12])
@@ -59,7 +63,8 @@ def encode_neighbours(count, frame, share, coded, per_px, word):
                 v = float(frame[i, 1, k]) * per_px + SIDE // 2
                 if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
                     continue
-                t = share[i, k] * SECTORS
+                t = float(angle[i, k]) / FULL_TURN + APART
+                t = (t + 1.0 if t < 0.0 else t) * SECTORS
                 column = int(u)
                 row = int(v)
                 sector = int(t)

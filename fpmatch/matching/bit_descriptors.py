@@ -30,7 +30,6 @@ NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
 ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
 UNKNOWN_BIN: Final = 31  # the greatest word of an orientation: that of an unknown one
 MAX_ENCODED: Final = 64  # minutiae of a print; of more, those of best quality
-APART: Final = 0.25  # of a turn: neighbours are rarely at right angles, where the sectors end
 TURNS: Final = 256  # steps of a minutia's direction in a turn
 
 
@@ -107,14 +106,11 @@ def encode_many(
         coded[of][np.argsort(-quality[of], kind="stable")[MAX_ENCODED:]] = 0
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     direction_bin = (turn % TURNS).astype(np.uint8)
-    share = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2]).astype(np.float64)
-    share /= 2 * np.pi
-    share += APART
-    share += share < 0.0
+    angle = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
     encode_neighbours(
-        neighbours.count, neighbours.frame, share, coded, 1.0 / _USUAL.cell_px, neighbour_bits
+        neighbours.count, neighbours.frame, angle, coded, 1.0 / _USUAL.cell_px, neighbour_bits
     )
     place = start, areas.code, areas.start, areas.shape, areas.step, areas.has_flow
     encode_orientations(points, direction_bin, *place, _PLACES, orientation_bins)

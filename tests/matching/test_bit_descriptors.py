@@ -20,7 +20,6 @@ from matching_prints import (
 
 from fpmatch.matching import bit_descriptors
 from fpmatch.matching.bit_descriptors import (
-    APART,
     MAX_ENCODED,
     TURNS,
     BitDescriptorParameters,
@@ -28,6 +27,7 @@ from fpmatch.matching.bit_descriptors import (
     encode,
     prefilter,
 )
+from fpmatch.matching.numpy_forms.descriptors import APART
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import ORIENTATIONS
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 WORDS: Final = 12  # of neighbours, and as many of orientations
 SIDE: Final = 16
 SECTORS: Final = 8
+APART: Final = 0.25
 CELL: Final = 0x07FF
 NOT_FIRST: Final = 0x0800
 NOT_SECOND: Final = 0x8000
@@ -40,7 +41,7 @@ def second(word: Numbers) -> Numbers:
 
 
 def encode_neighbours(
-    count: Any, frame: Any, share: Any, coded: Any, per_px: float, word: Any
+    count: Any, frame: Any, angle: Any, coded: Any, per_px: float, word: Any
 ) -> int:
     """Fill `word` (N, 12) for the minutiae of a print that are `coded`; the others have none."""
     given = np.asarray(frame)[:, :, :WORDS].astype(np.float64)
@@ -48,7 +49,9 @@ def encode_neighbours(
     u, v = given[:, 0] * per_px + SIDE // 2, given[:, 1] * per_px + SIDE // 2
     valid = np.arange(words) < np.where(coded, count, 0)[:, None]
     valid &= (u >= 0.0) & (u < SIDE) & (v >= 0.0) & (v < SIDE)
-    t = np.where(valid, np.asarray(share)[:, :words], 0.0) * SECTORS
+    share = np.asarray(angle)[:, :words].astype(np.float64) / (2 * np.pi) + APART
+    share += share < 0.0
+    t = np.where(valid, share, 0.0) * SECTORS
     u, v = np.where(valid, u, 0.0), np.where(valid, v, 0.0)
     column, row = u.astype(np.int64), v.astype(np.int64)
     sector = np.minimum(t.astype(np.int64), SECTORS - 1)

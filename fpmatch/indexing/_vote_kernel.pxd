@@ -4,27 +4,22 @@ cimport cython
 
 cpdef int count_votes(
     const unsigned int[::1] start, const unsigned int[::1] posting, const int[::1] term,
-    const unsigned char[::1] weight, const int[::1] reading, const unsigned char[::1] rotation,
-    const unsigned short[:, ::1] shift, const unsigned short[::1] factor,
-    unsigned int[::1] cursor, unsigned int[::1] table, unsigned short[::1] votes,
+    const unsigned char[::1] weight, const int[::1] reading,
+    const unsigned short[:, ::1] shift, const unsigned short[::1] factor, unsigned int[::1] cursor,
+    unsigned int[::1] table, unsigned short[::1] votes,
 ) noexcept
 @cython.locals(
     q=cython.Py_ssize_t, p=cython.Py_ssize_t, first=cython.Py_ssize_t, last=cython.Py_ssize_t,
-    at=cython.uint, end=cython.uint, found=cython.uint, turn=cython.uint, turned=cython.uint,
-    own=cython.int, own_place=cython.uint, cell=cython.uint, count=cython.uint,
-    votes_each=cython.uint, cells=cython.p_uchar, counted=cython.p_uchar,
-    place="const unsigned short *", here=cython.p_uint,
+    at=cython.uint, end=cython.uint, found=cython.uint, limit=cython.uint, own=cython.uint,
+    cell=cython.uint, count=cython.uint, votes_each=cython.uint, cells=cython.p_uchar,
+    counted=cython.p_uchar, place="const unsigned short *", here=cython.p_uint,
 )
 cdef int _count_votes(
     const unsigned int[::1] start, const unsigned int[::1] posting, const int[::1] term,
-    const unsigned char[::1] weight, const int[::1] reading, const unsigned char[::1] rotation,
-    const unsigned short[:, ::1] shift, const unsigned short[::1] factor,
-    unsigned int[::1] cursor, unsigned int[::1] table, unsigned short[::1] votes,
+    const unsigned char[::1] weight, const int[::1] reading,
+    const unsigned short[:, ::1] shift, const unsigned short[::1] factor, unsigned int[::1] cursor,
+    unsigned int[::1] table, unsigned short[::1] votes,
 ) noexcept nogil
-@cython.locals(
-    k=cython.Py_ssize_t, sums=cython.p_uint, each=cython.p_uchar, best=cython.uchar,
-)
-cdef unsigned int most_votes(unsigned int *cells, unsigned int *room) noexcept nogil
 @cython.locals(
     t=cython.Py_ssize_t, k=cython.Py_ssize_t, before=cython.uint, p=cython.uint,
 )

@@ -14,37 +14,33 @@ if cython.compiled:
         AHEAD,
         CELLS,
         MOST,
+        PRINT_BITS,
         PRINTS,
         TURN,
-        TURNS,
         WORDS,
+        most_votes,
         prefetch,
     )
     from cython.cimports.libc.string import memset
 
 
-def count_votes(
-    start, posting, term, weight, reading, rotation, shift, factor, cursor, table, votes
-):
+def count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes):
     """Fill `votes` with the greatest sum of the votes of each print in four cells.
 
     The postings of a term are ``posting[start[term]:start[term + 1]]``, in the order of the prints:
     the number of the print in the upper half, the pose in the lower one. `term`, `weight` and
-    `reading` are the probe's; `rotation` (R,) and `shift` (R, 64) belong to its readings: the
-    direction of the edge, and its place x, y for each rotation of the probe, as poses are
-    quantised. A quarter of `factor` multiplies the votes of each print. `cursor` and `table` are
-    room: one number a term, and 64 for 2,048 prints and two. Other threads may run meanwhile.
+    `reading` are the probe's; ``shift[r, k]`` belongs to a reading, and to a print's edge of
+    direction k: the place x, y of the probe's edge after the rotation onto it, as poses are
+    quantised, and the cell of the rotation in the higher bits. A quarter of `factor` multiplies the
+    votes of each print. `cursor` and `table` are room: one number a term, and 64 for 2,048 prints.
+    Other threads may run meanwhile.
     """
     with cython.nogil:
-        _count_votes(
-            start, posting, term, weight, reading, rotation, shift, factor, cursor, table, votes
-        )
+        _count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes)
     return 0
 
 
-def _count_votes(
-    start, posting, term, weight, reading, rotation, shift, factor, cursor, table, votes
-):
+def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes):
     """Do what `count_votes` does."""
     for q in range(term.shape[0]):
         cursor[q] = start[term[q]]
@@ -53,50 +49,31 @@ def _count_votes(
     while first < votes.shape[0]:
         last = min(first + PRINTS, votes.shape[0])
         memset(cells, 0, (last - first) * CELLS)
+        limit = (cython.cast(cython.ulonglong, last) << 16) - 1
         for q in range(term.shape[0]):
-            at, end, votes_each, own = cursor[q], start[term[q] + 1], weight[q], reading[q]
-            turn = rotation[own]
-            place = cython.address(shift[own, 0])
+            at, end, votes_each = cursor[q], start[term[q] + 1], weight[q]
+            place = cython.address(shift[reading[q], 0])
             if q + AHEAD < term.shape[0]:
                 prefetch(cython.address(posting[0]) + cursor[q + AHEAD])
+                prefetch(cython.address(posting[0]) + cursor[q + AHEAD] + 16)
             while at < end:
                 found = posting[at]
-                p = found >> 16
-                if p >= last:
+                if found > limit:
                     break
                 at += 1
-                turned = ((found >> 10) - turn) & TURN
-                own_place = place[turned]
-                cell = ((found >> 5) - (own_place >> 5)) << 3 & 192
-                cell += turned & 60
-                cell += (found - own_place) >> 3 & 3
-                counted = cython.address(cells[(p - first) * CELLS + cell])
+                own = place[found >> 10 & TURN]
+                # the highest two bits of x and of y, without a carry from y to x
+                cell = (((found | 31) - own) >> 2 & 192) + ((found - own) >> 3 & 3)
+                cell += own >> 8 & 60
+                counted = cython.address(cells[(found >> 8 & PRINT_BITS) + cell])
                 count = counted[0] + votes_each
                 counted[0] = count if count < MOST else MOST
             cursor[q] = at
         for p in range(first, last):
             here = cython.address(table[(p - first) * WORDS])
-            votes[p] = most_votes(here, cython.address(table[PRINTS * WORDS])) * factor[p] >> 2
+            votes[p] = most_votes(here) * factor[p] >> 2
         first = last
     return 0
-
-
-def most_votes(cells, room):
-    """Return the greatest sum of four cells of a print; `room` is for twice as many cells."""
-    for k in range(WORDS - 1):
-        room[k] = cells[k] + cells[k + 1]
-    for k in range(WORDS // TURNS):  # the last rotation is beside the first
-        room[k * TURNS + TURNS - 1] = cells[k * TURNS + TURNS - 1] + cells[k * TURNS]
-    sums = room + WORDS
-    for k in range(WORDS - TURNS):
-        sums[k] = room[k] + room[k + TURNS]
-    for k in range(TURNS):
-        sums[WORDS - TURNS + k] = room[WORDS - TURNS + k] + room[k]
-    each = cython.cast(cython.p_uchar, sums)
-    best = each[0]
-    for k in range(CELLS):
-        best = each[k] if each[k] > best else best
-    return best
 
 
 def lists_ascend(start, posting, prints):

@@ -95,7 +95,6 @@ def count_votes(
     term: Any,
     weight: Any,
     reading: Any,
-    rotation: Any,
     shift: Any,
     factor: Any,
     cursor: Any,
@@ -108,10 +107,9 @@ def count_votes(
     q = np.repeat(np.arange(len(term)), length)
     at = np.arange(len(q)) + np.repeat(start[term] - (np.cumsum(length) - length), length)
     found, of = np.asarray(posting)[at].astype(np.int64), np.asarray(reading)[q]
-    turn = ((found >> 10) - np.asarray(rotation)[of]) & (ROTATIONS - 1)
-    place = np.asarray(shift)[of, turn].astype(np.int64)
-    x, y = (found >> 5) - (place >> 5), found - place
-    cell = (x << 3 & 192) + (turn & 60) + (y >> 3 & 3)
+    own = np.asarray(shift)[of, found >> 10 & (ROTATIONS - 1)].astype(np.int64)
+    x, y = (found >> 5) - (own >> 5), found - own
+    cell = (x << 3 & 192) + (own >> 8 & 60) + (y >> 3 & 3)
     counted = np.bincount((found >> 16) * CELLS + cell, np.asarray(weight)[q], len(votes) * CELLS)
     cells = np.minimum(counted, MOST).astype(np.uint8).reshape(-1, *SHAPE)
     cells += np.roll(cells, -1, 1)

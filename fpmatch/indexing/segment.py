@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MAX_PRINTS: Final = 1 << 16  # that 16 bits can number
 MAX_POSTINGS: Final = 1 << 31
-TABLE: Final = (2048 + 2) * 64  # words of the kernel's table
+TABLE: Final = 2048 * 64  # words of the kernel's table
 _NUMBER_BITS: Final = 16
 _POSE: Final = 0xFFFF
 _TERM: Final = np.arange(TERMS, dtype=np.uint16)
@@ -168,7 +168,7 @@ class Segment:
         cursor = np.empty(len(probe.term), np.uint32)
         table = np.empty(TABLE, np.uint32)
         p = probe
-        looked_up = p.term, p.weight, p.reading, p.rotation, p.shift
+        looked_up = p.term, p.weight, p.reading, p.shift
         count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, found)
         return found
 

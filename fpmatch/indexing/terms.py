@@ -114,8 +114,7 @@ class ProbeTerms:
     term: NDArray[np.int32]  # (T,)
     weight: NDArray[np.uint8]  # (T,)
     reading: NDArray[np.int32]  # (T,)
-    rotation: NDArray[np.uint8]  # (R,): direction of the edge
-    shift: NDArray[np.uint16]  # (R, ROTATIONS): place of the edge, for each rotation of the probe
+    shift: NDArray[np.uint16]  # (R, ROTATIONS): place and rotation, by a print's direction
     minutiae: int  # of the probe
 
 
@@ -168,8 +167,7 @@ def probe_terms(
         term=cell.ravel()[kept].astype(np.int32),
         weight=weight.astype(np.uint8),
         reading=(kept // ((2 * REACH + 1) ** 3 * CURVATURES)).astype(np.int32),
-        rotation=(np.rint(_share(along) * ROTATIONS) % ROTATIONS).astype(np.uint8),
-        shift=_turned(middle),
+        shift=_turned(middle, np.rint(_share(along) * ROTATIONS).astype(np.int64)),
         minutiae=len(probe),
     )
 
@@ -222,12 +220,18 @@ def _with_unoriented(share: NDArray[np.float64], unoriented: float) -> NDArray[n
     return found
 
 
-def _turned(middle: NDArray[np.float64]) -> NDArray[np.uint16]:
-    """Return the places (2, R) after each rotation, quantised as poses are, of shape (R, 64)."""
+def _turned(middle: NDArray[np.float64], rotation: NDArray[np.int64]) -> NDArray[np.uint16]:
+    """Return where edges of the probe are moved by the rotation onto a print's edge, (R, 64).
+
+    The place is quantised as poses are; above it stands the cell of rotations, of four each. The
+    direction of the print's edge is the place in a row, that of the probe's edge is given.
+    """
     turn = FULL_TURN / ROTATIONS * np.arange(ROTATIONS)
     c, s = np.cos(turn), np.sin(turn)
     x, y = middle[..., None] / STEP_PX
     column = np.rint(c * x - s * y).astype(np.int64) & (PLACES - 1)
     row = np.rint(s * x + c * y).astype(np.int64) & (PLACES - 1)
-    found: NDArray[np.uint16] = (column * PLACES + row).astype(np.uint16)
+    place = (np.arange(ROTATIONS) // 4 * PLACES + column) * PLACES + row
+    turned = (np.arange(ROTATIONS) - rotation[:, None]) % ROTATIONS
+    found: NDArray[np.uint16] = np.take_along_axis(place, turned, 1).astype(np.uint16)
     return found

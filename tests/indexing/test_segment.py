@@ -159,7 +159,7 @@ def test_votes_are_those_of_the_numpy_form(seed, budget):
     templates = [template_of(any_points(int(k))) for k in rng.integers(0, 2**32, 12)]
     segment = segment_of(templates)
     probe = probe_terms(prepare(templates[0]), budget)
-    looked_up = probe.term, probe.weight, probe.reading, probe.rotation, probe.shift
+    looked_up = probe.term, probe.weight, probe.reading, probe.shift
     room = np.empty(len(probe.term), np.uint32), np.empty(TABLE, np.uint32)
     made, expected = np.zeros((2, len(segment)), np.uint16)
     factor = rng.integers(0, 1025, len(segment)).astype(np.uint16)

@@ -147,7 +147,8 @@ def _have_plain_fields(
     fields: Any, dpi: NDArray[np.float64], left: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
     """Return which ridge fields lie within their bounds, their masks within the bytes `left`."""
-    step, *sides = (fields[f"f{k}"].astype(np.float64) for k in range(7))
+    with np.errstate(invalid="ignore"):  # a step may be anything, also no number
+        step, *sides = (fields[f"f{k}"].astype(np.float64) for k in range(7))
     rows, columns, top, first, height, width = sides
     plain = (rows * columns <= MOST_CELLS) & (top + height <= rows) & (first + width <= columns)
     plain &= (FIELD_HEAD.size + height * width / 8 <= left) & (height * width > 0)

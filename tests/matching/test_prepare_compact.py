@@ -147,7 +147,18 @@ def outcome(work, packed):
         return str(error)
 
 
-def test_numbers_at_their_bounds_are_read(rng):
+@pytest.mark.parametrize("step", [b"\x01\0\x80\x7f", b"\0\0\xc0\x7f", b"\0\0\x80\xff", bytes(4)])
+def test_a_step_that_is_no_length_is_refused(step):
+    points = spread_points(np.random.default_rng(1), 3)
+    whole = compact(template_of(points, field=striped_field(side=4, step=16.0)))
+    body = whole[:-4].replace(struct.pack("<f", 16.0), step)
+    data = body + struct.pack("<I", zlib.crc32(body))
+    assert data != whole
+    with pytest.raises(TemplateError, match="damaged"):
+        prepared([whole, data])
+
+
+def test_numbers_at_their_bounds_are_read():
     far = Template(Minutiae([32_767, -32_767, 0], [-32_767, 0, 5], [0, 1, 2]), 65_535, 1)
     far = replace(far, field=striped_field(side=3, step=10_000.0))
     packed = [compact(far), compact(replace(far, field=striped_field(side=2, step=0.1)))]

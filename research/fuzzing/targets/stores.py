@@ -36,10 +36,12 @@ from fpmatch.gallery.prepared import load_prepared
 from fpmatch.gallery.search import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.compact_template import compact, expand
+from fpmatch.matching.compact_template import CompactTemplates, compact, expand
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.printable import printable
 from fpmatch.revocable.compare import similarity
 from fpmatch.revocable.template import RevocableTemplate, protect
@@ -219,8 +221,14 @@ def _packed() -> Reader:
 
 
 def _compact() -> Reader:
+    good = compact(templates()[PROBE])
+
     def read(data: bytes) -> None:
+        among = prepare_compact(CompactTemplates.of_bytes([good, data]), np.arange(2))
         template = expand(data)
+        alone = PackedTemplates.pack([prepare(expand(good)), prepare(template)])
+        if any(getattr(among, k).tobytes() != a.tobytes() for k, a in alone.arrays().items()):
+            raise AssertionError("another print among others than alone")
         if compact(expand(compact(template))) != compact(template):
             raise AssertionError("an expanded template gives other bytes")
         _compare(template)

@@ -55,6 +55,6 @@ cdef enum:
     TURN = 63  # the steps of a rotation are numbered by its bits
     CELLS = 256  # of a print
     WORDS = 64  # of four cells along y
-    PRINTS = 2048  # whose cells lie in the table at once
-    PRINT_BITS = 0x7FF00  # of the number of a print among them, times its cells
+    PRINTS = 4096  # whose cells lie in the table at once
+    PRINT_BITS = 0xFFF00  # of the number of a print among them, times its cells
     MOST = 63  # votes that are counted in a cell: four make less than 256

@@ -32,7 +32,7 @@ def count_votes(start, posting, term, weight, reading, shift, factor, cursor, ta
     `reading` are the probe's; ``shift[r, k]`` belongs to a reading, and to a print's edge of
     direction k: the place x, y of the probe's edge after the rotation onto it, as poses are
     quantised, and the cell of the rotation in the higher bits. A quarter of `factor` multiplies the
-    votes of each print. `cursor` and `table` are room: one number a term, and 64 for 2,048 prints.
+    votes of each print. `cursor` and `table` are room: one number a term, and 64 for 4,096 prints.
     Other threads may run meanwhile.
     """
     with cython.nogil:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MAX_PRINTS: Final = 1 << 16  # that 16 bits can number
 MAX_POSTINGS: Final = 1 << 31
-TABLE: Final = 2048 * 64  # words of the kernel's table
+TABLE: Final = 4096 * 64  # words of the kernel's table
 _NUMBER_BITS: Final = 16
 _POSE: Final = 0xFFFF
 _TERM: Final = np.arange(TERMS, dtype=np.uint16)

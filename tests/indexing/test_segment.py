@@ -172,7 +172,7 @@ def test_votes_are_those_of_the_numpy_form(seed, budget):
 
 def test_votes_of_many_prints_are_those_of_each_alone():
     templates = gallery(1, 6, 20)
-    many = [templates[k % 6] for k in range(2100 if COMPILED else 30)]
+    many = [templates[k % 6] for k in range(4200 if COMPILED else 30)]
     probe = probe_terms(prepare(templates[2]))
     alone = [int(segment_of([t]).votes(probe)[0]) for t in templates]
     votes = segment_of(many).votes(probe)

@@ -104,9 +104,11 @@ class Conflicts:
         for k in range(0, len(requests), PRINTS_PER_QUERY):
             part = requests[k : k + PRINTS_PER_QUERY]
             labels = [(r.label.subject, r.label.finger, r.label.impression) for r in part]
+            # SQLite looks up no tuples by its index of labels, but the subjects
+            subjects = ENTRY.c.subject.in_({subject for subject, _, _ in labels})
             for condition in (
                 ENTRY.c.content.in_([request.content for request in part]),
-                sa.tuple_(*_LABEL).in_(labels),
+                sa.and_(subjects, sa.tuple_(*_LABEL).in_(labels)),
             ):
                 for row in connection.execute(sa.select(*ABOUT).where(condition)):
                     try:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
+import sqlalchemy as sa
 from made_prints import entry_of, template_at
 
 from fpmatch.errors import GalleryError
@@ -360,3 +362,26 @@ def test_a_gallery_has_over_so_many_impressions(where):
     with open_gallery(where, create=True) as gallery:
         gallery.add([entry_of(k) for k in range(1, 4)])
         assert [gallery.has_over(count) for count in (0, 2, 3, 10)] == [True, True, False, False]
+
+
+def test_no_query_of_an_enrolment_scans_the_entries(tmp_path):
+    """Enrolment takes no longer in a large gallery: SQLite finds all it asks for by an index."""
+    asked = []
+
+    def keep(connection, cursor, statement, parameters, context, executemany):
+        if statement.startswith("SELECT") and "fpmatch_entry" in statement:
+            asked.append((statement, parameters))
+
+    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
+        sa.event.listen(sa.Engine, "before_cursor_execute", keep)
+        try:
+            gallery.add([entry_of(k) for k in range(5)])
+            request = EnrolmentRequest(entry_of(9).label, bytes([99] * 32))
+            assert gallery.find_conflicts([request]) == [None]
+        finally:
+            sa.event.remove(sa.Engine, "before_cursor_execute", keep)
+    assert asked
+    with closing(sqlite3.connect(tmp_path / "prints.db")) as connection:
+        for statement, parameters in asked:
+            plan = connection.execute(f"EXPLAIN QUERY PLAN {statement}", parameters).fetchall()
+            assert not [row for row in plan if "SCAN fpmatch_entry" in row[3]], statement

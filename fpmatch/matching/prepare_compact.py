@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.compact_template import CompactTemplates
     from fpmatch.packed_columns import PackedColumns
 
-PRINTS_AT_ONCE: Final = 64  # whose arrays fit into a processor's cache
+PRINTS_AT_ONCE: Final = 256  # whose arrays take a few megabytes
 _CODES: Final = orientation_codes(STEPS, np.ones(len(STEPS), bool))  # of ridge orientations
 
 

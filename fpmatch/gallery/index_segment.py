@@ -150,4 +150,4 @@ COLUMNS: Final = _columns()
 
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return packed_templates.preparation()
+    return f"{packed_templates.preparation()}; {TERMS} terms"

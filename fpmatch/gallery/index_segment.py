@@ -11,6 +11,7 @@ import numpy as np
 from fpmatch.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.indexing import segment
+from fpmatch.indexing.model import TERMS
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.matching import compact_template, packed_descriptors, packed_templates
 from fpmatch.matching.compact_template import CompactTemplates

@@ -66,6 +66,8 @@ cdef class DescriptorReader:
     cpdef int score(
         self, Prefilter tables, const long long[::1] which, int[::1] weight
     ) noexcept
+    @cython.locals(at=cython.Py_ssize_t)
+    cdef int _fetch(self, Py_ssize_t k) noexcept nogil
     @cython.locals(at=cython.Py_ssize_t, k=cython.int, count=cython.int)
     cdef int _copy_words(self, Py_ssize_t i) noexcept nogil
     @cython.locals(k=cython.int, count=cython.int, counts=cython.int)

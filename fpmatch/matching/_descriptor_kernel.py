@@ -19,6 +19,7 @@ if cython.compiled:
         AS_THEY_ARE,
         DAMAGED,
         HEAD,
+        LINE,
         MOST,
         NEIGHBOUR_WORDS,
         NOT_FIRST,
@@ -28,6 +29,7 @@ if cython.compiled:
         PLACES,
         QUARTER,
         ROOM,
+        prefetch,
     )
 else:
     NEIGHBOUR_WORDS, ORIENTATION_WORDS, ROOM, PLACES = 12, 12, 64, 256
@@ -258,6 +260,8 @@ class DescriptorReader:
         with cython.nogil:
             for t in range(which.shape[0]):
                 k = which[t]
+                if cython.compiled and t + 1 < which.shape[0]:
+                    self._fetch(which[t + 1])
                 n = self.unpack(k)
                 weight[t] = n
                 if n >= 0:
@@ -271,6 +275,14 @@ class DescriptorReader:
                         self.has_flow[k],
                         False,
                     )
+        return 0
+
+    def _fetch(self, k):
+        """Fetch the bytes of print k into the cache; those of another print may lie far off."""
+        at = self.start[k]
+        while at < self.start[k + 1]:
+            prefetch(cython.address(self.content[at]))
+            at += LINE
         return 0
 
     def _copy_words(self, i):

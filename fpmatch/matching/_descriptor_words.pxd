@@ -1,4 +1,14 @@
-# Constants of `_descriptor_kernel`, as the C compiler knows them.
+# Constants of `_descriptor_kernel`, and what fetches memory ahead, as the C compiler knows them.
+cdef extern from *:
+    """
+    #if defined(__GNUC__)
+    #define prefetch(address) __builtin_prefetch(address)
+    #else
+    #define prefetch(address) ((void)(address))
+    #endif
+    """
+    void prefetch(const void *address) noexcept nogil
+
 cdef enum:
     NEIGHBOUR_WORDS = 12
     ORIENTATION_WORDS = 12
@@ -8,6 +18,7 @@ cdef enum:
     NOWHERE = 0x8800
     NOT_FIRST = 1 << 28  # of a neighbour's place
     NOT_SECOND = 1 << 29
+    LINE = 16  # words of 32 bits that are fetched at once
     HEAD = 3  # words of 32 bits before the neighbours
     MOST = 9  # of a minutia in all
     AS_THEY_ARE = 15

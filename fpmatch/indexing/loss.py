@@ -33,7 +33,7 @@ VOTE_WEIGHT: Final = 1 / 256
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
 # more by the budget; of one in the second stage, and in the third.
-COST: Final = (0.03, 0.18, 3.4, 220.0)
+COST: Final = (0.02, 0.14, 3.2, 190.0)
 LEAST_PASSED_ON: Final = (1000, 20)
 
 

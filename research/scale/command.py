@@ -10,6 +10,7 @@ import click
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from research.commands import PATH, Command, folders, json_file, workers, write_json
@@ -62,9 +63,13 @@ def measure(
 
 
 def search_times(results: Any) -> list[tuple[int, float]]:
-    """Return prints and seconds of a search from results of ``benchmarks/large_galleries.py``."""
+    """Return prints and seconds of a search by default, from ``benchmarks/large_galleries.py``."""
     try:
-        rows = [(int(row["prints"]), sum(row["ms"].values()) / 1e3) for row in results["speed"]]
+        rows = [
+            (int(row["prints"]), sum(row["ms"].values()) / 1e3)
+            for row in results["speed"]
+            if row["plan"]["loss"] == DEFAULT_LOSS and not row["threshold"]
+        ]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FpmatchError(f"results of large galleries: {error!r}") from error
     return sorted(rows)

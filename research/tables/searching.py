@@ -27,12 +27,15 @@ def format_searching(results: Mapping[str, Any]) -> str:
 
 def _speed(results: Mapping[str, Any]) -> str:
     head = [
-        *("prints", "passed on by the terms", "by the descriptors", "a search, Delaunay calls"),
+        *("prints", "wanted loss", "threshold", "passed on by the terms", "by the descriptors"),
+        "a search, Delaunay calls",
         *("a search", "a print", "terms", "descriptors", "comparison", "time to open"),
     ]
     rows = [
         [
-            f"{s['prints']:,}",
+            _prints(s),
+            f"{s['plan']['loss']:.1%}",
+            _threshold(s["threshold"]),
             *(f"{s['plan'][name]:,}" for name in ("by_terms", "by_descriptors")),
             f"{s['calls']:,.0f}",
             f"{sum(s['ms'].values()):.0f} ms",
@@ -45,21 +48,38 @@ def _speed(results: Mapping[str, Any]) -> str:
     return markdown_table([head, *rows])
 
 
+def _prints(row: Mapping[str, Any]) -> str:
+    """Return the size of a gallery, and how many of its prints are different."""
+    repeated = row["different"] < row["prints"]
+    return f"{row['prints']:,}" + (f" ({row['different']:,} different)" if repeated else "")
+
+
+def _threshold(least: float) -> str:
+    return f"{least:g}" if least else "-"
+
+
 def _bytes(results: Mapping[str, Any]) -> str:
     rows = [["prints", "bytes a print", "terms", "descriptors", "compact template"]]
-    for s in results["speed"]:
+    for s in {s["prints"]: s for s in results["speed"]}.values():
         sizes = [s["bytes"][name] for name in ("terms", "descriptors", "templates")]
         rows.append([f"{s['prints']:,}", *(f"{n:,.0f}" for n in (sum(sizes), *sizes))])
     return markdown_table(rows)
 
 
 def _loss(results: Mapping[str, Any]) -> str:
-    head = ["mates of", "gallery", "mates", "found if all are compared, at most"]
-    head += ["lost by the terms", "lost in all", "penetration of the terms that finds 99%"]
+    head = ["mates of", "gallery", "wanted loss", "threshold", "mates"]
+    head += [
+        "found if all are compared, at most",
+        "lost by the terms",
+        "lost in all",
+        "penetration of the terms that finds 99%",
+    ]
     rows = [
         [
             r["prints"],
             f"{r['gallery']:,}",
+            f"{r['wanted']:.1%}",
+            _threshold(r["threshold"]),
             *(str(r[key]) for key in ("mates", "found")),
             *(percent(r[key]) for key in ("lost_by_terms", "lost", "penetration_for_99_percent")),
         ]

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import FpmatchError
+from fpmatch.indexing.loss import DEFAULT_LOSS
 from research.commands import research
 from research.scale.command import search_times
 from research.scale.constants import STAGES, Assumptions, Constants
@@ -140,9 +141,12 @@ def test_impossible_constants_are_refused(change: dict[str, object], message: st
 
 
 def test_times_of_searches_are_the_sums_of_the_stages() -> None:
+    by_default = {"plan": {"loss": DEFAULT_LOSS}, "threshold": 0.0}
     rows = [
-        {"prints": 100, "ms": {"terms": 3.0, "comparison": 2.0}},
-        {"prints": 10, "ms": {"a": 1.0}},
+        {"prints": 100, "ms": {"terms": 3.0, "comparison": 2.0}, **by_default},
+        {"prints": 10, "ms": {"a": 1.0}, **by_default},
+        {"prints": 10, "ms": {"a": 7.0}, **by_default, "threshold": 70.0},
+        {"prints": 10, "ms": {"a": 9.0}, **by_default, "plan": {"loss": DEFAULT_LOSS / 2}},
     ]
     assert search_times({"speed": rows}) == [(10, 0.001), (100, 0.005)]
 

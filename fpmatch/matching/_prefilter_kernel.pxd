@@ -7,7 +7,7 @@ from fpmatch.matching._consistency_kernel cimport PairSet
 cdef class Prefilter:
     cdef unsigned long long[::1] neighbour_table
     cdef unsigned long long[:, ::1] orientation_table
-    cdef unsigned short[:, ::1] first_cell, second_cell
+    cdef unsigned short[:, :, ::1] cell
     cdef int[::1] used, own_turn
     cdef int used_words
     cdef readonly int coded
@@ -38,8 +38,7 @@ cdef class Prefilter:
     ) noexcept
     @cython.locals(
         table="const unsigned long long *", at="const unsigned long long *",
-        first_a="const unsigned short *", first_b="const unsigned short *",
-        second_a="const unsigned short *", second_b="const unsigned short *",
+        grid=cython.int, cells_a="const unsigned short *", cells_b="const unsigned short *",
         bins_a="const unsigned char *", bins_b="const unsigned char *", own_of=cython.p_int,
         other_of=cython.p_int, weight_of=cython.p_int, of_weight=cython.p_int,
         j=cython.Py_ssize_t, of_a=cython.Py_ssize_t, of_b=cython.Py_ssize_t, lanes=cython.int,

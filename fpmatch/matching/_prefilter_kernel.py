@@ -63,7 +63,7 @@ class Prefilter:
         self.has_flow = False
         self.own_turn = memoryview(np.zeros(ROOM, np.int32))
         self.own_xy = memoryview(np.zeros((ROOM, 2)))
-        self.first_cell, self.second_cell = map(memoryview, np.zeros((2, ROOM, WORDS), np.uint16))
+        self.cell = memoryview(np.zeros((2, ROOM, WORDS), np.uint16))
         self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
 
     def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
@@ -164,40 +164,25 @@ class Prefilter:
                 self._find_cells(j, min(last - j, ROOM), neighbour_bits)
             lanes = min(last - j, LANES)
             of_b = of_a + lanes - 1
-            first_a = cython.address(self.first_cell[of_a, 0])
-            first_b = cython.address(self.first_cell[of_b, 0])
-            second_a = cython.address(self.second_cell[of_a, 0])
-            second_b = cython.address(self.second_cell[of_b, 0])
             n1 = n2 = n4 = n8 = n16 = lanes_of(0, 0)
-            for k in range(0, WORDS, 4):
-                v = lanes_of(table[first_a[k]], table[first_b[k]])
-                w = lanes_of(table[first_a[k + 1]], table[first_b[k + 1]])
-                x = lanes_of(table[first_a[k + 2]], table[first_b[k + 2]])
-                y = lanes_of(table[first_a[k + 3]], table[first_b[k + 3]])
-                two = twice(n1, v, w)
-                n1 ^= v ^ w
-                more = twice(n1, x, y)
-                n1 ^= x ^ y
-                four = twice(n2, two, more)
-                n2 ^= two ^ more
-                more = n4 & four
-                n4 ^= four
-                n16 |= n8 & more
-                n8 ^= more
-                v = lanes_of(table[second_a[k]], table[second_b[k]])
-                w = lanes_of(table[second_a[k + 1]], table[second_b[k + 1]])
-                x = lanes_of(table[second_a[k + 2]], table[second_b[k + 2]])
-                y = lanes_of(table[second_a[k + 3]], table[second_b[k + 3]])
-                two = twice(n1, v, w)
-                n1 ^= v ^ w
-                more = twice(n1, x, y)
-                n1 ^= x ^ y
-                four = twice(n2, two, more)
-                n2 ^= two ^ more
-                more = n4 & four
-                n4 ^= four
-                n16 |= n8 & more
-                n8 ^= more
+            for grid in range(2):
+                cells_a = cython.address(self.cell[grid, of_a, 0])
+                cells_b = cython.address(self.cell[grid, of_b, 0])
+                for k in range(0, WORDS, 4):
+                    v = lanes_of(table[cells_a[k]], table[cells_b[k]])
+                    w = lanes_of(table[cells_a[k + 1]], table[cells_b[k + 1]])
+                    x = lanes_of(table[cells_a[k + 2]], table[cells_b[k + 2]])
+                    y = lanes_of(table[cells_a[k + 3]], table[cells_b[k + 3]])
+                    two = twice(n1, v, w)
+                    n1 ^= v ^ w
+                    more = twice(n1, x, y)
+                    n1 ^= x ^ y
+                    four = twice(n2, two, more)
+                    n2 ^= two ^ more
+                    more = n4 & four
+                    n4 ^= four
+                    n16 |= n8 & more
+                    n8 ^= more
             f1 = f8 = lanes_of(0, 0)
             f2 = f4 = none_of(0, 1)
             if flowing:
@@ -290,8 +275,8 @@ class Prefilter:
     def _find_cells(self, first, count, neighbour_bits):
         """Write the cells of the words of so many minutiae; an empty one where none counts."""
         words = cython.address(neighbour_bits[first, 0])
-        one = cython.address(self.first_cell[0, 0])
-        other = cython.address(self.second_cell[0, 0])
+        one = cython.address(self.cell[0, 0, 0])
+        other = cython.address(self.cell[1, 0, 0])
         for k in range(count * WORDS):
             one[k] = min(words[k] & FIRST, EMPTY)
             # beyond all cells, if the highest bit is set

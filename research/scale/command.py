@@ -81,7 +81,6 @@ def plan_all(c: Constants, a: Assumptions) -> dict[str, Any]:
     measured = load_calibration(DEFAULT_MATCHER).largest_measured_score
     return {
         "assumptions": a.as_dict(),
-        "growth": c.growth,
         "plans": [plan.as_dict() for plan in plans],
         "loads": [load_rows(plan, a, LOADS) for plan in plans],
         "losses": [

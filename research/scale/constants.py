@@ -55,21 +55,17 @@ class Constants:
         """Processor time of indexing a print of the database."""
         return sum(self.index_us.values())
 
-    @property
-    def growth(self) -> float:
-        """Exponent by which the time of a search grows with the prints, at the largest measured."""
-        (fewer, short), (more, long) = self.search[-2:]
-        return math.log(long / short) / math.log(more / fewer)
-
     def search_s(self, prints: float) -> float:
         """Return the processor time of a search of some prints.
 
-        Between measured numbers of prints, and beyond them, it is a power of their number.
+        Between measured numbers of prints it is a power of their number. Beyond them it grows with
+        their number, as that of the first stage does, which visits all prints.
         """
+        most, longest = self.search[-1]
+        if prints > most:
+            return longest * prints / most
         pairs = zip(self.search, self.search[1:], strict=False)
-        (fewer, short), (more, long) = next(
-            (pair for pair in pairs if prints <= pair[1][0]), tuple(self.search[-2:])
-        )
+        (fewer, short), (more, long) = next(pair for pair in pairs if prints <= pair[1][0])
         exponent = math.log(long / short) / math.log(more / fewer)
         return float(short * (prints / fewer) ** exponent)
 

@@ -34,8 +34,9 @@ def _rates_kept(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def format_identification(results: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """Format kept tests as Markdown: alone, and in a background."""
-    tests = [test for part in ("alone", "background") for test in results.get(part, ())]
+    """Format kept tests as Markdown: alone, and in backgrounds."""
+    parts = ("alone", "background", "million")
+    tests = [test for part in parts for test in results.get(part, ())]
     return "\n\n".join(
         f"{_caption(test)}\n\n{_rates(test)}\n\n{_predictions(test['pooled'])}" for test in tests
     )

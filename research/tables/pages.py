@@ -173,6 +173,7 @@ PAGES: Final = {
             "alone": _SEARCHES,
             "fusion": Part("benchmarks/fused_fingers.py --json", "identification.json"),
             "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
+            "million": replace(_SEARCHES, help="The same, in a background of a million fingers"),
         },
         {
             (DOCS / "how-to" / "identification.md", "identification"): format_identification,

@@ -18,7 +18,7 @@ def format_scale(results: Mapping[str, Any]) -> dict[str, str]:
     plans = results["plans"]
     return {
         "constants": format_constants(Constants.from_dict(results["constants"])),
-        "plans": _plans(plans, results["growth"]),
+        "plans": _plans(plans),
         "simulation": _simulations(plans, results["loads"], results["losses"]),
         "thresholds": _thresholds(results["thresholds"]),
         "limits": _limits(results["limits"]),
@@ -46,7 +46,7 @@ def _named(values: Mapping[str, float], prefix: str) -> dict[str, float]:
     return {f"{prefix}{name}": value for name, value in values.items()}
 
 
-def _plans(plans: Sequence[Mapping[str, Any]], growth: float) -> str:
+def _plans(plans: Sequence[Mapping[str, Any]]) -> str:
     def row(name: str, form: str, key: str, unit: str = "") -> list[str]:
         return [name, *(f"{format(p[key], form)}{unit}" for p in plans)]
 
@@ -70,10 +70,7 @@ def _plans(plans: Sequence[Mapping[str, Any]], growth: float) -> str:
         row("price of a month", ",.0f", "month"),
         row("price of 1,000 searches", ".3f", "thousand_searches"),
     ]
-    note = (
-        f"The time of a search grows as the power {growth:.2f} of the prints where it was measured."
-    )
-    return f"{note}\n\n{markdown_table(rows)}"
+    return markdown_table(rows)
 
 
 def _simulations(

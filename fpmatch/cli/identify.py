@@ -126,7 +126,8 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     metavar="SCORE",
     default=0.0,
     show_default=False,
-    help="Omit candidates with a lower score, 0 to 100; this command ranks and does not decide.",
+    help="Omit candidates with a lower score, 0 to 100 (a large gallery is searched faster then);"
+    " this command ranks and does not decide.",
 )
 @click.option(
     "--transform", "transforms", is_flag=True, help="Show the transform to each candidate."

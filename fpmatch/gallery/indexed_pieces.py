@@ -17,7 +17,7 @@ import numpy as np
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.prepared_search import Preselection
 from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
-from fpmatch.indexing.stages import preselect
+from fpmatch.indexing.stages import preselect, unoriented_share
 from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
@@ -162,8 +162,9 @@ class HeldIndexedSearch:
         self, batches: Iterable[_Batch], most: int, plan: SearchPlan
     ) -> Generator[_Batch, None, None]:
         """Yield batches with the prints that the terms of the index choose."""
+        limits = most, plan.budget, unoriented_share([one.terms for one in self._segments])
         with closing(
-            self._round(_vote, batches, lambda batch, _: (batch.probes, most, plan.budget))
+            self._round(_vote, batches, lambda batch, _: (batch.probes, *limits))
         ) as voted:
             for batch, parts in voted:
                 for found in _each(parts, len(batch.probes)):
@@ -214,12 +215,15 @@ def _each(parts: Sequence[Sequence[Any]], probes: int) -> list[list[Any]]:
 
 
 def _vote(
-    _: None, piece: IndexedPiece, chunk: tuple[Sequence[Any], int, float]
+    _: None, piece: IndexedPiece, chunk: tuple[Sequence[Any], int, float, float]
 ) -> list[tuple[Indices, NDArray[np.uint16]]]:
     """Return for each probe the prints of a segment that may be passed on, and their votes."""
-    probes, most, budget = chunk
+    probes, most, budget, unoriented = chunk
     terms = [piece.segment.terms]
-    found = [preselect(probe, terms, piece.removed, most, budget) for probe in probes]
+    found = [
+        preselect(probe, terms, piece.removed, most, budget, unoriented=unoriented)
+        for probe in probes
+    ]
     return [(one.local, one.votes) for one in found]
 
 

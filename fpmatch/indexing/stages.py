@@ -50,15 +50,18 @@ def preselect(
     passed_on: int = 1000,
     budget: float = BUDGET,
     each: Callable[..., Iterable[NDArray[np.uint16]]] = map,
+    unoriented: float | None = None,
 ) -> Candidates:
     """Return the `passed_on` prints of all segments with the most votes.
 
     Of equals, those with the lowest numbers are taken, so that the same prints are passed on
     however they are divided into segments. Prints with the numbers `removed` are left out. `budget`
     sets how many postings are visited (see `probe_terms`). `each` is as the built-in `map`: it
-    calls a function for each segment.
+    calls a function for each segment. `unoriented` is the `unoriented_share` of the whole index,
+    where these segments are a part of it.
     """
-    terms = probe_terms(probe, budget, unoriented=unoriented_share(segments))
+    share = unoriented_share(segments) if unoriented is None else unoriented
+    terms = probe_terms(probe, budget, unoriented=share)
     every = list(each(lambda segment: segment.votes(terms), segments))
     gone = np.unique(np.asarray(removed, np.int64))
     counts = np.zeros(_BINS, np.int64)  # of prints, by their votes

@@ -15,6 +15,7 @@ from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.search_pieces import hold_search
+from fpmatch.indexing import stages
 from fpmatch.indexing.loss import SearchPlan
 
 SIZE = 60
@@ -66,6 +67,29 @@ def outcome(result):
         result.loss,
         result.passed_on,
     )
+
+
+def test_all_segments_are_searched_for_the_share_without_orientation_of_the_whole(
+    search, monkeypatch
+):
+    """A segment of oriented prints beside one without: each alone would look up other terms."""
+    asked = []
+    probe_terms = stages.probe_terms
+
+    def recorded(*arguments, unoriented):
+        asked.append(unoriented)
+        return probe_terms(*arguments, unoriented=unoriented)
+
+    monkeypatch.setattr(stages, "probe_terms", recorded)
+    monkeypatch.setattr(stages, "unoriented_share", lambda segments: 0.25 * len(segments))
+    monkeypatch.setattr(indexed_pieces, "unoriented_share", stages.unoriented_share)
+    expected = outcome(identify(search, PROBES[0]))
+    prepared = search.matcher.prepare(PROBES[0])
+    with serial() as engine, hold_search(engine, search) as held:
+        ((answer,),) = held.answers([[prepared]])
+        found = outcome(identify(held.answered(answer), PROBES[0]))
+    assert found == expected
+    assert set(asked) == {0.25 * len(search.state.segments)}
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -53,7 +53,7 @@ import numpy, cv2
 done("import numpy, cv2")
 from PIL import Image, TiffImagePlugin
 done("import PIL")
-import fpmatch.cli.verify, fpmatch.report, fpmatch.image.extract, fpmatch.scale
+import fpmatch.cli.verify, fpmatch.report, fpmatch.image.extract, fpmatch.matching.scale
 import fpmatch.matching.verify, fpmatch.matching.matchers.unit_circle
 done("import fpmatch")
 from fpmatch.image.io.read import read_image

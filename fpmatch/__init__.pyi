@@ -25,6 +25,7 @@ from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.matchers import matcher_names as matcher_names
 from .matching.result import Verification as Verification
+from .matching.scale import find_scale as find_scale
 from .minutiae import Minutia as Minutia
 from .minutiae import Minutiae as Minutiae
 from .minutiae import MinutiaKind as MinutiaKind
@@ -34,4 +35,3 @@ from .pointset.match import match_points as match_points
 from .pointset.point_match import PointMatch as PointMatch
 from .pointset.similarity import Similarity as Similarity
 from .ridge_field import RidgeField as RidgeField
-from .scale import find_scale as find_scale

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
+    from fpmatch.reading import GivenPrint
 
 # Pixels in a notebook.
 _OVERLAY_WIDTH: Final = 1000
@@ -118,10 +119,10 @@ class VerifiedPrints(Verification):
 
     def _repr_html_(self) -> str:
         from fpmatch.drawing.files import data_url, webp_bytes  # noqa: PLC0415
-        from fpmatch.drawing.words import verdict  # noqa: PLC0415
+        from fpmatch.drawing.words import outcome  # noqa: PLC0415
 
         picture = f'<img src="{data_url(webp_bytes(self._shown), "webp")}">'
-        return f"<b>{verdict(self.match)}</b>{html_table(as_rows(self), left=2)}{picture}"
+        return f"<b>{outcome(self)}</b>{html_table(as_rows(self), left=2)}{picture}"
 
     def _repr_png_(self) -> bytes:
         from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
@@ -158,7 +159,7 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     >>> as_template(np.full((200, 200), 255, np.uint8))
     Template(200 x 200 px, 500 dpi, 0 minutiae)
     """
-    return _given(print_, dpi, enhance)[0]
+    return print_ if isinstance(print_, Template) else _given(print_, dpi, enhance).template
 
 
 def verify(
@@ -216,36 +217,34 @@ def verify(
     >>> result.match, result.score
     (False, 0.0)
     """
-    ours, picture = _given(probe, dpi, enhance)
-    theirs, other = _given(reference, dpi, enhance)
-    found = verify_templates(
-        ours, theirs, matcher=matcher, threshold=threshold, calibration=calibration
-    )
+    options: dict[str, Any] = {"threshold": threshold, "calibration": calibration}
+    if isinstance(probe, Template) and isinstance(reference, Template):
+        found = verify_templates(probe, reference, matcher=matcher, **options)
+        return VerifiedPrints(**{name: getattr(found, name) for name in _FIELDS})
+    from fpmatch.pair import with_resolutions  # noqa: PLC0415  (not needed for templates)
+
+    sides = ours, theirs = _given(probe, dpi, enhance), _given(reference, dpi, enhance)
+    found = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
     values = {name: getattr(found, name) for name in _FIELDS}
-    return VerifiedPrints(**values, images=(picture, other))
+    first, second = (None if one.image is None else one.image.pixels for one in sides)
+    return with_resolutions(VerifiedPrints(**values, images=(first, second)), ours, theirs)
 
 
-def _given(
-    print_: Any, dpi: float | None, enhance: str
-) -> tuple[Template, NDArray[np.uint8] | None]:
-    """Return template and pixels of a print; no pixels of a template."""
+def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:
+    """Return a print with its template extracted."""
+    from fpmatch.image.io.grey import GreyImage, as_grey  # noqa: PLC0415  (not for templates)
+    from fpmatch.reading import GivenPrint, PrintReader, make_given_print  # noqa: PLC0415
+
     if isinstance(print_, Template):
-        return print_, None
-    from fpmatch.image.extract import extract  # noqa: PLC0415  (not needed for templates)
-    from fpmatch.image.io.grey import GreyImage, as_grey  # noqa: PLC0415
-    from fpmatch.reading import PrintReader, make_given_print  # noqa: PLC0415
-
+        return GivenPrint("template", print_)
+    name, image = "image", print_
     if isinstance(print_, str | os.PathLike):
-        path = Path(print_)
-        given = make_given_print(PrintReader()(path, dpi=dpi), str(path), dpi=dpi, enhance=enhance)
-        return given.template, None if given.image is None else given.image.pixels
-    if isinstance(print_, GreyImage):
-        image = print_
+        name, image = str(print_), PrintReader()(Path(print_), dpi=dpi)
     elif isinstance(print_, np.ndarray):
         image = GreyImage(as_grey(print_))
     elif hasattr(print_, "convert"):  # of PIL
         image = GreyImage(as_grey(np.asarray(print_.convert("L"))))
-    else:
+    elif not isinstance(print_, GreyImage):
         kinds = "a template, a path, an array or a PIL image"
         raise ImageError(f"a print is {kinds}, not {type(print_).__name__}")
-    return extract(image, dpi, enhance=enhance), image.pixels
+    return make_given_print(image, name, dpi=dpi, enhance=enhance)

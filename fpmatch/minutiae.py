@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 STANDARD_DPI: Final = 500.0
+MM_PER_INCH: Final = 25.4
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name
+from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import verify
 from fpmatch.report import as_dict
-from fpmatch.scale import find_scale
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.matchers.paper import PaperMatcher
-    from fpmatch.matching.result import Verification
     from fpmatch.reading import GivenPrint
-    from fpmatch.scale import ScaleMeasurement
+
+V = TypeVar("V", bound=Verification)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +54,6 @@ class ComparedPair:
     verification: Verification
 
     @cached_property
-    def scale(self) -> ScaleMeasurement | None:
-        """Scale between the prints; None where it is unknown."""
-        return find_scale(self.verification)
-
-    @cached_property
     def quality(self) -> dict[str, PrintQuality | None]:
         """Quality of both images; None for a template."""
         return {"probe": self.probe.quality, "reference": self.reference.quality}
@@ -66,7 +61,7 @@ class ComparedPair:
     def as_dict(self) -> dict[str, Any]:
         """Return the object that ``fpmatch verify --json`` prints."""
         names = self.probe.name, self.reference.name
-        return as_dict(self.verification, *names, self.scale, self.quality)
+        return as_dict(self.verification, *names, self.quality)
 
 
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
@@ -84,4 +79,11 @@ def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions)
         threshold=options.decision_score(),
         calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
     )
-    return ComparedPair(probe, reference, verification)
+    return ComparedPair(probe, reference, with_resolutions(verification, probe, reference))
+
+
+def with_resolutions(verification: V, probe: GivenPrint, reference: GivenPrint) -> V:
+    """Return a verification that is inconclusive where an assumed resolution decides."""
+    sides = {"probe": probe, "reference": reference}
+    assumed = tuple(name for name, given in sides.items() if given.dpi_assumed)
+    return replace(verification, dpi_assumed=assumed)

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.words import odds, score_as_high, verdict
+from fpmatch.drawing.words import odds, outcome, score_as_high
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.text_table import count
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
+    from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.pointset.similarity import Similarity
-    from fpmatch.scale import ScaleMeasurement
 
 LABEL_WIDTH: Final = 12
 MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
@@ -25,7 +25,6 @@ MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was
 
 def as_text(
     verification: Verification,
-    scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> str:
     """Return decision, evidence and reason, the decision on the first line.
@@ -33,14 +32,13 @@ def as_text(
     The scale between the prints is included where it is not 1, the quality of their images, by name
     of the side, where they do not match.
     """
-    rows = as_rows(verification, scale, quality)
+    rows = as_rows(verification, quality)
     lines = [f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows]
-    return "\n".join([verdict(verification.match), *lines])
+    return "\n".join([outcome(verification), *lines])
 
 
 def as_rows(
     verification: Verification,
-    scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
@@ -81,12 +79,12 @@ def as_rows(
             ("Transform", transform_in_words(found.transform)),
             ("Residual", f"{found.rms_px:.1f} px rms"),
         ]
-    if found.reason and not v.match:
-        rows.append(("Reason", found.reason))
+    if v.reason:
+        rows.append(("Missing" if v.shortage else "Reason", v.reason))
     if not v.match:
         judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
         rows += [("Quality", f"{name}: {one}") for name, one in judged]
-    if scale is not None and scale.differs:
+    if (scale := v.scale) is not None and scale.differs:
         words = _scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     return rows
@@ -96,14 +94,14 @@ def as_dict(
     verification: Verification,
     probe: str | Path,
     reference: str | Path,
-    scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints, of the files `probe` and `reference`.
 
     ``transform`` and ``rms_px`` are None where no transform was found, ``compared`` where the
     matcher does not measure it, ``rho`` where the score decides; ``score``, ``fmr`` and
-    ``threshold`` where rho decides and the matcher is not calibrated.
+    ``threshold`` where rho decides and the matcher is not calibrated; ``missing`` where there is a
+    decision; ``reachable_score`` where the matcher gives no estimate.
     """
     t = verification.transform
     found = t is not None and math.isfinite(verification.rms_px)
@@ -112,6 +110,7 @@ def as_dict(
         for value in (verification.score, verification.fmr, verification.threshold)
     )
     return {
+        "decision": verification.decision,
         "match": bool(verification.match),
         "score": score,
         "fmr": fmr,
@@ -125,7 +124,9 @@ def as_dict(
         else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty},
         "rms_px": float(verification.rms_px) if found else None,
         "compared": None if verification.compared is None else asdict(verification.compared),
-        "scale": None if scale is None else asdict(scale),
+        "scale": None if verification.scale is None else asdict(verification.scale),
+        "missing": None if verification.shortage is None else verification.shortage.code,
+        "reachable_score": verification.reachable_score,
         "reason": verification.reason,
         "quality": {
             name: None if one is None else one.as_dict() for name, one in (quality or {}).items()

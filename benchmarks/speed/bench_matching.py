@@ -10,10 +10,10 @@ from in_turn import OURS, cpu, in_turn
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.scale import find_scale
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.ridge_field import RidgeField
-from fpmatch.scale import find_scale
 
 if TYPE_CHECKING:
     from collections.abc import Callable

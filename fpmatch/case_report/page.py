@@ -16,7 +16,7 @@ from fpmatch._version import __version__
 from fpmatch.drawing.files import data_url, png_bytes
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.warp import pair_warp
-from fpmatch.drawing.words import odds, score_as_high, verdict
+from fpmatch.drawing.words import odds, outcome, score_as_high
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.printable import printable_lines
@@ -176,13 +176,13 @@ def case_report(
         version=__version__,
         python=platform.python_version(),
         numpy=np.__version__,
-        verdict=verdict(v.match),
+        verdict=outcome(v),
         match=v.match,
         v=v,
         scored=scored,
         rarity=score_as_high(odds(v.fmr)) if scored else "",
         largest=odds(v.smallest_measured_fmr) if scored else "",
-        rows=as_rows(v, pair.scale, pair.quality),
+        rows=as_rows(v, pair.quality),
         settings=settings,
         sides=sides,
         overlay=_picture(pair, images, View()) if v.transform is not None else "",

@@ -49,7 +49,7 @@ def overlay(
     compare the ridges; what is seen there must be measured in the picture without it. The picture
     contains which of the two it is.
     """
-    from fpmatch.drawing.words import verdict
+    from fpmatch.drawing.words import outcome
 
     given = {view, "side-by-side" if side_by_side else None, "ridges" if ridges else None} - {None}
     if len(given) > 1:
@@ -58,4 +58,4 @@ def overlay(
     say_notes_on((pair.probe, pair.reference))
     save_view(output, pair, next(iter(given), None), warp=warp)
     verification = pair.verification
-    show_line(f"{verdict(verification.match)}, score {verification.score:.1f}: {output}")
+    show_line(f"{outcome(verification)}, score {verification.score:.1f}: {output}")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.pair import ComparedPair
 
+EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
 _OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
 
 
@@ -39,7 +40,8 @@ Examples:
   fpmatch verify --gallery prints.db --subject 101 probe.tif
   fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
 
-Exit status: 0 match, 1 no match, 2 could not decide (bad input).
+Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive: with so little skin,
+without ridges, or at an unknown resolution prints of one finger may not match either.
 """
 )
 @pair_options(reference_required=False)
@@ -123,8 +125,8 @@ def verify(
         cells = {"ridge_map": None if found is None else found.as_dict()} if ridge_map else {}
         show(json_text(pair.as_dict() | cells))
     else:
-        show(as_text(pair.verification, pair.scale, pair.quality))
-    return 0 if match else 1
+        show(as_text(pair.verification, pair.quality))
+    return EXIT_STATUS[pair.verification.decision]
 
 
 def _write_case_report(
@@ -180,8 +182,8 @@ def _verify_claim(
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
             calibration=calibration,
         )
-        match, best = checked.result.verification.match, checked.best.id
-        claim = {"subject": subject, "finger": finger, "best": best, "match": match}
+        found, best = checked.result.verification, checked.best.id
+        claim = {"subject": subject, "finger": finger, "best": best, "match": found.match}
         opened.record("verify", probe=values["probe"], **claim)
         name = opened.name
         say_damaged(name, opened.damaged)
@@ -194,4 +196,4 @@ def _verify_claim(
         verdict, *rows = as_text(verification, quality=quality).splitlines()
         lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
         show("\n".join(lines))
-    return 0 if verification.match else 1
+    return EXIT_STATUS[verification.decision]

@@ -37,6 +37,8 @@ AGREEMENT: Final[tuple[Colour, ...]] = (
 
 MATCH: Final[Colour] = (0, 114, 86)
 NO_MATCH: Final[Colour] = (168, 34, 28)
+INCONCLUSIVE: Final[Colour] = (122, 92, 0)
+DECISION: Final = {"match": MATCH, "no match": NO_MATCH, "inconclusive": INCONCLUSIVE}
 
 
 def hexadecimal(colour: Colour) -> str:

@@ -6,14 +6,21 @@ import math
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from fpmatch.matching.result import Verification
     from fpmatch.pointset.affine.transform import AffineTransform
     from fpmatch.pointset.point_match import PointMatch
     from fpmatch.pointset.similarity import Similarity
 
 
 def verdict(match: bool) -> str:
-    """Return the decision in capitals."""
+    """Return the decision on two sets of points in capitals."""
     return "MATCH" if match else "NO MATCH"
+
+
+def outcome(verification: Verification) -> str:
+    """Return the decision on two prints in capitals, and what is missing for one."""
+    shortage = verification.shortage
+    return verification.decision.upper() + ("" if shortage is None else f": {shortage.code}")
 
 
 NEARLY_ALL: Final = "nearly all"

@@ -24,7 +24,7 @@ from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span
 from fpmatch.formats.fmr_header import CM_PER_INCH, ROUND_DPI
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.minutiae import MM_PER_INCH, MinutiaKind, Template
 
 MINUTIAE_TYPE: Final = 9
 TEXT_IMAGES: Final = frozenset({13, 14, 15})
@@ -33,7 +33,6 @@ BINARY_HEADER_BYTES: Final = 18
 IMAGE_FRAME_FIELDS: Final = (6, 7, 8, 9)  # width, height, unit of resolution, resolution
 M1_FRAME_FIELDS: Final = (128, 129, 130, 131)
 UNITS_PER_INCH: Final = 2540  # of 0.01 mm
-MM_PER_INCH: Final = 25.4
 WORST_QUALITY: Final = 63  # of the scale on which 2 is best, 1 unknown, and 0 set by hand
 BEST_QUALITY: Final = 2
 MINUTIAE_FIELDS: Final = (137, 331, 23, 12)  # of the blocks, in the order of the first lines

@@ -188,6 +188,8 @@ def verify_finger(
     curve = load_calibration(chosen.name) if calibration is None else calibration
     finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
     found = finger.compare(prepared)
+    shown = [references[k] for k in finger.chosen]
+    impressions = tuple(zip(shown, finger.impressions, strict=True))
     verification = Verification(
         match=found.score >= threshold and may_match(chosen, found.comparison),
         score=found.score,
@@ -196,9 +198,11 @@ def verify_finger(
         matcher=chosen.name,
         comparison=found.comparison,
         probe=probe,
-        reference=references[finger.chosen[found.best]],
+        reference=shown[found.best],
         smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
-        rematch=PreparedPair(chosen, prepared, finger.impressions[found.best], curve, amount=False),
+        rematch=PreparedPair(
+            chosen, prepared, finger.impressions[found.best], curve, impressions=impressions
+        ),
     )
     return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])
 

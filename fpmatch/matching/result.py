@@ -5,11 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from fpmatch.text_table import count
+from fpmatch.matching.decision import (
+    INCONCLUSIVE,
+    MATCH,
+    NO_MATCH,
+    UNKNOWN_RESOLUTION,
+    Shortage,
+    evidence_in,
+    find_shortage,
+    reachable_scores,
+)
+from fpmatch.matching.scale import find_scale
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,11 +27,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.decision import Decision
     from fpmatch.matching.ridge_map import RidgeMap
+    from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.minutiae import Template
     from fpmatch.pointset.similarity import Similarity
 
-FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
+    Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +120,13 @@ class Explaining(Protocol):
     def available(self, probe: Any, reference: Any) -> tuple[int, float]:
         """Return minutiae and area in mm2 of the smaller of two prepared templates."""
 
-    def typical_similarity(self, probe: Any, reference: Any, factor: float) -> float:
-        """Return the median similarity of genuine prints with `factor` times as much skin."""
+    def amount(self, prepared: Any, factor: float = 1.0) -> NDArray[np.float64]:
+        """Return the amount of evidence in a print with `factor` times as much skin."""
+
+    def typical_similarities(
+        self, probe: NDArray[np.float64], references: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the median similarities of genuine prints, by the amounts of evidence in them."""
 
     def possible_scales(self, probe: Any, reference: Any, ratios: Sequence[float]) -> list[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
@@ -174,6 +191,8 @@ class Verification:
         enough for a match. None where the score decided.
     rematch : PreparedPair, optional
         Completes the evidence; without it `comparison` is all there is.
+    dpi_assumed : tuple of str
+        The sides, "probe" and "reference", whose resolution neither a file nor the caller states.
     """
 
     match: bool
@@ -187,6 +206,35 @@ class Verification:
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
     rematch: PreparedPair | None = field(default=None, repr=False, compare=False)
+    dpi_assumed: tuple[str, ...] = ()
+
+    @property
+    def decision(self) -> Decision:
+        """The outcome: "match", "no match" or "inconclusive"; the last where evidence lacks."""
+        if self.match:
+            return MATCH
+        return NO_MATCH if self.shortage is None else INCONCLUSIVE
+
+    @cached_property
+    def shortage(self) -> Shortage | None:
+        """What the prints lack for a decision; None for a match, and where they lack nothing."""
+        if self.match:
+            return None
+        if self.dpi_assumed and self.scale is not None and self.scale.differs:
+            sides = " and ".join(f"the {side}" for side in self.dpi_assumed)
+            message = f"the resolution of {sides} is unknown, and at another one the prints match"
+            return Shortage(UNKNOWN_RESOLUTION, message)
+        return None if self.rematch is None else self.rematch.shortage(self)
+
+    @cached_property
+    def reachable_score(self) -> float | None:
+        """Score that half of the genuine comparisons of as much skin reach; None if unknown."""
+        return None if self.rematch is None else self.rematch.reachable_score(self)
+
+    @cached_property
+    def scale(self) -> ScaleMeasurement | None:
+        """Scale between the prints; see `fpmatch.find_scale`."""
+        return find_scale(self)
 
     @cached_property
     def evidence(self) -> Comparison:
@@ -220,8 +268,10 @@ class Verification:
 
     @property
     def reason(self) -> str:
-        """The main reason for a non-match; "" for a match."""
-        return "" if self.match else self.evidence.reason
+        """What is missing for a decision, or the main reason for a non-match; "" for a match."""
+        if self.match:
+            return ""
+        return self.evidence.reason if self.shortage is None else self.shortage.message
 
     @property
     def compared(self) -> Compared | None:
@@ -262,7 +312,7 @@ class PreparedPair:
     probe: Any
     reference: Any
     calibration: Calibration | None
-    amount: bool = True  # whether to state how much was compared, and how much is usually needed
+    impressions: Sequence[Side] = ()  # of the finger; the reference is one of them
 
     def explain(self, verification: Verification) -> Comparison:
         """Return the evidence of a verification of the two prints in full."""
@@ -270,14 +320,31 @@ class PreparedPair:
         if matcher is not None:
             if not verification.match:
                 found = matcher.explain(self.probe, self.reference, found)
-            if self.amount:
+            if not self.impressions:
                 compared = matcher.compared(self.probe, self.reference, found)
                 found = replace(found, compared=compared)
-        if verification.match:
-            return found
-        shortage = self._shortage(verification.threshold) if verification.rho is None else ""
-        reason = found.reason or "too few minutiae agree"
-        return replace(found, reason="; ".join(filter(None, [shortage, reason])))
+        if not verification.match and not found.reason:
+            found = replace(found, reason="the score is below the threshold")
+        return found
+
+    def shortage(self, verification: Verification) -> Shortage | None:
+        """Return what the two prints lack for a decision; None where they lack nothing."""
+        sides = self._sides(verification)
+        return find_shortage(self.matcher, self.calibration, *sides, verification.threshold)
+
+    def reachable_score(self, verification: Verification) -> float | None:
+        """Return the score that half of the genuine comparisons of as much skin reach."""
+        probe, references = self._sides(verification)
+        ours = evidence_in(self.matcher, *probe)
+        theirs = np.stack([evidence_in(self.matcher, *one) for one in references])
+        found = reachable_scores(self.matcher, self.calibration, ours, theirs).max()
+        return float(found) if math.isfinite(found) else None
+
+    def _sides(
+        self, v: Verification
+    ) -> tuple[tuple[Template, Any], Sequence[tuple[Template, Any]]]:
+        """Return the probe, and the impressions it was compared with, each as it was prepared."""
+        return (v.probe, self.probe), self.impressions or [(v.reference, self.reference)]
 
     def ridge_map(self, evidence: Comparison) -> RidgeMap | None:
         """Return where the ridges agree in the evidence; None where they were not compared."""
@@ -311,32 +378,6 @@ class PreparedPair:
     def pairs(self, probe: Template) -> NDArray[np.int32]:
         """Return the pairs of another probe and the reference."""
         return self.matcher.compare(self.matcher.prepare(probe), self.reference).pairs
-
-    def _shortage(self, needed: float) -> str:
-        """Return a note where there is too little to decide: how much it would take; else "".
-
-        It is too little where fewer than half of the genuine comparisons would match.
-        """
-        matcher, calibration = as_explaining(self.matcher), self.calibration
-        if not self.amount or matcher is None or calibration is None:
-            return ""
-
-        def reaches(factor: float) -> bool:
-            typical = matcher.typical_similarity(self.probe, self.reference, factor)
-            return calibration.score(typical) >= needed
-
-        if reaches(1.0):
-            return ""
-        minutiae, area = matcher.available(self.probe, self.reference)
-        found = count(minutiae, "minutia", "minutiae")
-        given = f"too little to decide: {found} on {area:.0f} mm2 in the smaller print"
-        enough = next(filter(reaches, FACTORS), None)
-        if enough is None:
-            return f"{given}; no amount is usually enough for a score of {needed:.1f}"
-        return (
-            f"{given}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm2 are "
-            f"usually needed for a score of {needed:.1f}"
-        )
 
 
 def score_of(calibration: Calibration | None, similarity: float) -> float:

@@ -76,6 +76,7 @@ MODELS_BY_SHOWN: Final = (
     WITH_RIDGES,
 )  # by how many of the two
 SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm2
+FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 
 
@@ -144,19 +145,18 @@ class ScoreModel:
         added = (features - impostor_mean) / spread * weight
         return float(sum(added[FEATURES.index(name)] for name in RIDGE_FEATURES))
 
-    def typical(self, minutiae: float, area: float) -> float:
-        """Return the -ln(FMR) that half of the genuine comparisons of so much reach.
-
-        `minutiae` and `area`, in square pixels at 500 dpi, are those of the smaller print.
-        """
-        return float(self.genuine_median @ amount_terms(minutiae, area))
-
 
 def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
     terms = np.empty(len(AMOUNTS))
     describe_amount(minutiae, area, terms)
     return terms
+
+
+def amount_of_print(minutiae: float, area: float, *, shown: bool) -> NDArray[np.float64]:
+    """Return the amount of evidence in a print, as `ScoreWeights.typical` takes it, shape (5,)."""
+    _, x, _, y, _ = amount_terms(minutiae, area)
+    return np.array([minutiae, area, shown, x, y])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,6 +174,29 @@ class ScoreWeights:
         if name == WITH_RIDGES and min(a.region.area, b.region.area) <= self.small_area:
             name = SMALL_WITH_RIDGES
         return self.models[MODELS.index(name)]
+
+    def typical(
+        self, probe: NDArray[np.float64], references: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the -ln(FMR) that half of the genuine comparisons of prints reach.
+
+        `probe` and `references`, shape (..., 5), are what `amount_of_print` returns. Few minutiae
+        on much skin are beyond the data of the model for such prints: there, that of small prints
+        bounds the result.
+        """
+        minutiae, area = np.moveaxis(np.minimum(probe[..., :2], references[..., :2]), -1, 0)
+        shown = (probe[..., 2] + references[..., 2]).astype(np.intp)
+        x = np.maximum(probe[..., 3], references[..., 3])
+        y = np.minimum(probe[..., 4], references[..., 4])
+        terms = np.stack([np.ones_like(x), x, x * x, y, x * y], axis=-1)
+        by_model = {
+            name: terms @ one.genuine_median for name, one in zip(MODELS, self.models, strict=True)
+        }
+        found = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
+        small = by_model[SMALL_WITH_RIDGES]
+        both = shown == len(MODELS_BY_SHOWN) - 1
+        found = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(found, small), found)
+        return np.asarray(np.where(both & (area <= self.small_area), small, found))
 
     @property
     def standard(self) -> NDArray[np.float64]:

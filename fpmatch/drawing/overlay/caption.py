@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.drawing import palette
 from fpmatch.drawing.fonts import text_width, wrapped
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
-from fpmatch.drawing.words import odds, verdict
+from fpmatch.drawing.words import odds
 
 if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour
@@ -78,10 +78,11 @@ def header(verification: Verification, width: float, drawn: str = "") -> tuple[l
     items += placed
     if verification.reason:
         y += 4
-        lines = wrapped(f"Why: {verification.reason}", _REASON_SIZE, width - 2 * MARGIN)
+        label = "Why" if verification.shortage is None else "Missing"
+        lines = wrapped(f"{label}: {verification.reason}", _REASON_SIZE, width - 2 * MARGIN)
         if len(lines) > _REASON_LINES:
             lines = [*lines[: _REASON_LINES - 1], lines[_REASON_LINES - 1] + " …"]
-        colour = palette.TEXT if verification.match else palette.NO_MATCH
+        colour = palette.DECISION[verification.decision]
         for line in lines:
             y += _REASON_SIZE + 2
             items.append(Text(MARGIN, y, line, _REASON_SIZE, colour, role="reason"))
@@ -98,8 +99,8 @@ def _filled(box: Box, colour: Colour) -> Path:
 def _first_row(verification: Verification, width: float, y: float) -> list[Item]:
     """Compose the decision, the score, and the score on its scale beside the threshold."""
     v = verification
-    colour = palette.MATCH if v.match else palette.NO_MATCH
-    decision, score = verdict(v.match), f"{v.score:.1f}"
+    colour = palette.DECISION[v.decision]
+    decision, score = v.decision.upper(), f"{v.score:.1f}"
     badge = Box(MARGIN, y, text_width(decision, _VERDICT_SIZE) + 40, _BADGE_HEIGHT)
     middle = MARGIN + badge.width / 2
     score_x = badge.right + 24

@@ -11,7 +11,7 @@ from fpmatch.drawing.overlay.caption import MARGIN, header
 from fpmatch.drawing.palette import PANEL_EDGE
 from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Path, Pen, Scene
 from fpmatch.drawing.scene.placement import magnification, zoomed
-from fpmatch.drawing.words import odds, verdict
+from fpmatch.drawing.words import odds, outcome
 from fpmatch.errors import ImageError
 from fpmatch.text_table import count
 
@@ -105,7 +105,7 @@ def page(
         Group(tuple(foot), Box(0, place.bottom, width, height - place.bottom), "legend"),
     )
     description = (
-        f"{verdict(v.match)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
+        f"{outcome(v)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
         f"false match rate {odds(v.fmr)}, {count(len(v.pairs), 'pair')} of minutiae"
     )
     return Scene(math.ceil(width), height, items, description)

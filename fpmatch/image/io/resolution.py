@@ -6,14 +6,13 @@ import re
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from PIL import Image
 
-MM_PER_INCH: Final = 25.4
 CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
 _NO_UNIT, _PER_CM = 1, 3

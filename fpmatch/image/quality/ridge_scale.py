@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.minutiae import MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Grey
 
-MM_PER_INCH: Final = 25.4
 PERIODS_MM: Final = (0.26, 0.7)
 """Least and largest median period of a print that is believed: a child's, a large hand's."""
 

@@ -23,6 +23,7 @@ from fpmatch.matching.local import local_similarity
 from fpmatch.matching.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.matching.ridge_map import ridge_map
+from fpmatch.matching.score_model import amount_of_print
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
@@ -154,18 +155,23 @@ class UnitCircleMatcher:
         minutiae, area = available(probe, reference)
         return minutiae, area * MM2_PER_PX2
 
-    def typical_similarity(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, factor: float = 1.0
-    ) -> float:
-        """Return the similarity that half of the genuine comparisons of as much skin reach.
+    def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
+        """Return the amount of evidence in a print with `factor` times as much skin, shape (5,)."""
+        region = prepared.region
+        area, shown = factor * region.inside * region.step**2, region.ridges is not None
+        return amount_of_print(factor * len(prepared), area, shown=shown)
 
-        The smaller of the two prints bounds the skin that they share; with a factor, there are so
-        many times as many minutiae, on as large an area. Measured on synthetic prints and parts.
+    def typical_similarities(
+        self, probe: NDArray[np.float64], references: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the similarities that half of the genuine comparisons of as much skin reach.
+
+        The smaller of two prints bounds the skin that they share. `probe` and `references` are
+        amounts of evidence, shape (..., 5). Measured on synthetic prints and parts of them.
         """
-        minutiae, area = available(probe, reference)
-        model = score.load_weights().model_of(probe, reference)
-        typical = model.typical(factor * minutiae, factor * area)
-        return float(as_similarity(typical)) if minutiae >= MIN_MINUTIAE else 0.0
+        typical = score.load_weights().typical(probe, references)
+        enough = np.minimum(probe[..., 0], references[..., 0]) >= MIN_MINUTIAE
+        return np.where(enough, np.logaddexp(0.0, typical), 0.0)
 
     def possible_scales(
         self, probe: PreparedTemplate, reference: PreparedTemplate, ratios: Sequence[float]

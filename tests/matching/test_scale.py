@@ -1,4 +1,4 @@
-"""`fpmatch.scale`: a wrong resolution is measured, and nothing else is taken for one."""
+"""`fpmatch.matching.scale`: a wrong resolution is measured, and nothing else is taken for one."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch import Minutiae, Template, extract, find_scale, verify
-from fpmatch.scale import MIN_PAIRS, measure_scale
+from fpmatch.matching.scale import MIN_PAIRS, measure_scale
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Verification
     from fpmatch.minutiae import Template
 
-MM_PER_INCH: Final = 25.4
 MIN_PAIRS: Final = 8  # below which no scale is measured
 MAX_LOG_DIFFERENCE: Final = math.log1p(0.07)  # of scales that count as one
 SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)  # up to which a scale is not measured again

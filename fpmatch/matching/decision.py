@@ -1,0 +1,181 @@
+"""The three outcomes of a comparison, and what two prints lack where it is inconclusive.
+
+A score below the threshold is evidence of different fingers only where genuine comparisons of
+prints with as many minutiae, on as large an area, reach the threshold. The score that half of them
+reach is the reachable score of two prints. It was measured on synthetic prints and parts of them,
+by ``python -m research train score``. Where it is below the threshold, the comparison is
+inconclusive; so it is where a print shows no ridges of a finger, and where a resolution that no
+file states decides.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import cv2
+import numpy as np
+
+from fpmatch.minutiae import MM_PER_INCH
+from fpmatch.text_table import count
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.minutiae import Template
+
+Decision = Literal["match", "no match", "inconclusive"]
+MATCH: Final = "match"
+NO_MATCH: Final = "no match"
+INCONCLUSIVE: Final = "inconclusive"
+
+NO_RIDGES: Final = "no ridges"
+TOO_LITTLE_SKIN: Final = "too little skin"
+TOO_FEW_MINUTIAE: Final = "too few minutiae"
+UNKNOWN_RESOLUTION: Final = "unknown resolution"
+THRESHOLD_TOO_HIGH: Final = "threshold too high"
+
+MIN_SOLIDITY: Final = 0.55  # share of the ridges' convex hull; .67 is the least of 1,218 prints
+MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the most of those prints
+LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
+ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
+FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
+NOTHING: Final = (0.0,) * 5  # the amount of evidence in a print that shows no finger
+
+
+@dataclass(frozen=True, slots=True)
+class Shortage:
+    """What two prints lack for a decision: a code of this module, and the reason in words."""
+
+    code: str
+    message: str
+
+
+def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[np.str_]:
+    """Return the outcome of each comparison, by whether it is a match and its reachable score.
+
+    Examples
+    --------
+    >>> decide([True, True, False, False], [60, 20, 60, 20], 40).tolist()
+    ['match', 'match', 'no match', 'inconclusive']
+    """
+    lacking = np.asarray(reachable, np.float64) < threshold
+    return np.where(match, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
+
+
+def evidence_in(matcher: Any, template: Template, prepared: object) -> NDArray[np.float64]:
+    """Return the amount of evidence in a print, shape (5,), as the matcher measures it.
+
+    It is `NOTHING` where the print does not show a finger; see `lacks_ridges`.
+    """
+    if lacks_ridges(template):
+        return np.array(NOTHING)
+    if hasattr(matcher, "amount"):
+        found: NDArray[np.float64] = matcher.amount(prepared)
+        return found
+    return np.array([len(template.minutiae), *NOTHING[1:]])
+
+
+def lacks_ridges(template: Template) -> str:
+    """Return why a print does not show the ridges of a finger; "" where it does.
+
+    The ridges of a finger lie together, and bend where there are many; what is taken for ridges in
+    other pictures is scattered, or straight like the lines of a text.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> lacks_ridges(Template(Minutiae.empty(), width=300, height=300))
+    'has no ridges'
+    """
+    field = template.field
+    if field is None or not field.mask.any():
+        return "" if len(template.minutiae) else "has no ridges"
+    cells = np.argwhere(field.mask)
+    corners = np.concatenate([cells + offset for offset in ((0, 0), (0, 1), (1, 0), (1, 1))])
+    hull = cv2.contourArea(cv2.convexHull(corners.astype(np.int32)))
+    if len(cells) < MIN_SOLIDITY * hull:
+        return "has no ridges of a finger: they are scattered"
+    area_mm2 = len(cells) * (field.step * MM_PER_INCH / template.dpi) ** 2
+    uniformity = abs(np.exp(2j * field.orientation[field.mask]).mean())
+    straight = area_mm2 > ENOUGH_MM2 and uniformity > MAX_UNIFORMITY
+    return "has no ridges of a finger: they are straight" if straight else ""
+
+
+def reachable_scores(
+    matcher: Any,
+    calibration: Calibration | None,
+    probe: NDArray[np.float64],
+    references: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the reachable scores of prints by the amounts of evidence in them, shape (..., 5).
+
+    They are infinite where the matcher, or its calibration, gives no estimate, and minus infinity
+    where a print does not show a finger.
+    """
+    fewest = np.minimum(probe[..., 0], references[..., 0])
+    if calibration is None or not hasattr(matcher, "typical_similarities"):
+        return np.where(fewest >= LEAST_MINUTIAE, math.inf, -math.inf)
+    scores = calibration.scores(matcher.typical_similarities(probe, references))
+    return np.where(fewest > 0, scores, -math.inf)
+
+
+def find_shortage(
+    matcher: Any,
+    calibration: Calibration | None,
+    probe: tuple[Template, object],
+    references: Sequence[tuple[Template, object]],
+    threshold: float,
+) -> Shortage | None:
+    """Return what a probe and the best of the references lack for a decision; None where nothing.
+
+    Each print is given as a template, and as the matcher prepared it.
+    """
+    ours = evidence_in(matcher, *probe)
+    theirs = np.stack([evidence_in(matcher, *one) for one in references])
+    reachable = reachable_scores(matcher, calibration, ours, theirs)
+    best = int(np.argmax(reachable))
+    needed = 0.0 if math.isnan(threshold) else threshold  # of a matcher without a calibration
+    if reachable[best] >= needed:
+        return None
+    sides = {"probe": probe[0], "reference": references[best][0]}
+    why = {name: lacks_ridges(side) for name, side in sides.items()}
+    if any(why.values()):
+        message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
+        return Shortage(NO_RIDGES, message)
+    if math.isinf(reachable[best]) and not hasattr(matcher, "available"):
+        fewest = count(int(min(ours[0], theirs[best, 0])), "minutia", "minutiae")
+        message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
+        return Shortage(TOO_FEW_MINUTIAE, message)
+    return _needed(matcher, calibration, probe[1], references[best][1], threshold)
+
+
+def _needed(
+    matcher: Any,
+    calibration: Calibration | None,
+    probe: object,
+    reference: object,
+    threshold: float,
+) -> Shortage:
+    """Return how much evidence there is, and how much it takes."""
+
+    def reaches(factor: float) -> bool:
+        sides = (matcher.amount(side, factor) for side in (probe, reference))
+        return bool(reachable_scores(matcher, calibration, *sides) >= threshold)
+
+    minutiae, area = matcher.available(probe, reference)
+    enough = next(filter(reaches, FACTORS), None)
+    if enough is None and minutiae >= LEAST_MINUTIAE:
+        message = f"most genuine pairs of prints of any size score less than {threshold:.1f}"
+        return Shortage(THRESHOLD_TOO_HIGH, message)
+    message = f"{count(minutiae, 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
+    if enough is not None:
+        message += (
+            f", where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm² are usually "
+            f"needed for a score of {threshold:.1f}"
+        )
+    return Shortage(TOO_LITTLE_SKIN if area < ENOUGH_MM2 else TOO_FEW_MINUTIAE, message)

@@ -1,0 +1,146 @@
+"""The three outcomes of comparisons: of whole prints, and of parts of them with whole prints."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.evaluation.cropping import crop_at
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import read_image
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.decision import (
+    INCONCLUSIVE,
+    MATCH,
+    NO_MATCH,
+    decide,
+    evidence_in,
+    reachable_scores,
+)
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.text_table import markdown_table
+from research.partial_templates import fragment
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.impression import Impression
+    from fpmatch.minutiae import Template
+
+FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)  # minutiae
+CROP_SIDES_PX: Final = (64, 96, 128, 160)  # at 500 dpi
+OUTCOMES: Final = (MATCH, NO_MATCH, INCONCLUSIVE)
+KINDS: Final = ("genuine", "impostor")
+
+
+@dataclass
+class OutcomeRow:
+    """Count the outcomes of genuine and of impostor pairs, in the order of `OUTCOMES`."""
+
+    name: str
+    genuine: NDArray[np.int_] = field(default_factory=lambda: np.zeros(len(OUTCOMES), int))
+    impostor: NDArray[np.int_] = field(default_factory=lambda: np.zeros(len(OUTCOMES), int))
+
+    def add(self, outcome: NDArray[np.str_], genuine: NDArray[np.bool_]) -> None:
+        """Count the outcomes of some pairs."""
+        for kind, chosen in ((self.genuine, genuine), (self.impostor, ~genuine)):
+            kind += [np.count_nonzero(outcome[chosen] == one) for one in OUTCOMES]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the counts as JSON values."""
+        return {k: v if k == "name" else v.tolist() for k, v in asdict(self).items()}
+
+
+class WholePrints:
+    """The prints of a database, prepared to be compared with."""
+
+    def __init__(self, extracted: ExtractedSet) -> None:
+        pairs = zip(extracted.dataset.impressions, extracted.extractions, strict=True)
+        kept = [(one, made.template) for one, made in pairs if made.template is not None]
+        self.impressions: list[Impression] = [one for one, _ in kept]
+        self.templates: list[Template] = [template for _, template in kept]
+        self.finger = np.array([one.finger for one in self.impressions])
+        prepared = [MATCHER.prepare(template) for template in self.templates]
+        self._packed = PackedTemplates.pack(prepared)
+        sides = zip(self.templates, prepared, strict=True)
+        self._evidence = np.stack([evidence_in(MATCHER, *one) for one in sides])
+
+    def outcomes(self, probe: Template) -> NDArray[np.str_]:
+        """Return the outcomes of the comparisons of a probe with all prints."""
+        prepared, curve = MATCHER.prepare(probe), load_calibration(MATCHER.name)
+        score = curve.scores(MATCHER.similarities(prepared, self._packed))
+        ours = evidence_in(MATCHER, probe, prepared)
+        reachable = reachable_scores(MATCHER, curve, ours, self._evidence)
+        return decide(score >= DEFAULT_THRESHOLD, reachable, DEFAULT_THRESHOLD)
+
+    def count(self, row: OutcomeRow, number: int, probe: Template, *, ordered: bool) -> None:
+        """Count the outcomes of print `number`, or of a part of it, with the prints after it.
+
+        A part is compared with all others, not `ordered`; none is compared with its own print.
+        """
+        others = np.arange(len(self.templates))
+        others = others[others > number] if ordered else others[others != number]
+        outcome = self.outcomes(probe)[others]
+        row.add(outcome, self.finger[others] == self.finger[number])
+
+
+def outcome_rows(sets: Sequence[ExtractedSet], count: int, seed: int) -> Iterator[OutcomeRow]:
+    """Yield a row a database of whole prints, then a row a kind of parts of prints of all of them.
+
+    Of each kind there are `count` parts of prints drawn from each database.
+    """
+    databases = [WholePrints(extracted) for extracted in sets]
+    for extracted, prints in zip(sets, databases, strict=True):
+        row = OutcomeRow(f"{extracted.dataset.name}, whole prints")
+        for number, template in enumerate(prints.templates):
+            prints.count(row, number, template, ordered=True)
+        yield row
+    for form in ("with ridges", "minutiae alone"):
+        for size in FRAGMENT_SIZES:
+            row = OutcomeRow(f"{size} minutiae, {form}")
+            for prints, number, rng in _drawn(databases, count, (seed, size)):
+                part = fragment(prints.templates[number], size, rng)
+                part = part if form == "with ridges" else replace(part, field=None)
+                prints.count(row, number, part, ordered=False)
+            yield row
+    for side in CROP_SIDES_PX:
+        row = OutcomeRow(f"crop of {side} px")
+        for prints, number, rng in _drawn(databases, count, (seed, side)):
+            prints.count(row, number, _crop(prints, number, side, rng), ordered=False)
+        yield row
+
+
+def _drawn(
+    databases: Sequence[WholePrints], count: int, seed: tuple[int, int]
+) -> Iterator[tuple[WholePrints, int, np.random.Generator]]:
+    rng = np.random.default_rng(seed)
+    for prints in databases:
+        for number in rng.integers(len(prints.templates), size=count).tolist():
+            yield prints, number, rng
+
+
+def _crop(prints: WholePrints, number: int, side: int, rng: np.random.Generator) -> Template:
+    """Extract a square about a place of a print, which may show no minutia."""
+    template = prints.templates[number]
+    assert template.field is not None
+    cells = np.argwhere(template.field.mask)
+    row, column = (cells[rng.integers(len(cells))] + 0.5) * template.field.step
+    image = crop_at(read_image(prints.impressions[number].path), column, row, side, template.dpi)
+    return extract(image, template.dpi)
+
+
+def format_outcomes(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Format rows of `OutcomeRow.as_json` as a Markdown table, in percent of the pairs."""
+    head = ["probes", *(f"{kind}: {one}" for kind in KINDS for one in OUTCOMES)]
+    body = []
+    for row in rows:
+        shares = [100.0 * np.array(row[kind]) / max(1, sum(row[kind])) for kind in KINDS]
+        body.append([row["name"], *(f"{share:.2f}" for share in np.concatenate(shares))])
+    return markdown_table([head, *body])

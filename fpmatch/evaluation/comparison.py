@@ -12,6 +12,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
 from fpmatch.matching.finger import Finger
 from fpmatch.matching.packed_templates import PackedTemplates
 
@@ -32,13 +33,14 @@ if TYPE_CHECKING:
 PAIRS_PER_CHUNK: Final = 100
 PREPARED_KEPT: Final = 512
 
-# One comparison; lengths in pixels of the reference, CPU time in microseconds.
+# One comparison; lengths in pixels of the reference, CPU time in microseconds. `reachable` is the
+# similarity that half of the genuine comparisons of as much evidence reach.
 OUTCOME: Final = np.dtype(
     [
         ("similarity", np.float64),
         ("pairs", np.int32),
         *((name, np.float64) for name in ("scale", "rotation_deg", "tx", "ty", "rms_px")),
-        *((name, np.float64) for name in ("agreement", "overlap")),
+        *((name, np.float64) for name in ("agreement", "overlap", "reachable")),
         ("reason", object),
         ("cpu_us", np.float64),
     ]
@@ -54,7 +56,7 @@ class Comparer(Generic[Key]):
     def __init__(self, matcher: Matcher, capacity: int = PREPARED_KEPT) -> None:
         self.matcher = matcher
         self._capacity = capacity
-        self._prepared: OrderedDict[Key, Any] = OrderedDict()
+        self._prepared: OrderedDict[Key, tuple[Any, NDArray[np.float64]]] = OrderedDict()
         self._packed: tuple[list[Key], Any] = ([], None)
 
     def template(self, key: Key) -> Template | None:
@@ -63,15 +65,26 @@ class Comparer(Generic[Key]):
 
     def prepare(self, key: Key) -> Any:
         """Return what the matcher's `prepare` makes of a template; None where there is none."""
+        return self._print(key)[0]
+
+    def reachable(self, probe: Key, references: Sequence[Key]) -> NDArray[np.float64]:
+        """Return the similarities that genuine prints reach; see `reachable_similarities`."""
+        evidence = np.stack([self._print(key)[1] for key in references])
+        return reachable_similarities(self.matcher, self._print(probe)[1], evidence)
+
+    def _print(self, key: Key) -> tuple[Any, NDArray[np.float64]]:
+        """Return a print as the matcher prepared it, and the amount of evidence in it."""
         if key in self._prepared:
             self._prepared.move_to_end(key)
             return self._prepared[key]
         template = self.template(key)
         prepared = None if template is None else self.matcher.prepare(template)
-        self._prepared[key] = prepared
+        nothing = template is None
+        evidence = np.array(NOTHING) if nothing else evidence_in(self.matcher, template, prepared)
+        self._prepared[key] = prepared, evidence
         if len(self._prepared) > self._capacity:
             self._prepared.popitem(last=False)
-        return prepared
+        return prepared, evidence
 
     def similarities(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
         """Compare a template with others, at once if the matcher has 1:N comparison.
@@ -112,7 +125,7 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         a = self.prepare((len(self._sides) - 1, database, probe))
         b = self._reference(database, reference)
         if a is None or b is None:
-            return (0.0, 0, *(math.nan,) * 5, 0.0, 0.0, NO_TEMPLATE, math.nan)
+            return (0.0, 0, *(math.nan,) * 5, 0.0, 0.0, -math.inf, NO_TEMPLATE, math.nan)
         start = time.process_time_ns()
         c: Comparison
         if isinstance(b, Finger):
@@ -123,8 +136,17 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         cpu_us = (time.process_time_ns() - start) / 1000.0
         t = c.transform
         moved = (math.nan,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
-        measured = (c.rms_px, c.agreement, c.overlap)
+        measured = (c.rms_px, c.agreement, c.overlap, math.nan)
         return (c.similarity, len(c.pairs), *moved, *measured, c.reason, cpu_us)
+
+    def reachable_of(
+        self, database: int, probe: int, references: Sequence[int]
+    ) -> NDArray[np.float64]:
+        """Return the reachable similarities with impressions, or with the best of a finger."""
+        key = len(self._sides) - 1, database, probe
+        shown = [[k] if self._enrolled is None else self._enrolled[database][k] for k in references]
+        found = self.reachable(key, [(0, database, k) for one in shown for k in one])
+        return np.maximum.reduceat(found, np.cumsum([0, *map(len, shown)])[:-1])
 
     def _reference(self, database: int, number: int) -> Any:
         """Return an impression, or the finger for which it stands; None without a template."""
@@ -194,5 +216,10 @@ def compare_sets(
 
 
 def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
-    pairs = zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
-    return np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
+    pairs = list(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True))
+    found = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
+    for probe in np.unique(chunk.probe).tolist():
+        rows = chunk.probe == probe
+        references = chunk.reference[rows].tolist()
+        found["reachable"][rows] = comparer.reachable_of(chunk.database, probe, references)
+    return found

@@ -1,4 +1,4 @@
-"""The calibration of a matcher, and the default decisions of `fpmatch.verify` on similarities."""
+"""The calibration of a matcher, and the default outcomes of `fpmatch.verify` by similarities."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.matching.decision import decide, reachable_scores
 from fpmatch.matching.matchers import get_matcher, matcher_names
 from fpmatch.matching.result import DecidesByShare
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
@@ -22,8 +23,22 @@ def calibration_of(matcher: str) -> Calibration | None:
     return load_calibration(matcher) if matcher in calibrated_matchers() else None
 
 
-def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
-    """Decide which similarities are matches, as `fpmatch.verify` does by default.
+def outcomes(
+    matcher: str, similarities: NDArray[np.float64], reachable: NDArray[np.float64]
+) -> NDArray[np.str_]:
+    """Return the outcomes of comparisons by their similarities and the reachable ones.
+
+    A print without a template, whose reachable similarity is minus infinity, is inconclusive. A
+    matcher that neither decides by itself nor is calibrated has no outcomes: they are "".
+    """
+    if rho_of(matcher) is None and calibration_of(matcher) is None:
+        return np.full(similarities.shape, "")
+    scores = reachable_scores(calibration_of(matcher), reachable)
+    return decide(matches(matcher, similarities), scores, DEFAULT_THRESHOLD)
+
+
+def matches(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
+    """Return which similarities are matches, as `fpmatch.verify` decides by default.
 
     A matcher that neither decides by itself nor is calibrated finds no match.
     """

@@ -7,6 +7,8 @@ The columns are found by their names:
 - ``genuine``: 1 if both show the same finger, 0 if not, empty where it is not known;
 - ``similarity``: the matcher's own measure; empty where a print has no template;
 - ``score``: calibrated, 0 to 100; empty without calibration;
+- ``decision``: match, no match or inconclusive, as `fpmatch.verify` decides; inconclusive, too,
+  where a print has no template; empty where the matcher does not decide;
 - the columns `DETAILS`, which only `evaluate` writes: number of pairs, transform, agreement;
 - ``reason``: why there is no similarity, or, in `evaluate`, why the prints do not match;
 - ``probe_quality``, ``reference_quality``: quality of the two images, 0 to 100; empty where it is
@@ -25,8 +27,10 @@ import numpy as np
 
 from fpmatch.errors import OutputError, without_path
 from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.evaluation.decision import calibration_of, decide
+from fpmatch.evaluation.decision import calibration_of
+from fpmatch.evaluation.decision import outcomes as outcomes_of
 from fpmatch.evaluation.score_table import PARQUET, is_parquet
+from fpmatch.matching.decision import MATCH
 from fpmatch.output import atomic_write, check_writable
 from fpmatch.printable import csv_cell
 
@@ -39,8 +43,8 @@ if TYPE_CHECKING:
 
 
 COLUMNS: Final = (
-    *("matcher", "set", "probe", "reference", "genuine", "similarity", "score", "reason"),
-    *("probe_quality", "reference_quality"),
+    *("matcher", "set", "probe", "reference", "genuine", "similarity", "score"),
+    *("decision", "reason", "probe_quality", "reference_quality"),
 )
 _BEFORE_DETAILS: Final = COLUMNS.index("reason")
 DETAILS: Final = (
@@ -90,7 +94,8 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
         "" if e.template else without_path(e.reason, i.path) or NO_TEMPLATE
         for i, e in zip(impressions, result.extracted.extractions, strict=True)
     ]
-    why = np.where(decide(matcher, similarity), "", outcomes["reason"])
+    decision = outcomes_of(matcher, similarity, outcomes["reachable"])
+    why = np.where(decision == MATCH, "", outcomes["reason"])
     for k in np.flatnonzero(failed).tolist():
         why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])
     quality = ["" if e.quality is None else e.quality for e in result.extracted.extractions]
@@ -99,6 +104,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
         pairs.genuine.astype(int).tolist(),
         ["" if no else value for no, value in zip(failed, similarity.tolist(), strict=True)],
         ["" if no else _short(value) for no, value in zip(failed, score.tolist(), strict=True)],
+        decision.tolist(),
         outcomes["pairs"].tolist(),
         *([_short(value) for value in outcomes[column].tolist()] for column in DETAILS[1:]),
         why.tolist(),

@@ -106,22 +106,31 @@ def lacks_ridges(template: Template) -> str:
     return "has no ridges of a finger: they are straight" if straight else ""
 
 
-def reachable_scores(
-    matcher: Any,
-    calibration: Calibration | None,
-    probe: NDArray[np.float64],
-    references: NDArray[np.float64],
+def reachable_similarities(
+    matcher: Any, probe: NDArray[np.float64], references: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the reachable scores of prints by the amounts of evidence in them, shape (..., 5).
+    """Return the similarities that half of the genuine comparisons of as much evidence reach.
 
-    They are infinite where the matcher, or its calibration, gives no estimate, and minus infinity
-    where a print does not show a finger.
+    `probe` and `references` are amounts of evidence, shape (..., 5). The similarities are infinite
+    where the matcher gives no estimate, and minus infinity where a print does not show a finger.
     """
     fewest = np.minimum(probe[..., 0], references[..., 0])
-    if calibration is None or not hasattr(matcher, "typical_similarities"):
+    if not hasattr(matcher, "typical_similarities"):
         return np.where(fewest >= LEAST_MINUTIAE, math.inf, -math.inf)
-    scores = calibration.scores(matcher.typical_similarities(probe, references))
-    return np.where(fewest > 0, scores, -math.inf)
+    return np.where(fewest > 0, matcher.typical_similarities(probe, references), -math.inf)
+
+
+def reachable_scores(
+    calibration: Calibration | None, similarities: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the reachable scores from what `reachable_similarities` returned.
+
+    Infinite ones stay so; without a calibration, all others become infinite.
+    """
+    known = np.isfinite(similarities)
+    if calibration is None:
+        return np.where(known, math.inf, similarities)
+    return np.where(known, calibration.scores(np.where(known, similarities, 0.0)), similarities)
 
 
 def find_shortage(
@@ -137,7 +146,7 @@ def find_shortage(
     """
     ours = evidence_in(matcher, *probe)
     theirs = np.stack([evidence_in(matcher, *one) for one in references])
-    reachable = reachable_scores(matcher, calibration, ours, theirs)
+    reachable = reachable_scores(calibration, reachable_similarities(matcher, ours, theirs))
     best = int(np.argmax(reachable))
     needed = 0.0 if math.isnan(threshold) else threshold  # of a matcher without a calibration
     if reachable[best] >= needed:
@@ -165,7 +174,8 @@ def _needed(
 
     def reaches(factor: float) -> bool:
         sides = (matcher.amount(side, factor) for side in (probe, reference))
-        return bool(reachable_scores(matcher, calibration, *sides) >= threshold)
+        found = reachable_scores(calibration, reachable_similarities(matcher, *sides))
+        return bool(found >= threshold)
 
     minutiae, area = matcher.available(probe, reference)
     enough = next(filter(reaches, FACTORS), None)

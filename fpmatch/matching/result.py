@@ -18,6 +18,7 @@ from fpmatch.matching.decision import (
     evidence_in,
     find_shortage,
     reachable_scores,
+    reachable_similarities,
 )
 from fpmatch.matching.scale import find_scale
 
@@ -324,7 +325,9 @@ class PreparedPair:
                 compared = matcher.compared(self.probe, self.reference, found)
                 found = replace(found, compared=compared)
         if not verification.match and not found.reason:
-            found = replace(found, reason="the score is below the threshold")
+            by_score = verification.rho is None
+            reason = "the score is below the threshold" if by_score else "too few minutiae agree"
+            found = replace(found, reason=reason)
         return found
 
     def shortage(self, verification: Verification) -> Shortage | None:
@@ -337,7 +340,8 @@ class PreparedPair:
         probe, references = self._sides(verification)
         ours = evidence_in(self.matcher, *probe)
         theirs = np.stack([evidence_in(self.matcher, *one) for one in references])
-        found = reachable_scores(self.matcher, self.calibration, ours, theirs).max()
+        similarities = reachable_similarities(self.matcher, ours, theirs)
+        found = reachable_scores(self.calibration, similarities).max()
         return float(found) if math.isfinite(found) else None
 
     def _sides(

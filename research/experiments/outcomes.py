@@ -18,6 +18,7 @@ from fpmatch.matching.decision import (
     decide,
     evidence_in,
     reachable_scores,
+    reachable_similarities,
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -77,7 +78,7 @@ class WholePrints:
         prepared, curve = MATCHER.prepare(probe), load_calibration(MATCHER.name)
         score = curve.scores(MATCHER.similarities(prepared, self._packed))
         ours = evidence_in(MATCHER, probe, prepared)
-        reachable = reachable_scores(MATCHER, curve, ours, self._evidence)
+        reachable = reachable_scores(curve, reachable_similarities(MATCHER, ours, self._evidence))
         return decide(score >= DEFAULT_THRESHOLD, reachable, DEFAULT_THRESHOLD)
 
     def count(self, row: OutcomeRow, number: int, probe: Template, *, ordered: bool) -> None:

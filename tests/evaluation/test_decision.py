@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.decision import decide, rho_of
+from fpmatch.evaluation.decision import matches, rho_of
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import matcher_names
 from fpmatch.matching.verify import verify
@@ -22,7 +22,7 @@ def test_similarities_are_decided_as_verify_decides(matcher):
     for probe, reference in itertools.product(templates, repeat=2):
         found = verify(probe, reference, matcher=matcher)
         similarity = found.matched_share if found.rho is not None else _similarity(found.score)
-        assert bool(decide(matcher, similarity)) == found.match
+        assert bool(matches(matcher, similarity)) == found.match
 
 
 def _similarity(score):
@@ -32,6 +32,6 @@ def _similarity(score):
 
 
 def test_the_paper_decides_by_more_than_rho_and_an_unknown_matcher_finds_no_match():
-    assert decide("paper", [[0.0, 0.6], [0.600001, 1.0]]).tolist() == [[False] * 2, [True] * 2]
+    assert matches("paper", [[0.0, 0.6], [0.600001, 1.0]]).tolist() == [[False] * 2, [True] * 2]
     assert (rho_of("paper"), rho_of("mine")) == (0.6, None)
-    assert not decide("mine", [0.0, 1e9]).any()
+    assert not matches("mine", [0.0, 1e9]).any()

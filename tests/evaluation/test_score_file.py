@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.evaluation import score_file
+from fpmatch.evaluation import decision, score_file
 from fpmatch.evaluation.score_file import COLUMNS, DETAILS, write_scores
 from fpmatch.evaluation.scores import choose_matcher, read_scores
 from fpmatch.matching.calibration import Calibration
@@ -49,15 +49,16 @@ def test_what_does_not_exist_is_left_empty(scores):
 def test_a_calibration_makes_scores_and_a_match_has_no_reason(
     report, scores, tmp_path, monkeypatch
 ):
-    calibration = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
+    calibration = Calibration(((0.0, 0.0), (0.01, 40.0)), tail_scale=1.0)
     monkeypatch.setattr(score_file, "calibration_of", lambda name: calibration)
-    monkeypatch.setattr(score_file, "decide", lambda matcher, similarity: similarity > 0.01)
+    monkeypatch.setattr(decision, "calibration_of", lambda name: calibration)
     write_scores(tmp_path / "after.csv", report)
     before, after = rows_of(scores), rows_of(tmp_path / "after.csv")
     for old, new in zip(before, after, strict=True):
         similarity = float(new["similarity"] or 0)
-        assert new["reason"] == ("" if similarity > 0.01 else old["reason"])
-        assert float(new["score"] or 0) == pytest.approx(50 * similarity, rel=1e-5)
+        assert (new["decision"] == "match") == (similarity >= 0.01)
+        assert new["reason"] == ("" if similarity >= 0.01 else old["reason"])
+        assert float(new["score"] or 0) == pytest.approx(calibration.score(similarity), rel=1e-5)
     assert any(row["reason"] for row in before)
 
 
@@ -97,7 +98,7 @@ def test_what_was_written_is_read(report, scores):
 
 
 def test_the_quality_of_both_images_is_written_last(report, tmp_path):
-    (row, _), head = report.sets, (*COLUMNS[:7], *DETAILS, *COLUMNS[7:])
+    (row, _), head = report.sets, (*COLUMNS[:8], *DETAILS, *COLUMNS[8:])
     graded = [replace(e, quality=k) for k, e in enumerate(row.extracted.extractions)]
     extracted = replace(row.extracted, extractions=tuple(graded))
     path = tmp_path / "graded.csv"

@@ -27,7 +27,7 @@ from fpmatch.matching.prepare import prepare
 
 def reason(probe, reference):
     """Return the reason where the threshold is one that few pairs reach."""
-    return verify(probe, reference, threshold=100.0).reason
+    return verify(probe, reference, threshold=100.0).evidence.reason
 
 
 def doubled(rng):

@@ -65,13 +65,14 @@ def test_few_minutiae_are_too_little_to_decide(minutiae):
     found = verify(few, IMPOSTOR)
     assert not found.match
     form = (
-        r"too little to decide: (\d+) minutiae on (\d+) mm2 in the smaller print, where about "
-        r"(\d+) on (\d+) mm2 are usually needed for a score of 40\.0; "
+        r"(\d+) minutiae on (\d+) mm² in the smaller print, where about (\d+) on (\d+) mm² are "
+        r"usually needed for a score of 40\.0"
     )
-    there, area, needed, needed_area = map(int, re.match(form, found.reason).groups())
+    assert found.decision == "inconclusive"
+    there, area, needed, needed_area = map(int, re.fullmatch(form, found.reason).groups())
     assert there == minutiae < needed
     assert area < needed_area
-    assert "too little" not in verify(few, EMPTY, threshold=0).reason
+    assert verify(few, IMPOSTOR, threshold=0).shortage is None
 
 
 def test_a_verification_says_how_much_was_compared():
@@ -153,7 +154,7 @@ def test_a_calibration_of_ones_own_decides():
     assert found.smallest_measured_fmr == score_to_fmr(1.0)
     few = Calibration(((0.0, 0.0), (50.0, 1.0)), tail_scale=1e9)
     found = verify(PROBE, IMPOSTOR, calibration=few)
-    assert "no amount is usually enough for a score of 40.0" in found.reason
+    assert (found.decision, found.shortage.code) == ("inconclusive", "threshold too high")
 
 
 def test_the_evidence_is_completed_once_when_it_is_first_read():

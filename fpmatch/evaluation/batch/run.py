@@ -14,11 +14,9 @@ import numpy as np
 from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.comparison import Comparer
-from fpmatch.evaluation.score_file import (
-    COLUMNS,
-    csv_lines,
-    failure_reason,
-)
+from fpmatch.evaluation.score_file import COLUMNS, csv_lines, failure_reason
+from fpmatch.matching.decision import decide, reachable_scores
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -57,7 +55,8 @@ class RowWriter:
     Genuine pairs are known if a list states them, both sides are the `same` prints, or both are
     manifests, whose subjects are taken for the same persons. Without a calibration, scores
     are left empty. With a `threshold`, rows of lower scores are left out, but not those of prints
-    without a template, whose score is not known.
+    without a template, whose score is not known. The decision is that at the threshold, by default
+    40, or by a share `rho` of paired minutiae.
     """
 
     matcher: str
@@ -67,11 +66,14 @@ class RowWriter:
     same: bool
     calibration: Calibration | None
     threshold: float | None
+    rho: float | None = None
 
-    def lines(self, chunk: PairChunk, similarity: NDArray[np.float64]) -> tuple[bytes, int, int]:
+    def lines(
+        self, chunk: PairChunk, similarity: NDArray[np.float64], reachable: NDArray[np.float64]
+    ) -> tuple[bytes, int, int]:
         """Return the lines of some pairs, their number, and the number of pairs without a score.
 
-        `similarity` is not a number where a print has no template.
+        The similarities are what `compare_pairs` returned.
         """
         failed = np.isnan(similarity)
         score = np.full(len(chunk), np.nan)
@@ -81,12 +83,27 @@ class RowWriter:
         if self.threshold is not None:
             kept = np.flatnonzero(failed | (score >= self.threshold))
         listed = np.full(len(chunk), -1) if chunk.genuine is None else chunk.genuine
-        columns = (chunk.probe, chunk.reference, listed, similarity, score)
+        decision = self._decisions(similarity, score, reachable)
+        columns = (chunk.probe, chunk.reference, listed, similarity, score, decision)
         rows = map(self._row, *(column[kept].tolist() for column in columns))
         return csv_lines(rows), len(kept), int(failed.sum())
 
+    def _decisions(
+        self,
+        similarity: NDArray[np.float64],
+        score: NDArray[np.float64],
+        reachable: NDArray[np.float64],
+    ) -> NDArray[np.str_]:
+        """Return the outcomes; "" where the matcher does not decide."""
+        if self.rho is None and self.calibration is None:
+            return np.full(len(score), "")
+        needed = DEFAULT_THRESHOLD if self.threshold is None else self.threshold
+        matched = score >= needed if self.rho is None else similarity > self.rho
+        lowest = np.where(np.isnan(similarity), -np.inf, reachable)
+        return decide(matched, reachable_scores(self.calibration, lowest), needed)
+
     def _row(
-        self, i: int, j: int, listed: int, similarity: float, score: float
+        self, i: int, j: int, listed: int, similarity: float, score: float, decision: str
     ) -> tuple[object, ...]:
         probes, references = self.probes, self.references
         genuine = listed if listed >= 0 else self._genuine(i, j)
@@ -96,7 +113,7 @@ class RowWriter:
         names = probes.names[i], references.names[j]
         numbers = ["" if math.isnan(value) else value for value in (similarity, score)]
         quality = probes.quality.get(i, ""), references.quality.get(j, "")
-        return (self.matcher, self.database, *names, genuine, *numbers, reason, *quality)
+        return (self.matcher, self.database, *names, genuine, *numbers, decision, reason, *quality)
 
     def _genuine(self, i: int, j: int) -> int | str:
         """Return 1 or 0 where the names indicate whether a pair is genuine, else ""."""
@@ -129,23 +146,27 @@ class BytesComparer(Comparer[bytes]):
 
 
 def compare_pairs(comparer: BytesComparer, task: ComparisonTask) -> NDArray[np.float64]:
-    """Return the similarity of each pair; not a number where a print has no template.
+    """Return the similarity of each pair and the reachable one, shape (2, pairs).
 
+    They are not a number where a print has no template.
     A probe that is paired with all references of the chunk is compared with them at once.
     """
-    similarity = np.full(len(task.pairs), np.nan)
+    similarity, reachable = found = np.full((2, len(task.pairs)), np.nan)
     usable = np.isin(task.pairs.reference, list(task.references))
     every = sorted(task.references)
     packed = [task.references[number] for number in every]
     for probe, data in task.probes.items():
         rows = np.flatnonzero((task.pairs.probe == probe) & usable)
         numbers = task.pairs.reference[rows].tolist()
+        references = packed
         if numbers == every:
             similarity[rows] = comparer.similarities(data, packed)
         else:
             references = [task.references[number] for number in numbers]
             similarity[rows] = comparer.one_by_one(data, references)
-    return similarity
+        if numbers:
+            reachable[rows] = comparer.reachable(data, references)
+    return found
 
 
 def collect(
@@ -194,9 +215,9 @@ class Comparing:
         pending: deque[PairChunk] = deque()
         tasks = self._tasks(start, pending)
         with closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results:
-            for similarity in results:
+            for found in results:
                 chunk = pending.popleft()
-                lines, rows, failed = self.writer.lines(chunk, similarity)
+                lines, rows, failed = self.writer.lines(chunk, *found)
                 yield Rows(lines, pairs=len(chunk), rows=rows, failed=failed)
 
     def _tasks(self, start: int, pending: deque[PairChunk]) -> Iterator[ComparisonTask]:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "5"  # of the state of an unfinished run
+_FORMAT: Final = "6"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,6 +203,7 @@ def score(
                 same=same,
                 calibration=calibration,
                 threshold=threshold,
+                rho=getattr(chosen, "rho", None) if threshold is None else None,
             ),
             save_every_s=save_every_s,
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.decision import decide
+from fpmatch.evaluation.decision import matches
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
@@ -93,7 +93,7 @@ def measure_transforms(
     Pairs with fewer than `MIN_COMMON` true minutiae that are visible in both prints are not judged.
     """
     errors = []
-    decided = decide(matcher, result.outcomes["similarity"])
+    decided = matches(matcher, result.outcomes["similarity"])
     templates = [extraction.template for extraction in result.extracted.extractions]
     for k in np.flatnonzero(result.pairs.genuine):
         i, j = int(result.pairs.probe[k]), int(result.pairs.reference[k])

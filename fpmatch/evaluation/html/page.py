@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
 from fpmatch.drawing.plots.style import check_matplotlib
-from fpmatch.evaluation.decision import calibration_of, decide, rho_of
+from fpmatch.evaluation.decision import calibration_of, matches, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
 from fpmatch.evaluation.html.quality_figures import quality_drawings
@@ -129,8 +129,8 @@ def _default_decisions(report: RatesReport) -> str:
     if rho is None and calibration_of(report.matcher) is None:
         return ""
     genuine, impostor = split_scores(report.sets)
-    missed = int((~decide(report.matcher, genuine)).sum())
-    matched = int(decide(report.matcher, impostor).sum())
+    missed = int((~matches(report.matcher, genuine)).sum())
+    matched = int(matches(report.matcher, impostor).sum())
     rule = (
         f"At the default threshold of {DEFAULT_THRESHOLD:g}"
         if rho is None

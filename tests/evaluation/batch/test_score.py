@@ -68,7 +68,8 @@ def test_a_row_a_pair_probe_by_probe(output):
     assert done.noted == NOTED
     place = ("near", "probe against reference", "probe_1")
     assert [tuple(r.values()) for r in written if r["reason"]] == [
-        (*place, name, "", "", "", "probe: no image, but text", "", "") for name in REFERENCES.names
+        (*place, name, "", "", "", "inconclusive", "probe: no image, but text", "", "")
+        for name in REFERENCES.names
     ]
     (failure,) = done.failures
     assert (failure.side, failure.name) == ("probes", "probe_1")

@@ -6,8 +6,7 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import repository  # noqa: F401
@@ -16,6 +15,9 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from research.commands import Command, folders, json_file, workers, write_json
 from research.experiments.outcomes import format_outcomes, outcome_rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @click.command(cls=Command)
@@ -41,7 +43,6 @@ def command(
     click.echo(format_outcomes(rows))
     if json_file is not None:
         write_json(json_file, {"rows": rows})
-    sys.exit(0)
 
 
 if __name__ == "__main__":

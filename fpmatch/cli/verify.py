@@ -181,6 +181,7 @@ def _verify_claim(
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
             calibration=calibration,
+            dpi_assumed=probe.dpi_assumed,
         )
         found, best = checked.result.verification, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": found.match}

@@ -78,9 +78,10 @@ class Comparer(Generic[Key]):
             self._prepared.move_to_end(key)
             return self._prepared[key]
         template = self.template(key)
-        prepared = None if template is None else self.matcher.prepare(template)
-        nothing = template is None
-        evidence = np.array(NOTHING) if nothing else evidence_in(self.matcher, template, prepared)
+        prepared, evidence = None, np.array(NOTHING)
+        if template is not None:
+            prepared = self.matcher.prepare(template)
+            evidence = evidence_in(self.matcher, template, prepared)
         self._prepared[key] = prepared, evidence
         if len(self._prepared) > self._capacity:
             self._prepared.popitem(last=False)

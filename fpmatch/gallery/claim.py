@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.matching.finger import verify_finger
@@ -74,11 +74,13 @@ def check_claim(
     matcher: str | Matcher = DEFAULT_MATCHER,
     threshold: float = DEFAULT_THRESHOLD,
     calibration: Calibration | None = None,
+    dpi_assumed: bool = False,
 ) -> CheckedClaim:
     """Decide whether a probe comes from the claimed subject of an open gallery.
 
     `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
-    Impressions that are damaged are skipped. Other parameters, and the errors, are as for
+    Impressions that are damaged are skipped. `dpi_assumed` is true where nothing states the
+    resolution of the probe. Other parameters, and the errors, are as for
     `fpmatch.matching.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
     nothing of the subject or finger is enrolled, or all of it is damaged.
     """
@@ -99,4 +101,7 @@ def check_claim(
     result = verify_finger(
         probe, list(sound.values()), matcher=matcher, threshold=threshold, calibration=calibration
     )
+    if dpi_assumed:
+        verification = replace(result.verification, dpi_assumed=("probe",))
+        result = replace(result, verification=verification)
     return CheckedClaim(tuple(sound), result, damaged)

@@ -44,7 +44,7 @@ def explain(
 
 def main_reason(evidence: Evidence) -> str:
     """Return the main reason against one finger, by the evidence of the score."""
-    among = count(evidence.common, "minutia", "minutiae")
+    among = f"the {count(evidence.common, 'minutia', 'minutiae')} of both prints"
     share = f"{count(evidence.pairs, 'pair')} among {among} in the common region"
     if evidence.overlap < SMALL_OVERLAP:
         return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"

@@ -24,7 +24,7 @@ from fpmatch.gallery.search import open_search
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.web.errors import RequestError
-from fpmatch.web.prints import open_upload_with_minutiae
+from fpmatch.web.prints import open_upload, open_upload_with_minutiae
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 
-_DECISION: Final = ("match", "score", "fmr", "extrapolated", "threshold", "reason")
+_DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
 # The latest search of this worker process by gallery and matcher, with the content of the gallery.
 _kept: dict[tuple[str, str], tuple[str, Search]] = {}
@@ -129,7 +129,7 @@ def verify_claim(
 ) -> dict[str, Any]:
     """Return the decision on a claimed subject (None: any finger), and what was compared."""
     threshold = options.decision_score()
-    probe = open_upload_with_minutiae(upload, reading)
+    probe = open_upload(upload, reading)
     with open_served_gallery(where) as gallery, _not_found():
         checked = check_claim(
             gallery,
@@ -138,6 +138,7 @@ def verify_claim(
             finger,
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
+            dpi_assumed=probe.dpi_assumed,
         )
         match, best = checked.result.verification.match, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": match}

@@ -58,9 +58,13 @@ class Compared(BaseModel):
     ridge_score: float = Field(description="What the ridges add to the score, about")
 
 
+Decision = Literal["match", "no match", "inconclusive"]
+
+
 class Verified(BaseModel):
     """The decision on two prints, as `fpmatch verify --json` prints it."""
 
+    decision: Decision = Field(description="Inconclusive where the prints lack evidence")
     match: bool = Field(
         description="Whether the score reaches the threshold, or matched_share is more than rho"
     )
@@ -81,7 +85,11 @@ class Verified(BaseModel):
         description="How much was compared; null where the matcher does not measure it"
     )
     scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
-    reason: str = Field(description="Why not; empty for a match")
+    missing: str | None = Field(description="What the prints lack where inconclusive, else null")
+    reachable_score: float | None = Field(
+        description="Score that half of the genuine pairs of as much evidence reach, if known"
+    )
+    reason: str = Field(description="What is missing, or why not; empty for a match")
     quality: dict[str, Quality | None] = Field(
         description="Of the pictures of probe and reference; null for a template"
     )
@@ -318,6 +326,7 @@ class BestImpression(BaseModel):
 class CheckedClaim(BaseModel):
     """The decision on a claimed identity, as `fpmatch verify --gallery --json` prints it."""
 
+    decision: Decision
     match: bool
     score: float
     fmr: float

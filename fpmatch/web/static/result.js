@@ -7,6 +7,7 @@ import { Viewer } from "./viewer.js";
 import { aboutRidges, bent, bentInk, bentPlace, cells, scale } from "./views.js";
 import { count, minutia, odds, place } from "./words.js";
 
+const ALWAYS_MISSING = ["no ridges", "unknown resolution"]; // at any threshold
 const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
 
 // Show one comparison. `source.verify(threshold)` and `source.overlay(format, view, threshold)`
@@ -78,22 +79,27 @@ class ResultView {
     const { result } = this.shown;
     const match = result.transform !== null && result.score >= this.threshold;
     const asked = this.threshold === result.threshold;
-    this.badge.textContent = match ? "MATCH" : "NO MATCH";
+    const lacking = !match && (ALWAYS_MISSING.includes(result.missing) || (result.reachable_score === null
+      ? result.missing !== null : result.reachable_score < this.threshold));
+    this.badge.textContent = match ? "MATCH" : lacking ? "INCONCLUSIVE" : "NO MATCH";
     this.verdict.classList.toggle("match", match);
+    this.verdict.classList.toggle("inconclusive", lacking);
     const rate = odds(10 ** (-this.threshold / 10));
     this.at.textContent = `${rate} (score ${this.threshold.toFixed(1)})`;
     this.slider.setAttribute("aria-valuetext", `${rate}, score ${this.threshold.toFixed(1)}: ${this.badge.textContent}`);
     const extrapolated = result.extrapolated ? `, extrapolated: measured up to ${odds(this.shown.smallest_measured_fmr)}` : "";
     const rarity = result.fmr > 0.95 ? "Nearly all pairs of different fingers score as high."
       : `${result.score >= 100 ? "At most " : ""}${this.shown.odds} pairs of different fingers scores as high${extrapolated}.`;
-    const no = asked && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`
+    const enough = lacking ? `Most genuine pairs of such prints score less than ${this.threshold.toFixed(1)}.`
       : `The score does not reach ${this.threshold.toFixed(1)}.`;
+    const no = asked && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`
+      : enough;
     this.why.textContent = match ? rarity : `${no} ${rarity}`;
   }
 
   #evidence() {
     const { shown } = this;
-    const rows = shown.rows.filter(({ label }) => !["Score", "FMR", "Reason"].includes(label));
+    const rows = shown.rows.filter(({ label }) => !["Score", "FMR", "Reason", "Missing"].includes(label));
     const facts = el("dl", { class: "facts" }, ...rows.flatMap(({ label, words }) => [el("dt", {}, label), el("dd", {}, words)]));
     const list = el("ol", { class: "pairs" }, ...shown.pairs.map(([i, j], k) => {
       const words = `probe ${minutia(shown.probe.minutiae[i])}; reference ${minutia(shown.reference.minutiae[j])}`;

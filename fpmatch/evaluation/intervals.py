@@ -131,8 +131,15 @@ def rate_intervals(
 
 
 def exact_bound(rate: str, trials: Sequence[Trials], *, mean: bool = False) -> ExactBound:
-    """Return the basis of the limit of a rate of databases pooled, or of their mean."""
-    return combined([(_eer_bound if rate == "eer" else _fnmr_bound)(t) for t in trials], mean=mean)
+    """Return the basis of the limit of a rate of databases pooled, or of their mean.
+
+    Of the EER it is that of FNMR or FMR, whichever has fewer trials and so the higher limit.
+    """
+    genuine = combined([_fnmr_bound(t) for t in trials], mean=mean)
+    if rate != "eer":
+        return genuine
+    impostor = combined([_fmr_bound(t) for t in trials], mean=mean)
+    return min(genuine, impostor, key=lambda bound: bound.units)
 
 
 def combined(bounds: Sequence[ExactBound], *, mean: bool = False) -> ExactBound:
@@ -228,18 +235,8 @@ def _fnmr_bound(trials: Trials) -> ExactBound:
     return ExactBound("finger", np.unique(trials.probe[trials.genuine]).size)
 
 
-def _eer_bound(trials: Trials) -> ExactBound:
-    """Take the trials of FNMR or FMR, whichever are fewer: the EER is at most the higher limit."""
-    genuine = _fnmr_bound(trials)
-    if trials.fingers:
-        impostor = ExactBound("pair of fingers", _disjoint_pairs(trials))
-    else:
-        impostor = ExactBound("comparison", int((~trials.genuine).sum()))
-    return min(genuine, impostor, key=lambda bound: bound.units)
-
-
-def _disjoint_pairs(trials: Trials) -> int:
-    """Return how many of the compared pairs of fingers have no finger in common.
+def _fmr_bound(trials: Trials) -> ExactBound:
+    """Take pairs of fingers as trials, as many of those compared as have no finger in common.
 
     It is the greatest fractional matching, rounded down: half of the fingers in all pairs of them.
     """
@@ -247,8 +244,11 @@ def _disjoint_pairs(trials: Trials) -> int:
     from scipy.sparse.csgraph import maximum_bipartite_matching  # noqa: PLC0415
 
     impostor = ~trials.genuine
+    if not trials.fingers:
+        return ExactBound("comparison", int(impostor.sum()))
     pairs = trials.probe[impostor], trials.reference[impostor]
     sides = np.concatenate(pairs), np.concatenate(pairs[::-1])
     shape = (trials.fingers, trials.fingers)
     compared = coo_array((np.ones(sides[0].size), sides), shape=shape).tocsr()
-    return int(np.count_nonzero(maximum_bipartite_matching(compared) >= 0)) // 2
+    matched = int(np.count_nonzero(maximum_bipartite_matching(compared) >= 0))
+    return ExactBound("pair of fingers", matched // 2)

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -172,6 +173,21 @@ def test_text_and_json_name_the_method_and_one_database_is_shown_once():
     several = analyse(summarise_scores([separated(5), separated(6, name="b")]), bootstrap=20)
     lines = several.as_text().splitlines()
     assert [line.split()[0] for line in lines if line].count("pooled") == 2
+
+
+def test_databases_of_one_kind_of_pair_have_limits_together():
+    genuine, impostor = separated(6), separated(8, name="b")
+    sets = [
+        replace(
+            one,
+            **{name: getattr(one, name)[kept] for name in ("probe", "reference", "compared")},
+            trials=replace(one.trials, **{n: getattr(one.trials, n)[kept] for n in SIDES}),
+        )
+        for one, kept in ((genuine, genuine.trials.genuine), (impostor, ~impostor.trials.genuine))
+    ]
+    found = intervals_of(*sets)
+    assert [one.eer for one in (*found.sets, found.mean)] == [None] * 3
+    assert found.pooled.bounds["eer"] == ExactBound("pair of fingers", 4)
 
 
 def test_an_error_keeps_the_interval_of_the_bootstrap(report):

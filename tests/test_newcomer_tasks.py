@@ -20,8 +20,8 @@ MOST_COMMANDS = 3
 
 # What the task prints, and what it leaves.
 SHOWN = {
-    "Prints in folders of your own": (["EER", r"pooled +1 +2 "], []),
-    "Prints that a table lists": (["EER", r"pooled +1 +2 ", "enrolled 3 of 3"], ["people.db"]),
+    "Prints in folders of your own": (["EER", r"\w +1 +2 "], []),
+    "Prints that a table lists": (["EER", r"\w +1 +2 ", "enrolled 3 of 3"], ["people.db"]),
     "A matcher of your own": ([r"sizes", r"unit-circle", "side by side"], []),
     "Scores of another program": ([r"EER", r"\b3 +3\b"], []),
     "A gallery with three impressions of each finger": (

@@ -176,9 +176,9 @@ def evaluate(
     Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M; other formats
     too), or named by --pattern, or in folders, one a finger; it may contain a dataset.toml with
     name, dpi and sensor. A MANIFEST is a CSV file with the columns path and subject, and perhaps
-    finger, impression and dpi. The output is the rates per database, their mean, those of all
-    scores pooled, and their 95 % intervals. Files of scores take the place of databases: those of
-    --scores and of fpmatch score, or tables of another matcher's scores.
+    finger, impression and dpi. The output is the rates per database, of several also their mean and
+    those of all scores pooled, and their 95 % intervals. Files of scores take the place of
+    databases: those of --scores and of fpmatch score, or tables of another matcher's scores.
     """
     draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
     search_options = {name: given.pop(name) for name in OPTIONS}

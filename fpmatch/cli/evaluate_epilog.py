@@ -20,8 +20,10 @@ Columns:
 
 \b
 The 95 % intervals are those of the bootstrap over the fingers of each database: how far the rates
-would scatter with other fingers. Where no error was seen they do not bound the error rate; ZeroFMR
-and ZeroFNMR, which depend on one score, have none.
+would scatter with other fingers. A rate of 0 or 100 % has one limit, for which each finger is one
+trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; about 3 / n (rule of
+3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
+depend on one score, have no interval.
 
 \b
 Columns with --ground-truth:

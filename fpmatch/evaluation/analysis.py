@@ -16,9 +16,9 @@ from fpmatch.evaluation.run_comparison import DECISION_FMRS, compare_runs, have_
 from fpmatch.evaluation.scores import choose_matcher
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-    from fpmatch.evaluation.intervals import ReportIntervals
+    from fpmatch.evaluation.intervals import ExactBound, ReportIntervals
     from fpmatch.evaluation.operating_points import OperatingPoint
     from fpmatch.evaluation.quality_analysis import QualityAnalysis
     from fpmatch.evaluation.report import RatesReport
@@ -41,6 +41,11 @@ class Analysis:
     points: tuple[OperatingPoint, ...] = ()
     quality: QualityAnalysis | None = None
 
+    @property
+    def distinct_points(self) -> Sequence[OperatingPoint]:
+        """The points without those of all scores pooled where there is one database."""
+        return self.points[: len(self.points) // 2] if len(self.report.sets) == 1 else self.points
+
     def as_json(self) -> dict[str, Any]:
         """Return everything as JSON values."""
         beside = {"intervals": self.intervals, "baseline": self.baseline}
@@ -55,11 +60,15 @@ class Analysis:
 
     def as_text(self) -> str:
         """Return everything as tables of text."""
+        return text_of([self])
+
+    def tables(self) -> str:
+        """Return the tables without the note on what bounds of intervals are."""
         parts = [self.report.as_text()]
         if self.intervals is not None:
             parts.append(tables.format_intervals(self.report, self.intervals))
         if self.points:
-            parts.append(tables.format_points(self.points, self.report.matcher))
+            parts.append(tables.format_points(self))
         if self.quality is not None and self.quality.curves:
             parts.append(tables.format_discard(self.quality))
         if self.baseline is not None:
@@ -128,13 +137,24 @@ def document_of(
 
 def text_of(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()) -> str:
     """Return the same as tables; several matchers are side by side at the end."""
-    if len(analyses) == 1:
-        return analyses[0].as_text()
     first = analyses[0].report.matcher
-    return "\n\n".join(
-        [
-            *(f"matcher {one.report.matcher}\n{one.as_text()}" for one in analyses),
-            tables.format_matchers([one.report for one in analyses]),
-            *(tables.format_comparison(comparison, first) for comparison in comparisons),
-        ]
-    )
+    parts = [analyses[0].tables()]
+    if len(analyses) > 1:
+        parts = [f"matcher {one.report.matcher}\n{one.tables()}" for one in analyses]
+        parts.append(tables.format_matchers([one.report for one in analyses]))
+        parts += [tables.format_comparison(comparison, first) for comparison in comparisons]
+    parts.append(tables.bounds_note(bounds_of(analyses, comparisons)))
+    return "\n\n".join(filter(None, parts))
+
+
+def bounds_of(
+    analyses: Sequence[Analysis], comparisons: Sequence[RunComparison]
+) -> Iterator[ExactBound | None]:
+    """Yield the bases of the intervals of analyses and comparisons, None those of the bootstrap."""
+    for one in analyses:
+        if one.intervals is not None:
+            for found in (*one.intervals.sets, one.intervals.mean, one.intervals.pooled):
+                yield from found.bounds.values()
+        yield from (point.bound for point in one.points)
+    for comparison in (*comparisons, *(one.baseline for one in analyses if one.baseline)):
+        yield from (d.bound for _, differences in comparison.shown() for d in differences)

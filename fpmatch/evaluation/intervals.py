@@ -1,9 +1,22 @@
-"""95 % intervals of the rates of an evaluation, by the bootstrap over fingers."""
+"""95 % intervals of the rates of an evaluation.
+
+They are those of the bootstrap over fingers. Without an error every draw has none, which limits
+nothing: the limit is then that of Clopper and Pearson, one-sided, where each finger is one trial,
+because its impressions are not independent. Nor are pairs of fingers that share one, which a finger
+that matches many others shows; for the EER, a trial is a pair of fingers, each finger in one pair.
+
+References
+----------
+Clopper, Pearson, "The use of confidence or fiducial limits illustrated in the case of the
+binomial", Biometrika 26 (1934); without an error it is about the rule of 3 of ISO/IEC 19795-1.
+Finner, "A generalization of Hölder's inequality and some probability inequalities", Annals of
+Probability 20 (1992), for the number of pairs that may be taken as independent.
+"""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -15,6 +28,8 @@ from fpmatch.evaluation.bootstrap import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.ranked_trials import Trials
@@ -39,11 +54,33 @@ class Interval(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class ExactBound:
+    """Hold what an interval with one limit is based on: the method, and the independent trials.
+
+    A trial is a `unit`: "finger", "pair of fingers", "subject" or, where the fingers are not known,
+    "comparison". The limit is `CONFIDENCE` sure where in none of the `units`, or in each of them,
+    the rate shows.
+    """
+
+    unit: str
+    units: int
+    method: str = "clopper-pearson"
+
+    def interval(self, rate: float) -> Interval:
+        """Return the limit of a rate that is 0 or 1, and that rate."""
+        from scipy.stats import binomtest  # noqa: PLC0415
+
+        side: Literal["less", "greater"] = "greater" if rate else "less"
+        test = binomtest(self.units if rate else 0, self.units, alternative=side)
+        return Interval(*map(float, test.proportion_ci(CONFIDENCE, method="exact")))
+
+
+@dataclass(frozen=True, slots=True)
 class RateIntervals:
     """Hold the interval of each rate; None where there is no rate or no interval.
 
     ZeroFMR and ZeroFNMR have none: each depends on one extreme score, which the bootstrap cannot
-    vary.
+    vary. `bounds` has the basis of those intervals that are not of the bootstrap, by rate.
     """
 
     eer: Interval | None = None
@@ -51,6 +88,7 @@ class RateIntervals:
     fmr1000: Interval | None = None
     fmr10000: Interval | None = None
     rank_one: Interval | None = None
+    bounds: Mapping[str, ExactBound] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +103,7 @@ class ReportIntervals:
 
     def as_json(self) -> dict[str, Any]:
         """Return the intervals as JSON values, pairs of limits by name."""
-        return {"confidence": CONFIDENCE, **asdict(self)}
+        return {"confidence": CONFIDENCE, "method": "bootstrap", **asdict(self)}
 
 
 def rate_intervals(
@@ -74,25 +112,59 @@ def rate_intervals(
     """Estimate 95 % intervals of an evaluation's rates.
 
     The interval leaves out 2.5 % of the bootstrap replicates on either side. It describes how the
-    rates scatter with other fingers on the same sensor. With ten fingers it is rough, with fewer
-    than `MIN_FINGERS` in a database there is none, and where no error was seen it is 0 to 0, which
-    does not mean that there are none. Where the fingers are not known, comparisons are drawn.
+    rates scatter with other fingers on the same sensor. With ten fingers it is rough, and with
+    fewer than `MIN_FINGERS` in a database there is none. A rate of 0 or 1 has one limit, for any
+    number of fingers; see `exact_bound`. Where the fingers are not known, comparisons are drawn.
     """
     trials = [row.scores.trials for row in report.sets]
     replicates = bootstrap_rates(trials, bootstrap, seed)
-    enough = [enough_for_interval(t) for t in trials]
     ranks = [_rank_one(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
     sets = tuple(
-        _rate_intervals(row.rates, replicates.sets[k], ranks[k]) if enough[k] else RateIntervals()
+        _rate_intervals(row.rates, row.rank_one, [trials[k]], replicates.sets[k], ranks[k])
         for k, row in enumerate(report.sets)
     )
-    mean = pooled = RateIntervals()
-    if all(enough):
-        known = [rank for rank in ranks if rank is not None]
-        mean = _rate_intervals(report.mean, replicates.mean, None)
-        hits = np.sum(known, axis=0) if len(known) == len(ranks) else None
-        pooled = _rate_intervals(report.pooled, replicates.pooled, hits)
+    known = [rank for rank in ranks if rank is not None]
+    hits = np.sum(known, axis=0) if len(known) == len(ranks) else None
+    mean = _rate_intervals(report.mean, None, trials, replicates.mean, None, mean=True)
+    pooled = _rate_intervals(report.pooled, report.rank_one, trials, replicates.pooled, hits)
     return ReportIntervals(bootstrap, seed, sets, mean, pooled)
+
+
+def exact_bound(rate: str, trials: Sequence[Trials], *, mean: bool = False) -> ExactBound:
+    """Return the basis of the limit of a rate of databases pooled, or of their mean.
+
+    Of the EER it is that of FNMR or FMR, whichever has fewer trials and so the higher limit.
+    """
+    genuine = combined([_fnmr_bound(t) for t in trials], mean=mean)
+    if rate != "eer":
+        return genuine
+    impostor = combined([_fmr_bound(t) for t in trials], mean=mean)
+    return min(genuine, impostor, key=lambda bound: bound.units)
+
+
+def combined(bounds: Sequence[ExactBound], *, mean: bool = False) -> ExactBound:
+    """Return the basis of the limit of databases pooled, or of their mean, from that of each.
+
+    The mean is at most as high as if each database had as few trials as the smallest.
+    """
+    units = [one.units for one in bounds]
+    unit = " or ".join(dict.fromkeys(one.unit for one in bounds))
+    return ExactBound(unit, len(units) * min(units) if mean else sum(units))
+
+
+def drawn_or_exact(
+    rate: float, drawn: Interval | None, bound: ExactBound | None
+) -> tuple[Interval | None, ExactBound | None]:
+    """Return the wider of the bootstrap interval and, of a rate of 0 or 1, the exact limit.
+
+    The second result is `bound` where the limit is that.
+    """
+    if bound is None or rate not in {0.0, 1.0}:
+        return drawn, None
+    exact = bound.interval(rate)
+    if drawn is not None and drawn.high - drawn.low > exact.high - exact.low:
+        return drawn, None
+    return exact, bound
 
 
 def enough_for_interval(trials: Trials) -> bool:
@@ -128,14 +200,55 @@ def _rank_one(
 
 
 def _rate_intervals(
-    rates: Rates, draws: NDArray[np.float64], ranks: NDArray[np.float64] | None
+    rates: Rates,
+    rank_one: float | None,
+    trials: Sequence[Trials],
+    draws: NDArray[np.float64],
+    ranks: NDArray[np.float64] | None,
+    *,
+    mean: bool = False,
 ) -> RateIntervals:
-    found = {
-        name: interval_of(draws[:, column])
-        for column, name in enumerate(BOOTSTRAPPED)
-        if getattr(rates, name) is not None
-    }
-    if ranks is not None:
-        with np.errstate(invalid="ignore"):  # a draw without probes has no rate
-            found["rank_one"] = interval_of(ranks[0] / ranks[1])
-    return RateIntervals(**found)
+    """Return the intervals of the rates of databases pooled, or of their mean."""
+    drawn: dict[str, Interval | None] = {}
+    if all(map(enough_for_interval, trials)):
+        drawn = {name: interval_of(draws[:, k]) for k, name in enumerate(BOOTSTRAPPED)}
+        if ranks is not None:
+            with np.errstate(invalid="ignore"):  # a draw without probes has no rate
+                drawn["rank_one"] = interval_of(ranks[0] / ranks[1])
+    found: dict[str, Interval | None] = {}
+    bounds = {}
+    for name in (*BOOTSTRAPPED, "rank_one"):
+        rate = rank_one if name == "rank_one" else getattr(rates, name)
+        if rate is None:
+            continue
+        exact = exact_bound(name, trials, mean=mean) if rate in {0.0, 1.0} else None
+        found[name], used = drawn_or_exact(rate, drawn.get(name), exact)
+        if used is not None:
+            bounds[name] = used
+    return RateIntervals(**found, bounds=bounds)
+
+
+def _fnmr_bound(trials: Trials) -> ExactBound:
+    """Take each finger with genuine pairs as one trial."""
+    if not trials.fingers:
+        return ExactBound("comparison", int(trials.genuine.sum()))
+    return ExactBound("finger", np.unique(trials.probe[trials.genuine]).size)
+
+
+def _fmr_bound(trials: Trials) -> ExactBound:
+    """Take pairs of fingers as trials, as many of those compared as have no finger in common.
+
+    It is the greatest fractional matching, rounded down: half of the fingers in all pairs of them.
+    """
+    from scipy.sparse import coo_array  # noqa: PLC0415
+    from scipy.sparse.csgraph import maximum_bipartite_matching  # noqa: PLC0415
+
+    impostor = ~trials.genuine
+    if not trials.fingers:
+        return ExactBound("comparison", int(impostor.sum()))
+    pairs = trials.probe[impostor], trials.reference[impostor]
+    sides = np.concatenate(pairs), np.concatenate(pairs[::-1])
+    shape = (trials.fingers, trials.fingers)
+    compared = coo_array((np.ones(sides[0].size), sides), shape=shape).tocsr()
+    matched = int(np.count_nonzero(maximum_bipartite_matching(compared) >= 0))
+    return ExactBound("pair of fingers", matched // 2)

@@ -9,7 +9,14 @@ import numpy as np
 
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_rates
 from fpmatch.evaluation.error_vs_discard import POOLED
-from fpmatch.evaluation.intervals import Interval, enough_for_interval, interval_of
+from fpmatch.evaluation.intervals import (
+    ExactBound,
+    Interval,
+    drawn_or_exact,
+    enough_for_interval,
+    exact_bound,
+    interval_of,
+)
 from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
 from fpmatch.evaluation.report import split_scores
 
@@ -18,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.report import RatesReport
+    from fpmatch.evaluation.report import RatesReport, SetRates
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +34,7 @@ class OperatingPoint:
 
     `threshold` is the least score that matches, of distances the greatest; None where no pair
     matches. `fnmr` is None where there are too few impostor pairs, `interval`, the 95 % interval of
-    the FNMR, where there are too few fingers.
+    the FNMR, where there are too few fingers. `bound` is its basis where it has one limit.
     """
 
     name: str
@@ -35,6 +42,7 @@ class OperatingPoint:
     fnmr: float | None
     threshold: float | None
     interval: Interval | None
+    bound: ExactBound | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the point as JSON values; rates as fractions."""
@@ -55,33 +63,29 @@ def operating_points(
     if not fmrs:
         return []
     trials = [row.scores.trials for row in report.sets]
-    enough = [enough_for_interval(t) for t in trials]
     draws = bootstrap_rates(trials, bootstrap, seed, fmrs) if bootstrap else None
-    distances = report.sets[0].scores.distances
     found = []
     for k, row in enumerate(report.sets):
-        of_set = draws.sets[k] if draws and enough[k] else None
-        found += _points(row.name, row.scores.split(), fmrs, of_set, distances=distances)
-    of_all = draws.pooled if draws and all(enough) else None
-    return found + _points(POOLED, split_scores(report.sets), fmrs, of_all, distances=distances)
+        found += _points(row.name, [row], fmrs, draws.sets[k] if draws else None)
+    return found + _points(POOLED, report.sets, fmrs, draws.pooled if draws else None)
 
 
 def _points(
-    name: str,
-    scores: tuple[NDArray[np.float64], NDArray[np.float64]],
-    fmrs: Sequence[float],
-    draws: NDArray[np.float64] | None,
-    *,
-    distances: bool,
+    name: str, sets: Sequence[SetRates], fmrs: Sequence[float], draws: NDArray[np.float64] | None
 ) -> list[OperatingPoint]:
+    trials, scores = [row.scores.trials for row in sets], split_scores(sets)
+    enough = all(map(enough_for_interval, trials))
     every = np.unique(np.concatenate(scores))
     points = []
     for column, fmr in enumerate(fmrs, start=1):
-        fnmr, threshold, interval = fnmr_at_fmr(*scores, fmr), None, None
-        highest = threshold_at_fmr(scores[1], fmr) if fnmr is not None else None
-        if highest is not None:
+        fnmr, threshold, interval, bound = fnmr_at_fmr(*scores, fmr), None, None, None
+        highest = threshold_at_fmr(scores[1], fmr)
+        if fnmr is not None and highest is not None:
             above = every[np.searchsorted(every, highest, side="right") :]
-            threshold = float(-above[0] if distances else above[0]) if above.size else None
-            interval = None if draws is None else interval_of(draws[:, column])
-        points.append(OperatingPoint(name, fmr, fnmr, threshold, interval))
+            sign = -1 if sets[0].scores.distances else 1
+            threshold = sign * float(above[0]) if above.size else None
+            if draws is not None:
+                drawn = interval_of(draws[:, column]) if enough else None
+                interval, bound = drawn_or_exact(fnmr, drawn, exact_bound("fnmr", trials))
+        points.append(OperatingPoint(name, fmr, fnmr, threshold, interval, bound))
     return points

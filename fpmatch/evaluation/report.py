@@ -193,7 +193,7 @@ class RatesReport:
         return float(np.mean(np.concatenate(ranks) == 1))
 
     def as_text(self) -> str:
-        """Return a line a database, their mean, and all scores pooled; rates in percent.
+        """Return a line a database, and of several their mean and all scores pooled, in percent.
 
         FMR10000 is left out where no database has enough pairs for it.
         """
@@ -214,9 +214,11 @@ class RatesReport:
         rows = [
             (*head, "extract", "match"),
             *((*cells(r.name, r, r.rates), *t) for r, t in zip(self.sets, times, strict=True)),
-            ("mean", "", "", *rate_cells(self.mean, names), decidability(self.mean), *[""] * 4),
-            (*cells("pooled", self, self.pooled), "", ""),
         ]
+        if len(self.sets) > 1:
+            mean = rate_cells(self.mean, names), decidability(self.mean)
+            rows += [("mean", "", "", *mean[0], mean[1], *[""] * 4)]
+            rows += [(*cells("pooled", self, self.pooled), "", "")]
         timed = any(math.isfinite(row.match_us) for row in self.sets)
         return text_table(rows if timed else [row[: len(head)] for row in rows])
 

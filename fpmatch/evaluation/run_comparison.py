@@ -21,7 +21,14 @@ import numpy as np
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTRAP, bootstrap_rates
-from fpmatch.evaluation.intervals import MIN_FINGERS, Interval, interval_of
+from fpmatch.evaluation.intervals import (
+    MIN_FINGERS,
+    ExactBound,
+    Interval,
+    combined,
+    exact_bound,
+    interval_of,
+)
 from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import FMR_LIMITS, error_rates, threshold_at_fmr
 
@@ -36,22 +43,28 @@ DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions, and errors by quality, are those at the first of these that the pairs allow."""
 
 
+NO_CHANGE: Final = Interval(0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class RateDifference:
     """Hold a rate before and now, over the pairs that both runs compared.
 
     `interval` is the 95 % interval of ``now - before``; None where there are too few fingers.
+    `bound` is its basis where no draw changes the rate though the order of the scores changed: 0 of
+    its trials changed.
     """
 
     rate: str
     before: float
     now: float
     interval: Interval | None
+    bound: ExactBound | None = None
 
     @property
     def verdict(self) -> str:
         """Whether the rate got better or worse."""
-        if self.now == self.before and self.interval == Interval(0.0, 0.0):
+        if self.now == self.before and self.interval == NO_CHANGE:
             return "no change"
         if self.interval is None:
             return "too few fingers to tell"
@@ -100,6 +113,7 @@ class SetComparison:
                 "before": d.before,
                 "now": d.now,
                 "change_interval": d.interval,
+                "change_bound": d.bound and asdict(d.bound),
                 "verdict": d.verdict,
             }
             for d in self.differences
@@ -129,6 +143,16 @@ class RunComparison:
     def titles(self) -> tuple[str, str]:
         """Return the column titles of the two runs: their matchers, where these differ."""
         return ("before", "now") if self.before in {"", self.now} else (self.before, self.now)
+
+    def shown(self) -> list[tuple[SetComparison, tuple[RateDifference, ...]]]:
+        """Return the rates that tables have: the EER of each database, and all of mean and pooled.
+
+        Of one database these are all its rates.
+        """
+        if len(self.sets) == 1:
+            return [(self.sets[0], self.sets[0].differences)]
+        each = [(one, one.differences[:1]) for one in self.sets]
+        return each + [(one, one.differences) for one in (self.mean, self.pooled)]
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values; rates as fractions."""
@@ -244,13 +268,20 @@ def _compare(
     name: str, common: Sequence[_Common], draws: NDArray[np.float64] | None
 ) -> SetComparison:
     """Compare the rates; `draws` are bootstrapped differences, None with too few fingers."""
+    from scipy.stats import rankdata  # noqa: PLC0415
+
     before, now, genuine = _pooled(common)
     was, found = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
-    differences = [
-        RateDifference(rate, getattr(was, rate), getattr(found, rate), _interval(draws, column))
-        for column, rate in enumerate(BOOTSTRAPPED)
-        if getattr(found, rate) is not None
-    ]
+    same_order = np.array_equal(rankdata(before), rankdata(now))
+    differences = []
+    for column, rate in enumerate(BOOTSTRAPPED):
+        if getattr(found, rate) is not None:
+            interval, bound = _interval(draws, column), None
+            if interval == NO_CHANGE and not same_order:
+                bound = exact_bound(rate, [c.after for c in common])
+            differences.append(
+                _difference(rate, getattr(was, rate), getattr(found, rate), interval, bound)
+            )
     return SetComparison(name, int(genuine.size), tuple(differences))
 
 
@@ -262,8 +293,22 @@ def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64] | None) -> S
         if len(found) == len(sets):
             before = float(np.mean([d.before for d in found]))
             now = float(np.mean([d.now for d in found]))
-            differences.append(RateDifference(rate, before, now, _interval(draws, column)))
+            interval, bound = _interval(draws, column), None
+            bounds = [d.bound for d in found if d.bound]
+            if interval == NO_CHANGE and bounds:
+                bound = combined(bounds, mean=True)
+            differences.append(_difference(rate, before, now, interval, bound))
     return SetComparison("mean", sum(one.pairs for one in sets), tuple(differences))
+
+
+def _difference(
+    rate: str, before: float, now: float, interval: Interval | None, bound: ExactBound | None
+) -> RateDifference:
+    """Return a difference; with a bound, its interval is what 0 of the bound's trials allow."""
+    if bound is not None:
+        highest = bound.interval(0.0).high
+        interval = Interval(-highest, highest)
+    return RateDifference(rate, before, now, interval, bound)
 
 
 def _interval(draws: NDArray[np.float64] | None, column: int) -> Interval | None:

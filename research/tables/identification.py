@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.intervals import Interval
+from fpmatch.evaluation.intervals import ExactBound, Interval
 from fpmatch.evaluation.rate_text import percent
-from fpmatch.evaluation.tables import limits
+from fpmatch.evaluation.tables import bounds_note, limits
 from fpmatch.text_table import count, markdown_table
 
 if TYPE_CHECKING:
@@ -53,18 +53,19 @@ def _rates(test: Mapping[str, Any]) -> str:
     points = test["pooled"]["fnir_at_fpir"]
     fpirs = [f"FPIR {100 * point['fpir']:.6g} %" for point in points]
     head = ["FNIR at", "rank 1", *fpirs, f"95 % interval at {fpirs[-1]}"]
-    rows = []
+    rows, bounds = [], []
     for row in (*test["sets"], test["pooled"]):
-        last = row["fnir_at_fpir"][-1]["interval"]
+        last, bound = (row["fnir_at_fpir"][-1][key] for key in ("interval", "bound"))
+        bounds.append(bound and ExactBound(**bound))
         rows.append(
             [
                 row["name"],
                 percent(row["rank"]["1"]),
                 *(percent(point["fnir"]) for point in row["fnir_at_fpir"]),
-                limits(None if last is None else Interval(*last)),
+                limits(None if last is None else Interval(*last), bounds[-1]),
             ]
         )
-    return markdown_table([head, *rows])
+    return "\n\n".join(filter(None, [markdown_table([head, *rows]), bounds_note(bounds)]))
 
 
 def _predictions(pooled: Mapping[str, Any]) -> str:

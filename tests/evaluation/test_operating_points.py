@@ -7,6 +7,7 @@ import pytest
 
 from fpmatch.evaluation.analysis import analyse
 from fpmatch.evaluation.bootstrap import bootstrap_rates
+from fpmatch.evaluation.intervals import ExactBound
 from fpmatch.evaluation.operating_points import operating_points
 from fpmatch.evaluation.score_rows import unnamed_set
 from fpmatch.evaluation.summary import summarise_scores
@@ -44,7 +45,8 @@ def test_a_threshold_that_no_pair_reaches_is_none():
     scores = unnamed_set(np.zeros(12), np.zeros(12))
     (point, _) = operating_points(summarise_scores([scores]), [0.5], bootstrap=20)
     assert (point.fnmr, point.threshold) == (1.0, None)
-    assert tuple(point.interval) == (1.0, 1.0)
+    assert point.interval == (pytest.approx(0.05 ** (1 / 12)), 1.0)
+    assert point.bound == ExactBound("comparison", 12)
 
 
 def test_single_comparisons_are_drawn_where_fingers_are_unknown():

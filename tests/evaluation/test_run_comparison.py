@@ -6,6 +6,7 @@ import pytest
 from scipy.stats import binomtest
 
 from fpmatch.errors import DatasetError
+from fpmatch.evaluation.intervals import ExactBound
 from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run_comparison import compare_runs
@@ -42,6 +43,10 @@ def test_the_same_run_is_no_change():
     assert (found.only_before, found.only_now) == (0, 0)
     assert (found.decisions.gained, found.decisions.lost) == ((), ())
     assert found.decisions.mcnemar_p == 1.0
+    stretched = replace(
+        run[0], trials=replace(run[0].trials, similarity=2 * run[0].trials.similarity)
+    )
+    assert change(compare_runs(run, [stretched], bootstrap=20).sets[0]) == same
     few = [scored(0, 2.0, fingers=4)]
     found = change(compare_runs(few, few, bootstrap=20).pooled)
     assert (found.interval, found.verdict) == (None, "too few fingers to tell")
@@ -54,6 +59,30 @@ def test_a_better_run_is_outside_chance_and_a_little_noise_is_not():
     assert found.interval.high < 0
     assert change(compare_runs(better, before, bootstrap=200).pooled).verdict == "worse"
     assert change(compare_runs(before, noisy, bootstrap=200).pooled).verdict == "within chance"
+
+
+def test_runs_without_an_error_differ_by_at_most_what_so_many_fingers_allow():
+    before, now = ([scored(k + s, 90.0, name=f"db{k}") for k in range(2)] for s in (0, 5))
+    found = compare_runs(before, now, bootstrap=20)
+    for part, units in ((found.sets[0], 6), (found.mean, 12), (found.pooled, 12)):
+        difference = change(part)
+        high = 1 - 0.05 ** (1 / units)
+        assert difference.interval == (pytest.approx(-high), pytest.approx(high))
+        assert difference.bound == ExactBound("pair of fingers", units)
+        assert difference.verdict == "within chance"
+    text = format_comparison(found, "old.csv")
+    assert "-39.30 to +39.30 (0 of 6)  within chance" in text
+    assert "+0.00 to +0.00" not in text
+    document = json.loads(json.dumps(found.as_json()))
+    assert document["sets"][0]["eer"]["change_bound"]["method"] == "clopper-pearson"
+
+
+def test_rates_of_one_database_are_shown_once():
+    text = format_comparison(compare_runs([scored(0, 2.0)], [scored(1, 3.0)], bootstrap=20), "old")
+    rows = [line.split()[:2] for line in text.splitlines()[2:5]]
+    assert rows == [["db", "EER"], ["db", "FMR100"], ["db", "FMR1000"]]
+    assert "mean" not in text
+    assert "pooled" not in text
 
 
 def test_pairs_meet_by_name_whatever_their_order():

@@ -13,6 +13,7 @@ from research.experiments.image_statistics import TITLES
 from research.marked_blocks import marked_block, replace_marked_block
 from research.tables import pages
 from research.tables.accuracy import error_rates_kept, format_ablation
+from research.tables.identification import format_identification
 from research.tables.pages import PAGES, Page, Part, keep_results, load_results, outdated_blocks
 from research.tables.performance import format_ratios, format_stages
 from research.tables.synthesis import format_synthesis, preset_rows
@@ -130,3 +131,15 @@ def test_presets_are_shown_at_the_main_tolerance():
     assert "| ours | 8 | 3.00 (1.00–5.00) |" in page
     assert "| 25 % | 25 % |" in page
     assert "| easy | 8 | 0.900 | 0.800 | 0.847 | 10 | 99.0 % | 97.5 % | 1.25 % |" in page
+
+
+def test_identification_without_a_miss_shows_its_limit_and_names_the_method():
+    point = {"fpir": 0.01, "fnir": 0.0, "interval": [0.0, 0.2589], "threshold": 30.0}
+    point |= {"bound": {"unit": "subject", "units": 10, "method": "clopper-pearson"}}
+    point |= {"false_positives": 0, "predicted_fnir": 0.0, "predicted_threshold": 40.0}
+    row = {"name": "one", "mated": 80, "rank": {"1": 0.0}}
+    row |= {"fnir_at_fpir": [point | {"extrapolated": False}]}
+    test = {"fingers": 1, "enrolled": [4, 4], "background": 0, "sets": [row], "pooled": row}
+    text = format_identification({"alone": [test]})
+    assert text.count("| one | 0.00 % | 0.00 % | at most 25.89 % (0 of 10) |") == 2
+    assert "by Clopper-Pearson, one-sided; n counts subjects" in text

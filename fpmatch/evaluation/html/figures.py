@@ -212,11 +212,12 @@ def pooled_figures(reports: Sequence[RatesReport]) -> Figures:
     curves = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
     if any(not (curve.genuine.size and curve.impostor.size) for curve in curves):
         return Figures([], [])
+    of = ", all scores pooled" if len(reports[0].sets) > 1 else ""
     return Figures(
         _legend([curve.label for curve in curves]),
         [
-            (det_plot(curves, "det-all"), "DET, all scores pooled"),
-            (roc_plot(curves, "roc-all"), "ROC, all scores pooled"),
+            (det_plot(curves, "det-all"), f"DET{of}"),
+            (roc_plot(curves, "roc-all"), f"ROC{of}"),
         ],
     )
 

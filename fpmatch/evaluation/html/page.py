@@ -11,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
 from fpmatch.drawing.plots.style import check_matplotlib
+from fpmatch.evaluation.analysis import bounds_of
 from fpmatch.evaluation.decision import calibration_of, matches, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
@@ -19,6 +20,7 @@ from fpmatch.evaluation.rate_text import RATE_TITLES, decidability, defined_rate
 from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.tables import (
     INTERVAL_TITLES,
+    bounds_note,
     change_limits,
     decisions_sentence,
     limits,
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.analysis import Analysis
+    from fpmatch.evaluation.intervals import ExactBound, Interval, RateIntervals
     from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.run_comparison import RunComparison
 
@@ -103,9 +106,20 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
         matchers=[_section(one, number) for number, one in enumerate(analyses)],
         failures_shown=50,
         tones={"better": "good", "worse": "bad"},
-        interval_titles=INTERVAL_TITLES,
+        several=len(first.sets) > 1,
+        limits_of=_limits_of,
+        bounds_note=bounds_note(bounds_of(analyses, comparisons)),
     )
     return html.lstrip() + "\n"
+
+
+def _limits_of(
+    intervals: RateIntervals | None, name: str
+) -> tuple[Interval | None, ExactBound | None]:
+    """Return the interval of a rate and its bound, where there are any."""
+    if intervals is None or name not in INTERVAL_TITLES:
+        return None, None
+    return getattr(intervals, name), intervals.bounds.get(name)
 
 
 def _section(analysis: Analysis, number: int) -> dict[str, Any]:

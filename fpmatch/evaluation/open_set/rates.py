@@ -23,7 +23,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.intervals import MIN_FINGERS, Interval, interval_of
+from fpmatch.evaluation.intervals import (
+    MIN_FINGERS,
+    ExactBound,
+    Interval,
+    drawn_or_exact,
+    interval_of,
+)
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH
 from fpmatch.evaluation.ranked_trials import RankedTrials, Trials
 from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
@@ -47,8 +53,9 @@ class IdentificationPoint:
     """Hold the FNIR at the lowest threshold whose FPIR is at most `fpir`, and what 1:1 predicts.
 
     `fnir` is None where there are fewer than 1 / `fpir` searches without a mate; `interval` is its
-    95 % interval. Candidates count above the score `threshold`; `false_positives` is the number of
-    different probes without a mate that then have one.
+    95 % interval, and `bound` the basis of that where it has one limit. Candidates count above the
+    score `threshold`; `false_positives` is the number of different probes without a mate that then
+    have one.
 
     `predicted_fnir` is the share of the mated 1:1 comparisons below `predicted_threshold`, the
     score at which independent comparisons with all others give the FPIR, as the calibration states
@@ -58,6 +65,7 @@ class IdentificationPoint:
     fpir: float
     fnir: float | None
     interval: Interval | None
+    bound: ExactBound | None
     threshold: float | None
     false_positives: int | None
     predicted_fnir: float | None
@@ -75,7 +83,8 @@ class OpenSetRates:
 
     `points` are at the wanted FPIRs, `det` at those of `DET_FPIRS` that the searches allow.
     `fnir_at_rank` holds the FNIR at rank 1 to 100 without a threshold, `rank_intervals` the 95 %
-    interval of each, where there are enough subjects.
+    interval of each, where there are enough subjects, and `rank_bounds` the basis of those with one
+    limit.
     """
 
     mated: int
@@ -84,6 +93,7 @@ class OpenSetRates:
     det: tuple[IdentificationPoint, ...]
     fnir_at_rank: tuple[float, ...]
     rank_intervals: tuple[Interval | None, ...]
+    rank_bounds: tuple[ExactBound | None, ...]
 
     def as_json(self) -> dict[str, Any]:
         """Return the rates as JSON values."""
@@ -93,6 +103,7 @@ class OpenSetRates:
             "fnir_at_fpir": [point.as_json() for point in self.points],
             "fnir_at_rank": list(self.fnir_at_rank),
             "rank_intervals": list(self.rank_intervals),
+            "rank_bounds": [one and asdict(one) for one in self.rank_bounds],
             "det": [point.as_json() for point in self.det],
         }
 
@@ -118,8 +129,9 @@ def open_set_rates(
     fpirs : sequence of float
         The FPIRs of the points, between 0 and 1.
     draws : ndarray of int, shape (D, S), optional
-        How often each subject was drawn in each replicate of the bootstrap; without draws, or with
-        fewer than five subjects that are drawn, there are no intervals.
+        How often each subject was drawn in each replicate of the bootstrap; without draws there
+        are no intervals, with fewer than five subjects that are drawn only those of rates of 0 or
+        1, where a subject is one trial.
 
     Examples
     --------
@@ -146,24 +158,33 @@ def open_set_rates(
     every = [*fpirs, *grid]
     drawn = _drawn_rates(searches, subject, draws, every) if enough and draws is not None else None
     compared = float(searches.compared.mean())
+    bound = None
+    if draws is not None:
+        bound = ExactBound("subject", np.unique(subject[searches.mated]).size)
     points = [
-        _point(searches, fpir, compared, calibration, None if drawn is None else drawn[:, k])
+        _point(searches, fpir, compared, calibration, None if drawn is None else drawn[:, k], bound)
         for k, fpir in enumerate(every)
     ]
     missed = searches.rank[:, np.newaxis] > np.arange(1, LIST_LENGTH + 1)
-    intervals: list[Interval | None] = [None] * LIST_LENGTH
+    at_rank = missed.mean(axis=0).tolist() if len(missed) else []
+    intervals: list[Interval | None] = [None] * len(at_rank)
     if enough and draws is not None and len(missed):
         weights = draws[:, subject[searches.mated]]
         with np.errstate(invalid="ignore"):  # a draw without searches has no rate
             shares = (weights @ missed) / weights.sum(axis=1)[:, np.newaxis]
         intervals = [interval_of(share) for share in shares.T]
+    of_ranks = [
+        drawn_or_exact(fnir, interval, bound)
+        for fnir, interval in zip(at_rank, intervals, strict=True)
+    ]
     return OpenSetRates(
         mated=len(searches.mated),
         nonmated=len(searches.nonmated),
         points=tuple(points[: len(fpirs)]),
         det=tuple(points[len(fpirs) :]),
-        fnir_at_rank=tuple(missed.mean(axis=0).tolist()) if len(missed) else (),
-        rank_intervals=tuple(intervals) if len(missed) else (),
+        fnir_at_rank=tuple(at_rank),
+        rank_intervals=tuple(interval for interval, _ in of_ranks),
+        rank_bounds=tuple(used for _, used in of_ranks),
     )
 
 
@@ -185,17 +206,22 @@ def _point(
     compared: float,
     calibration: Calibration,
     draws: NDArray[np.float64] | None,
+    bound: ExactBound | None,
 ) -> IdentificationPoint:
     fnir = fnmr_at_fmr(searches.score, searches.highest, fpir)
     known = fnir is not None and searches.highest.size > 0
     predicted = predicted_threshold(fpir, compared)
     below = searches.direct < predicted
     threshold = threshold_at_fmr(searches.highest, fpir) if known else None
+    interval = used = None
+    if fnir is not None:
+        interval, used = drawn_or_exact(fnir, None if draws is None else interval_of(draws), bound)
     reached = None if threshold is None else searches.nonmated[searches.highest > threshold]
     return IdentificationPoint(
         fpir=fpir,
         fnir=fnir,
-        interval=None if draws is None or not known else interval_of(draws),
+        interval=interval,
+        bound=used,
         threshold=threshold,
         false_positives=None if reached is None else len(np.unique(reached)),
         predicted_fnir=float(below.mean()) if below.size else None,

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.evaluation.rate_text import percent
-from fpmatch.evaluation.tables import limits
+from fpmatch.evaluation.tables import bounds_note, limits
 from fpmatch.text_table import count, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from fpmatch.evaluation.intervals import ExactBound, Interval
     from fpmatch.evaluation.open_set.rates import IdentificationPoint, OpenSetRates
 
 RANKS_SHOWN = (1, 10, 100)
@@ -134,10 +135,14 @@ def _intervals(
     rows: Sequence[tuple[str, OpenSetRates]], ranks: Sequence[int], titles: Sequence[str]
 ) -> str:
     table = [("95 % intervals", *titles)]
+    bounds: list[ExactBound | None] = []
     for name, one in rows:
-        of_rank = [one.rank_intervals[r - 1] if one.mated else None for r in ranks]
-        of_fpir = [point.interval for point in one.points]
-        table.append((name, *map(limits, [*of_rank, *of_fpir])))
+        found: list[tuple[Interval | None, ExactBound | None]] = [(None, None)] * len(ranks)
+        if one.mated:
+            found = [(one.rank_intervals[r - 1], one.rank_bounds[r - 1]) for r in ranks]
+        found += [(point.interval, point.bound) for point in one.points]
+        table.append((name, *(limits(*both) for both in found)))
+        bounds += [bound for _, bound in found]
     if all(cell == "-" for _, *cells in table[1:] for cell in cells):
         return "95 % intervals: none, there are too few subjects"
-    return text_table(table)
+    return "\n".join(filter(None, [text_table(table), bounds_note(bounds)]))

@@ -3,6 +3,7 @@ import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 from fpmatch.errors import OutputError
@@ -11,6 +12,8 @@ from fpmatch.evaluation.html.page import page as page_of
 from fpmatch.evaluation.html.page import prepare_page, write_page
 from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
+from fpmatch.evaluation.score_rows import unnamed_set
+from fpmatch.evaluation.summary import summarise_scores
 
 pytest.importorskip("matplotlib")
 VOID = {"meta", "img", "input"}
@@ -57,6 +60,7 @@ def test_a_page_closes_what_it_opens_and_loads_nothing(options, database, tmp_pa
     assert "2_2.tif: broken" in words
     assert "Compared with the baseline" in words
     assert "no change" in words
+    assert "pooled" not in words
 
 
 def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options, database):
@@ -99,6 +103,15 @@ def test_a_database_of_genuine_pairs_alone(options, make_database):
     assert "No curves" in page_of([found])
     assert compare_matchers([found, found]) == []
     assert "side by side" in page_of([found, found])
+
+
+def test_no_error_has_a_limit_on_the_page_and_its_method_is_named(report):
+    scores = unnamed_set(np.ones(50), np.linspace(0.0, 0.5, 99))
+    found = analyse(summarise_scores([scores]), bootstrap=10)
+    words = "".join(Reader(page_of([found])).words)
+    assert "0.00 %at most 5.82 % (0 of 50)" in words
+    assert "95 % bound by Clopper-Pearson, one-sided; n counts comparisons as if" in words
+    assert "Clopper-Pearson" not in page_of([analyse(report, bootstrap=10)])
 
 
 def test_a_page_that_cannot_be_is_refused(tmp_path, monkeypatch):

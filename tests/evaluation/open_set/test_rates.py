@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fpmatch.evaluation.intervals import ExactBound
 from fpmatch.evaluation.open_set.rates import open_set_rates, predicted_threshold
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH, NO_SCORE, NOT_LISTED, Searches
 from fpmatch.matching.calibration import Calibration
@@ -102,8 +103,29 @@ def test_intervals_contain_the_rates_and_need_five_subjects():
     assert low < rates.fnir_at_rank[0] < high
     few = np.where(np.arange(40) < 4, draws, 0)
     none = open_set_rates(searches, subject, TEN_PER_TEN, draws=few)
-    assert all(point.interval is None for point in none.points)
-    assert set(none.rank_intervals) == {None}
+    assert all(point.interval is None for point in none.points if point.fnir)
+    assert none.rank_intervals[0] is None
+    assert none.fnir_at_rank[1] == 0
+
+
+@pytest.mark.parametrize(
+    ("subjects", "limit"), [(1, 0.95), (3, 0.6316), (300, pytest.approx(3 / 300, rel=0.01))]
+)
+def test_no_miss_has_an_upper_limit_by_subjects(subjects, limit):
+    mated = subjects * 4
+    searches = searches_of([50.0] * mated, [1] * mated, [10.0] * mated)
+    draws = np.ones((20, subjects), np.int64)
+    rates = open_set_rates(searches, np.arange(mated) // 4, TEN_PER_TEN, fpirs=[0.5], draws=draws)
+    (point,) = rates.points
+    assert point.interval == (0.0, pytest.approx(limit, abs=1e-4))
+    assert point.bound == rates.rank_bounds[0] == ExactBound("subject", subjects)
+    assert rates.rank_intervals[0] == point.interval
+    assert rates.as_json()["rank_bounds"][0]["method"] == "clopper-pearson"
+    missed = searches_of([5.0] * mated, [7] * mated, [10.0] * mated)
+    worst = open_set_rates(missed, np.arange(mated) // 4, TEN_PER_TEN, fpirs=[0.5], draws=draws)
+    assert worst.points[0].interval == (pytest.approx(1 - point.interval.high), 1.0)
+    without = open_set_rates(searches, np.arange(mated) // 4, TEN_PER_TEN, fpirs=[0.5])
+    assert without.points[0].interval is without.rank_intervals[0] is None
 
 
 def test_draws_of_every_subject_once_have_the_rates_themselves():

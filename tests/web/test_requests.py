@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -134,7 +133,7 @@ def test_parameters_of_the_query_are_known_and_given_once(server: httpx.Client) 
     assert refusal(answer, 422) == "subject: must be a query parameter, not a form field"
 
 
-def test_a_role_is_checked_before_names(server: httpx.Client, tmp_path: Path) -> None:
+def test_a_role_is_checked_before_names() -> None:
     clients = {digest_of(TOKEN): Client("ada", Role.READ)}
     with served(make_app(Settings(workers=1, clients=clients))) as client:
         headers = {"authorization": f"Bearer {TOKEN}"}

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.errors import FpmatchError
+from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.formats.files import decode_record
 from fpmatch.output import reason
 
@@ -25,14 +25,24 @@ if TYPE_CHECKING:
 
     Print = str | os.PathLike[str] | bytes
 
+_READING: Final = ("dpi", "enhance")
+_DECISION: Final = ("matcher", "fmr", "threshold", "rho", "area_tolerance")
+_PAIR: Final = (*_READING, "probe_dpi", "reference_dpi", *_DECISION)
+_OPTIONS: Final = {  # that a request takes, besides prints and labels
+    "/verify": _PAIR,
+    "/overlay": (*_PAIR, "format", "side_by_side", "ridges", "warp"),
+    "/extract": (*_READING, "format"),
+    "/identify": ("dpi", "matcher", "candidates", "threshold"),
+    "/gallery/verify": (*_READING, *_DECISION),
+}
 _BUSY: Final = 503
 _LEAST_ERROR: Final = 400
 
 
 class ServerError(FpmatchError):
-    """A server refused a request, or could not be reached.
+    """A request was refused, or the server could not be reached.
 
-    `status` is the HTTP status, 0 where there was no answer.
+    `status` is the HTTP status, 0 where there was no answer or nothing was sent.
     """
 
     def __init__(self, message: str, status: int = 0) -> None:
@@ -100,28 +110,29 @@ class ServerClient:
         probe, reference : path-like or bytes
             The prints.
         **options
-            ``matcher``, ``fmr``, ``threshold``, ``dpi``, ``probe_dpi``, ``reference_dpi``,
-            ``enhance``, as the options of the command.
+            ``matcher``, ``fmr``, ``threshold``, ``rho``, ``area_tolerance``, ``dpi``,
+            ``probe_dpi``, ``reference_dpi``, ``enhance``, as the options of the command.
 
         Raises
         ------
         ServerError
-            If the server refuses the request or cannot be reached.
+            If there is no such option, the server refuses the request or cannot be reached.
         """
         files = {"probe": probe, "reference": reference}
-        return _document(self._request("POST", "/verify", files, options))
+        return _document(self._request("POST", "/verify", files, options=options))
 
     def overlay(self, probe: Print, reference: Print, **options: Any) -> bytes:
         """Return the picture of `fpmatch overlay`.
 
-        ``format`` is "png" or "svg"; ``side_by_side``, ``ridges`` or ``warp`` may be true.
+        ``format`` is "png" or "svg"; ``side_by_side``, ``ridges`` or ``warp`` may be true; other
+        options are those of `verify`.
         """
         files = {"probe": probe, "reference": reference}
-        return self._request("POST", "/overlay", files, options).content
+        return self._request("POST", "/overlay", files, options=options).content
 
     def extract(self, image: Print, **options: Any) -> Template:
-        """Return the template of a print."""
-        content = self._request("POST", "/extract", {"image": image}, options).content
+        """Return the template of a print; options are ``dpi``, ``enhance`` and ``format``."""
+        content = self._request("POST", "/extract", {"image": image}, options=options).content
         return decode_record(content, "template.json").views[0].template
 
     def gallery(self) -> dict[str, Any]:
@@ -129,15 +140,21 @@ class ServerClient:
         return _document(self._request("GET", "/gallery"))
 
     def identify(self, probe: Print, **options: Any) -> dict[str, Any]:
-        """Rank the enrolled fingers; ``candidates``, ``threshold`` limit the list."""
-        return _document(self._request("POST", "/identify", {"probe": probe}, options))
+        """Rank the enrolled fingers; ``candidates``, ``threshold`` limit the list.
+
+        Other options are ``dpi`` and ``matcher``.
+        """
+        return _document(self._request("POST", "/identify", {"probe": probe}, options=options))
 
     def verify_claim(
         self, probe: Print, subject: str, finger: str = "", **options: Any
     ) -> dict[str, Any]:
-        """Decide whether a probe comes from the claimed subject."""
-        values = {"subject": subject, "finger": finger, **options}
-        return _document(self._request("POST", "/gallery/verify", {"probe": probe}, values))
+        """Decide whether a probe comes from the claimed subject.
+
+        Options are those of `verify` but ``probe_dpi`` and ``reference_dpi``.
+        """
+        files, values = {"probe": probe}, {"subject": subject, "finger": finger}
+        return _document(self._request("POST", "/gallery/verify", files, values, options=options))
 
     def enrol(
         self, image: Print, subject: str = "", finger: str = "", impression: str = ""
@@ -169,12 +186,15 @@ class ServerClient:
         files: dict[str, Print] | None = None,
         values: dict[str, Any] | None = None,
         query: dict[str, str] | None = None,
+        *,
+        options: dict[str, Any] | None = None,
     ) -> httpx.Response:
         """Return the response to a request, sent again while the server is busy."""
         import httpx  # noqa: PLC0415
 
+        values = {**(values or {}), **_checked(path, options or {})}
         parts = {role: _part(role, given) for role, given in (files or {}).items()}
-        data = {name: str(value) for name, value in (values or {}).items() if value is not None}
+        data = {name: str(value) for name, value in values.items() if value is not None}
         end = time.monotonic() + self._timeout
         while True:
             try:
@@ -196,6 +216,14 @@ def _document(response: httpx.Response) -> dict[str, Any]:
     """Return the JSON document of a response."""
     document: dict[str, Any] = response.json()
     return document
+
+
+def _checked(path: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options of a request; ServerError for one that it does not take."""
+    for name in options:
+        if name not in _OPTIONS[path]:
+            raise ServerError(unknown_name("option", name, _OPTIONS[path]))
+    return options
 
 
 def _part(role: str, given: Print) -> tuple[str, bytes]:

@@ -80,10 +80,12 @@ class PrintReader:
 def decode_print(
     data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
 ) -> GreyImage | TemplateRecord:
-    """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
+    """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`.
+
+    They do not state why formats of other packages cannot be loaded.
+    """
     if not _contains_minutiae_only(data[:HEAD_BYTES]):
-        with _failed_formats_named(data[:HEAD_BYTES]):
-            return decode_image(data, name, limits=limits)
+        return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
 
     # a sealed template is not opened: whoever sent it would see what it contains

@@ -15,8 +15,9 @@ from starlette.exceptions import HTTPException
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.printable import printable
 from fpmatch.web.auditor import route_of
-from fpmatch.web.errors import ClientGoneError, NotReadyError, status_of
+from fpmatch.web.errors import ClientGoneError, NotReadyError, RequestError, status_of
 from fpmatch.web.guard import Guard
 from fpmatch.web.logs import Incidents
 from fpmatch.web.observer import Observer
@@ -25,6 +26,8 @@ from fpmatch.web.routes import gallery_router, operations_router, router
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+
+    from starlette.types import Scope
 
     from fpmatch.web.settings import Settings
 
@@ -35,12 +38,25 @@ _DESCRIPTION: Final = (
 )
 _INTERNAL: Final = 500
 _GONE: Final = 499  # the client has closed the connection
-_NO_ROUTE: Final = {
-    404: "there is nothing at this address",
-    405: "this address takes no such method",
+_NOT_FOUND: Final = 404
+_NO_METHOD: Final = 405
+_FAULTS: Final = {  # of the server, by the code of the error
+    "missing key": "the gallery is encrypted, and the server has not its key",
+    "plug-in": "a matcher or format of another package cannot be loaded",
 }
-_NO_KEY: Final = "the gallery is encrypted, and the server has not its key"
+_UNKNOWN: Final = "internal error"
 _log: Final = logging.getLogger(__name__)
+
+
+class _Page(StaticFiles):
+    """The files of the web interface, where no route has the address of a request."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return a file; status 404 where there is none, 405 where it is not to be read."""
+        found = await super().get_response(path, {**scope, "method": "GET"})
+        if scope["method"] != "GET":
+            raise HTTPException(_NO_METHOD, headers={"Allow": "GET, HEAD"})
+        return found
 
 
 def make_app(settings: Settings) -> Observer:
@@ -59,6 +75,7 @@ def make_app(settings: Settings) -> Observer:
         lifespan=started,
         docs_url=None,
         redoc_url=None,
+        redirect_slashes=False,
     )
     app.state.pool, app.state.settings = pool, settings
     app.state.incidents = Incidents(_log)
@@ -66,7 +83,8 @@ def make_app(settings: Settings) -> Observer:
     app.include_router(router)
     if settings.gallery is not None:
         app.include_router(gallery_router)
-    app.mount("/", StaticFiles(directory=STATIC, html=True))
+    app.router.default = _Page(directory=STATIC, html=True)
+    app.openapi()  # requests are checked by it
     for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
         app.add_exception_handler(kind, _on_error)
     return Observer(Guard(app, settings), settings)
@@ -82,9 +100,11 @@ async def _on_error(request: Request, error: Exception) -> Response:
         case NotReadyError():
             why = "the gallery cannot be opened, or no worker answers"
             return _incident(request, why, str(error), 503)
-        case GalleryError() if status_of(error) == _INTERNAL:
-            keyless = error.code == "missing key"
-            why = _NO_KEY if keyless else "the gallery cannot be used"
+        case RequestError():
+            status, text = error.status, str(error)
+        case FpmatchError() if status_of(error) == _INTERNAL:
+            other = "the gallery cannot be used" if isinstance(error, GalleryError) else _UNKNOWN
+            why = _FAULTS.get(error.code, other)
             return _incident(request, why, str(error), _INTERNAL)
         case FpmatchError():
             status, text = status_of(error), str(error)
@@ -92,14 +112,30 @@ async def _on_error(request: Request, error: Exception) -> Response:
             first = error.errors()[0]
             where = ".".join(map(str, first["loc"][1:])) or "request"
             status, text = 422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+        case HTTPException() if error.status_code == _NO_METHOD:
+            return _no_method(request, error)
         case HTTPException():
-            status, text = error.status_code, _NO_ROUTE.get(error.status_code, str(error.detail))
+            status, text = error.status_code, str(error.detail)
+            text = "there is nothing at this address" if status == _NOT_FOUND else text
         case ClientGoneError():
             return Response(status_code=_GONE)
         case _:
             kind = type(error).__name__
-            return _incident(request, "internal error", kind, _INTERNAL, error)
+            return _incident(request, _UNKNOWN, kind, _INTERNAL, error)
     return JSONResponse({"error": " ".join(text.split())}, status)
+
+
+def _no_method(request: Request, error: HTTPException) -> Response:
+    """Return the response to a method that an address does not take: it names those that it does.
+
+    Several routes may have the address.
+    """
+    described = request.app.openapi()["paths"].get(route_of(request.scope))
+    stated = (error.headers or {})["Allow"].split(", ")
+    methods = {method.upper() for method in described or stated}
+    allowed = ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
+    text = f"this address takes {allowed}, not {printable(request.method)}"
+    return JSONResponse({"error": text}, _NO_METHOD, headers={"Allow": allowed})
 
 
 def _incident(

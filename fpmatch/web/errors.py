@@ -36,13 +36,15 @@ class ClientGoneError(Exception):
 
 
 def status_of(error: FpmatchError) -> int:
-    """Return the HTTP status of an error."""
+    """Return the HTTP status of an error; 500 also if it names a plug-in or file of the server."""
     if isinstance(error, RequestError):
         return error.status
     if error.code == "bounds":
         return 400
-    is_our_fault = isinstance(error, GalleryError) and error.code != "label"
-    return 500 if is_our_fault else 422
+    if isinstance(error, GalleryError):
+        return 422 if error.code == "label" else 500
+    is_ours = error.code == "plug-in" or "/" in error.path or "\\" in error.path
+    return 500 if is_ours else 422
 
 
 async def send_error(send: Send, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:

@@ -200,7 +200,8 @@ def enrol_print(
 
     In what is returned, ``enrolled`` is false where the same file was enrolled before.
     """
-    used = label or NamePattern(pattern).label(Path(upload.name))
+    # not in the working folder of the server, whose name would become a label
+    used = label or NamePattern(pattern).label(Path("/", upload.name))
     if used is None:
         raise RequestError(
             "its name does not contain the subject (as 101_3.tif does); give subject and "
@@ -220,7 +221,10 @@ def enrol_print(
         if conflict is None:
             (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
         if conflict not in {None, ENROLLED}:
-            raise RequestError(str(conflict), path=upload.name, status=409)
+            # the command shows the whole path of the other file
+            why, already, source = conflict.partition(" already (")
+            shown = f"{why}{already}{short_name(source)}"
+            raise RequestError(shown, path=upload.name, status=409)
     return {
         "enrolled": conflict is None,
         "name": upload.name,

@@ -193,7 +193,8 @@ class Guard:
         elif not _is_public(scope):
             raise _RefusedError(
                 401,
-                "the token is missing or wrong: open the address that the server printed",
+                "the token is missing or wrong: open the address that the server printed, or send "
+                "the header Authorization: Bearer TOKEN",
                 (b"www-authenticate", b"Bearer"),
             )
 

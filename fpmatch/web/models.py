@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 
 class Error(BaseModel):
@@ -181,6 +181,8 @@ class Views(BaseModel):
 
 class Mark(BaseModel):
     """A mark of an examiner, in pixels of one of the prints."""
+
+    model_config = ConfigDict(extra="forbid")
 
     side: Literal["probe", "reference"]
     x: FiniteFloat

@@ -63,7 +63,9 @@ class Observer:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        start, status = time.perf_counter(), 500
+        start, status, method = time.perf_counter(), 500, scope["method"]
+        if method == "HEAD":  # answered as GET: web servers leave out the body
+            scope = {**scope, "method": "GET"}
 
         async def sending(message: Message) -> None:
             nonlocal status
@@ -76,9 +78,9 @@ class Observer:
         try:
             await self._app(scope, receive, self._auditor.guarded(scope, sending))
         finally:
-            self._account(scope, status, time.perf_counter() - start)
+            self._account(scope, method, status, time.perf_counter() - start)
 
-    def _account(self, scope: Scope, status: int, seconds: float) -> None:
+    def _account(self, scope: Scope, method: str, status: int, seconds: float) -> None:
         route = route_of(scope)
         self._requests.labels(route, status).inc()
         self._seconds.labels(route).observe(seconds)
@@ -88,7 +90,7 @@ class Observer:
             "request": scope[REQUEST],
             "client": name,
             "address": (scope.get("client") or ("-",))[0],
-            "method": scope["method"],
+            "method": method,
             "route": route,
             "status": status,
             "seconds": round(seconds, 4),
@@ -97,7 +99,7 @@ class Observer:
             "%s %s %s %s %d %.3f s",
             fields["address"],
             name,
-            scope["method"],
+            method,
             route,
             status,
             seconds,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection
 from functools import partial
 from typing import Annotated, Any, Final, Literal, cast
 
@@ -12,10 +12,11 @@ from fastapi.security import HTTPBearer
 
 from fpmatch.audit.client import act_as
 from fpmatch.drawing.overlay.draw import View
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.errors import unknown_name
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 from fpmatch.pair import PairOptions
 from fpmatch.web.access import LOCAL, Client, Role
-from fpmatch.web.auditor import AUDITED, AUDITOR
+from fpmatch.web.auditor import AUDITED, AUDITOR, route_of
 from fpmatch.web.errors import RequestError
 from fpmatch.web.guard import CLIENT
 from fpmatch.web.pair import EnrolledPrint, PairRequest
@@ -24,10 +25,12 @@ from fpmatch.web.settings import Settings
 
 UploadedFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]
-# By its name, never by its place, package.module:OBJECT: a request imports nothing.
-Matcher = Annotated[str, Form(description="Name of the matcher", pattern="^[^:]*$")]
 Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement of ridges")]
 
+_PARAMETER: Final = "query parameter"
+_FIELD: Final = "form field"
+_FORM: Final = "multipart/form-data"
+_FORM_WITHOUT_FILES: Final = "application/x-www-form-urlencoded"
 
 # Declares the token in the description of the API; `fpmatch.web.guard.Guard` checks it.
 _BEARER: Final = HTTPBearer(auto_error=False, description="Token of the server or of a client")
@@ -44,6 +47,72 @@ def needs(role: Role) -> params.Depends:
             raise RequestError(f"this needs the role {role.name.lower()}, and {given}", status=403)
 
     return cast("params.Depends", Depends(check))
+
+
+async def _check_names(request: Request) -> None:
+    """Refuse another body than a form, and what the description of the API does not name once.
+
+    FastAPI ignores unknown names, and all but the last value of a name.
+    """
+    api = request.app.openapi()
+    operation = api["paths"][route_of(request.scope)][request.method.lower()]
+    parameters = [one["name"] for one in operation.get("parameters", ()) if one["in"] == "query"]
+    fields = _fields(api, operation)
+    _check_media_type(request, fields)
+    form = await request.form()
+    taken = {_PARAMETER: parameters, _FIELD: list(fields)}
+    try:
+        names = [name for name, _ in request.query_params.multi_items()]
+        _check_taken_once(_PARAMETER, names, taken)
+        _check_taken_once(_FIELD, [name for name, _ in form.multi_items()], taken)
+        for name, value in form.items():
+            if fields[name] == isinstance(value, str):
+                needed = f"a file, as curl -F {name}=@FILE sends it" if fields[name] else "no file"
+                raise RequestError(f"{name}: must be {needed}")
+    except RequestError:
+        await form.close()
+        raise
+
+
+def _fields(api: dict[str, Any], operation: dict[str, Any]) -> dict[str, bool]:
+    """Return the fields of the form that an operation takes, each with whether it is a file."""
+    if "requestBody" not in operation:
+        return {}
+    place = operation["requestBody"]["content"][_FORM]["schema"]["$ref"]
+    properties = api["components"]["schemas"][place.rpartition("/")[2]]["properties"]
+    return {
+        name: "contentMediaType" in schema or schema.get("format") == "binary"
+        for name, schema in properties.items()
+    }
+
+
+def _check_media_type(request: Request, fields: Collection[str]) -> None:
+    """Refuse a body of another type than that of a form; status 415."""
+    headers = request.headers
+    if headers.get("content-length", "0") == "0" and "transfer-encoding" not in headers:
+        return
+    media = headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media != _FORM and (fields or media != _FORM_WITHOUT_FILES):
+        wanted = f"a form, {_FORM}, as curl -F sends it" if fields else "no body"
+        was = f"not {media}" if media else "and the type of this body is not stated"
+        raise RequestError(f"this address takes {wanted}, {was}", status=415)
+
+
+def _check_taken_once(kind: str, names: list[str], taken: dict[str, list[str]]) -> None:
+    """Refuse names of a kind that are unknown, belong to another kind, or are repeated."""
+    for name in names:
+        if name not in taken[kind]:
+            others = [other for other in taken if name in taken[other]]
+            if others:
+                raise RequestError(f"{name}: must be a {others[0]}, not a {kind}")
+            if not taken[kind]:
+                raise RequestError(f"unknown {kind} {name!r}: this address takes none")
+            raise RequestError(unknown_name(kind, name, taken[kind]))
+        if names.count(name) > 1:
+            raise RequestError(f"{name}: given {names.count(name)} times, must be given once")
+
+
+KNOWN_NAMES: Final = cast("params.Depends", Depends(_check_names))
 
 
 async def _audit(request: Request) -> Callable[..., None]:
@@ -107,8 +176,22 @@ async def _both_options(
     return probe, reference
 
 
+async def _matcher(
+    matcher: Annotated[
+        str, Form(description="Name of a matcher, one of those that `/about` lists")
+    ] = DEFAULT_MATCHER,
+) -> str:
+    """Return the name of a matcher, never its place, package.module:OBJECT: nothing is imported."""
+    if matcher not in matcher_names():
+        raise RequestError(unknown_name("matcher", matcher, matcher_names()))
+    return matcher
+
+
+Matcher = Annotated[str, Depends(_matcher)]
+
+
 async def _pair_options(
-    matcher: Matcher = DEFAULT_MATCHER,
+    matcher: Matcher,
     fmr: Annotated[float | None, Form(description="Decide at this false match rate")] = None,
     threshold: Annotated[float | None, Form(description="Decide at this score")] = None,
     rho: Annotated[

@@ -9,9 +9,9 @@ from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
-from fpmatch.errors import FpmatchError
+from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.entry import Label
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from fpmatch.matching.matchers import matcher_names
 from fpmatch.printable import printable
 from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single, views
@@ -20,6 +20,7 @@ from fpmatch.web.encoded import encoded, json_response
 from fpmatch.web.errors import NotReadyError, RequestError
 from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
+    KNOWN_NAMES,
     Audit,
     Begin,
     Dpi,
@@ -40,7 +41,8 @@ _ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": models.Error, "description": "The token is missing or wrong"},
     403: {"model": models.Error, "description": "The role of the token does not permit this"},
     413: {"model": models.Error, "description": "A file is too large"},
-    422: {"model": models.Error, "description": "A print cannot be read or used"},
+    415: {"model": models.Error, "description": "The body is not a form with files"},
+    422: {"model": models.Error, "description": "A print, field or parameter cannot be used"},
     503: {"model": models.Error, "description": "Too many requests at once; see Retry-After"},
     504: {"model": models.Error, "description": "The work took too long and was stopped"},
 }
@@ -53,7 +55,7 @@ def _content_of(*media: str) -> dict[str, Any]:
     return {"response_class": Response, "responses": {200: {"content": content}}}
 
 
-_FILE: Final = _content_of("application/octet-stream")
+_FILE: Final = _content_of("application/json", "application/octet-stream")
 _PAGE: Final = _content_of("text/html")
 _PICTURE: Final = _content_of(*_MEDIA.values())
 
@@ -68,10 +70,8 @@ def _one_line(text: str) -> str:
 LabelPart = Annotated[str, Form(max_length=200), AfterValidator(_one_line)]
 Subject = Annotated[str, Query(max_length=200), AfterValidator(_one_line)]
 
-_READ: Final = [needs(Role.READ)]
-_VERIFY: Final = [needs(Role.VERIFY)]
-_ADMIN: Final = [needs(Role.ADMIN)]
-operations_router = APIRouter(tags=["Operation"])
+_READ, _VERIFY, _ENROL, _ADMIN = ([needs(role), KNOWN_NAMES] for role in Role)
+operations_router = APIRouter(tags=["Operation"], responses={422: _ERRORS[422]})
 router = APIRouter(tags=["Prints"], responses=_ERRORS, dependencies=_VERIFY)
 gallery_router = APIRouter(tags=["Gallery"], responses=_ERRORS)
 
@@ -82,7 +82,7 @@ def _download(content: bytes, name: str, media: str) -> Response:
     return Response(content, media_type=media, headers=headers)
 
 
-@operations_router.get("/health", summary="Whether the server answers")
+@operations_router.get("/health", summary="Whether the server answers", dependencies=[KNOWN_NAMES])
 async def health() -> models.Health:
     """Return that the process answers; nothing is checked."""
     return models.Health(status="ok")
@@ -91,6 +91,7 @@ async def health() -> models.Health:
 @operations_router.get(
     "/ready",
     summary="Whether the server can do work",
+    dependencies=[KNOWN_NAMES],
     responses={503: {"model": models.Error, "description": "It cannot, for the reason stated"}},
 )
 async def ready(run: Run, settings: ServerSettings) -> models.Health:
@@ -206,11 +207,19 @@ async def case_report(
     """Return the page that `fpmatch verify --case-report` writes."""
     try:
         placed = TypeAdapter(list[models.Mark]).validate_json(marks)
-    except ValidationError:
-        raise RequestError("marks: must be a JSON list of side, x, y and note") from None
+    except ValidationError as error:
+        raise RequestError(f"marks: {_fault_of_marks(error)}") from None
     document = [mark.model_dump() for mark in placed]
     html = await run(pair.report_pair, prints, notes, document, warp)
     return _download(html.encode(), "case.html", "text/html; charset=utf-8")
+
+
+def _fault_of_marks(error: ValidationError) -> str:
+    """Return why the marks of an examiner cannot be read."""
+    for fault in error.errors():
+        if fault["type"] == "extra_forbidden":
+            return unknown_name("key", str(fault["loc"][-1]), models.Mark.model_fields)
+    return "must be a JSON list of side, x, y and note"
 
 
 @gallery_router.post(
@@ -266,8 +275,8 @@ async def identify(
     audit: Audit,
     settings: ServerSettings,
     probe: UploadedFile,
+    matcher: Matcher,
     dpi: Dpi = None,
-    matcher: Matcher = DEFAULT_MATCHER,
     candidates: Annotated[int, Form(ge=1, description="Largest number of candidates")] = 10,
     threshold: Annotated[float, Form(description="Smallest score of a candidate")] = 0.0,
 ) -> models.Identified:
@@ -280,9 +289,7 @@ async def identify(
     return models.Identified(**document)
 
 
-@gallery_router.post(
-    "/enrol", summary="Enrol one print", status_code=201, dependencies=[needs(Role.ENROL)]
-)
+@gallery_router.post("/enrol", summary="Enrol one print", status_code=201, dependencies=_ENROL)
 async def enrol(
     request: Request,
     response: Response,

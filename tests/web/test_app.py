@@ -71,7 +71,8 @@ def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference,
         ({"dpi": "7"}, "dpi"),
         ({"dpi": "many"}, "dpi: input should be a valid number"),
         ({"matcher": "nobody"}, "matcher"),
-        ({"matcher": "antigravity:fly"}, "matcher: string should match pattern"),
+        ({"matcher": "antigravity:fly"}, "unknown matcher 'antigravity:fly'; known: paper, "),
+        ({"matcher": "unit-circl"}, "unit-circle. Did you mean 'unit-circle'?"),
         ({"enhance": "magic"}, "enhance: input should be"),
         ({"matcher": "paper", "rho": 2}, "rho must lie in 0..1, not 2"),
         ({"matcher": "paper", "area_tolerance": 0}, "area tolerance must be positive, not 0"),
@@ -242,8 +243,8 @@ def test_a_bad_file_is_one_sentence(client, uploads, name, status, words):
 def test_addresses_and_methods_that_are_not_there(client):
     assert client.get("/nothing").json() == {"error": "there is nothing at this address"}
     assert client.get("/%2e%2e/app.py").status_code == 404
-    assert client.put("/verify").status_code == 405
-    assert client.post("/identify").status_code == 405  # no gallery was given: no such address
+    assert client.post("/nothing").status_code == 404
+    assert client.post("/identify").status_code == 404  # no gallery was given: no such address
 
 
 def test_names_never_become_places(client, prints, tmp_path):
@@ -337,6 +338,9 @@ def test_the_api_describes_itself(client):
         *("/verify", "/extract", "/overlay", "/compare", "/stages", "/case-report", "/views"),
         *("/about", "/health", "/ready", "/metrics"),
     }
+    extracted = paths["/extract"]["post"]["responses"]
+    assert set(extracted["200"]["content"]) == {"application/json", "application/octet-stream"}
+    assert "415" in extracted
 
 
 def test_the_page_is_light_and_brings_all_it_needs():

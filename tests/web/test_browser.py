@@ -251,7 +251,10 @@ def test_it_fits_a_phone(page, scheme):
 def test_the_page_of_the_api(page):
     page.one(".about a").click()
     page.until(lambda: len(page.all("#operations section")) > 8)
-    assert "POST /verify" in page.text("#operations")
+    text = page.text("#operations")
+    assert "POST /verify" in text
+    assert "curl -X DELETE" in text
+    assert '/gallery/prints?subject=…"' in text
     page.keep("api")
 
 

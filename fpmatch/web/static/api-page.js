@@ -1,5 +1,6 @@
 // The API's description, openapi.json, for people.
 
+import { hasToken } from "./api.js";
 import { byId, complain, el } from "./dom.js";
 
 let schemas = {};
@@ -42,12 +43,15 @@ function table(properties, required, heading) {
   return el("div", { class: "table" }, el("table", {}, el("thead", {}, head), el("tbody", {}, ...body)));
 }
 
-function example(path, method, fields, required) {
+function example(path, method, parameters, fields, required) {
   const parts = Object.entries(fields)
     .filter(([name]) => required.includes(name))
     .map(([name, schema]) => `-F ${name}=${kind(schema) === "file" ? "@print.tif" : "…"}`);
-  const url = `${location.origin}${path.replace("{number}", "1")}`;
-  return ["curl", ...(method === "get" ? [] : parts), url].join(" ");
+  const query = parameters.map(({ name }) => `${name}=…`).join("&");
+  const address = `${location.origin}${path.replace("{number}", "1")}`;
+  const url = query ? `"${address}?${query}"` : address;
+  const token = hasToken() ? ['-H "Authorization: Bearer …"'] : [];
+  return ["curl", ...(method === "delete" ? ["-X DELETE"] : []), ...token, ...parts, url].join(" ");
 }
 
 function operation(path, method, spec) {
@@ -55,14 +59,17 @@ function operation(path, method, spec) {
   const body = resolved(Object.values(content)[0]?.schema);
   const fields = body.properties ?? {};
   const required = body.required ?? [];
+  const parameters = (spec.parameters ?? []).filter((one) => one.in === "query");
+  const described = Object.fromEntries(parameters.map((one) => [one.name, one.schema]));
   const success = Object.entries(spec.responses).find(([status]) => status.startsWith("2"));
   const media = success?.[1].content ?? {};
   const answer = resolved(media["application/json"]?.schema);
   const section = el("section", { class: "card" },
     el("h3", {}, `${method.toUpperCase()} ${path}`),
     el("p", {}, ...worded(`${spec.summary}. ${spec.description ?? ""}`)));
+  if (parameters.length) section.append(table(described, Object.keys(described), "Parameter"));
   if (Object.keys(fields).length) section.append(table(fields, required, "Field"));
-  section.append(el("pre", {}, el("code", {}, example(path, method, fields, required))));
+  section.append(el("pre", {}, el("code", {}, example(path, method, parameters, fields, required))));
   if (answer.properties) section.append(table(answer.properties, [], "Answer"));
   else section.append(el("p", {}, `Answer: ${Object.keys(media).join(", ")}`));
   return section;

@@ -17,8 +17,9 @@ from .conftest import assert_refused
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 
 KEYS = [
-    "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho", "pairs",
-    "transform", "rms_px", "compared", "scale", "reason", "quality", "probe", "reference",
+    "decision", "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho",
+    "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score", "reason",
+    "quality", "probe", "reference",
 ]  # fmt: skip
 
 
@@ -64,9 +65,9 @@ def test_different_fingers_do_not_match_and_it_says_why(run, prints):
 def test_the_quality_of_images_is_part_of_why_not(run, prints):
     pair = prints / "1_1.png", prints / "blank.png"
     result = run("verify", *pair)
-    assert result.exit_code == 1
-    assert result.stdout.startswith("NO MATCH\n")
-    assert re.search(r"Reason +\S+", result.stdout)
+    assert result.exit_code == 3
+    assert result.stdout.startswith("INCONCLUSIVE: no ridges\n")
+    assert "\n  Missing     the reference has no ridges\n" in result.stdout
     probe, reference = (line for line in result.stdout.splitlines() if "  Quality " in line)
     score = assess(prints / "1_1.png").quality.score
     assert probe == f"  Quality     probe: quality {score}"
@@ -119,11 +120,11 @@ def test_a_print_matches_itself_by_the_papers_matcher(run, prints, tmp_path):
     assert drawn.stdout.startswith("NO MATCH, score ")
 
 
-@pytest.mark.parametrize("name", ["2_1.png", "blank.png"])
-def test_different_fingers_do_not_match_by_the_papers_matcher(run, prints, name):
+@pytest.mark.parametrize(("name", "status"), [("2_1.png", 1), ("blank.png", 3)])
+def test_different_fingers_do_not_match_by_the_papers_matcher(run, prints, name, status):
     result = run("verify", prints / "1_1.png", prints / name, "--matcher", "paper", "--json")
     found = decision(result)
-    assert (result.exit_code, found["match"], found["scale"]) == (1, False, None)
+    assert (result.exit_code, found["match"], found["scale"]) == (status, False, None)
     assert found["reason"]
 
 
@@ -172,7 +173,7 @@ def test_overlay_writes_a_picture_whatever_the_decision(run, prints, tmp_path):
     for name, words, option in (
         ("1_2.png", "MATCH, score ", []),
         ("1_2.png", "MATCH, score ", ["--side-by-side"]),
-        ("blank.png", "NO MATCH, score ", []),
+        ("blank.png", "INCONCLUSIVE: no ridges, score ", []),
     ):
         picture = tmp_path / "overlay.png"
         result = run("overlay", prints / name, prints / "1_1.png", "-o", picture, *option)

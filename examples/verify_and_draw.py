@@ -24,7 +24,7 @@ def main(folder: Path) -> None:
         reference = read_image(SAMPLES / f"{name}.tif")
         result = verify(template, extract(reference))
         print()
-        print(f"against {name}: {'match' if result.match else 'no match'}")
+        print(f"against {name}: {result.decision}")
         print(f"  score {result.score:.1f}, a match needs {result.threshold:.1f}")
         if result.match and result.transform is not None:
             print(f"  {len(result.pairs)} pairs of minutiae, {result.rms_px:.1f} px apart (rms)")

@@ -152,8 +152,8 @@ Examples:
   fpmatch extract prints/*.tif -o templates
   fpmatch COMMAND --help
 
-Exit status: 0 match or done, 1 no match or done but for some failures, 2 could not decide (bad
-input, with one line on stderr).
+Exit status: 0 match or done, 1 no match or done but for some failures, 2 input that cannot be
+used (with one line on stderr), 3 inconclusive.
 """,
 )
 @click.option(

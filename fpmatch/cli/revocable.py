@@ -94,7 +94,7 @@ JSON:
 Example:
   fpmatch revocable compare probe.rev reference.rev --fmr 0.01
 
-Exit status: 0 match, 1 no match, 2 could not decide (bad input).
+Exit status: 0 match, 1 no match, 2 input that cannot be used.
 """
 )
 @click.argument("probe", type=FILE)

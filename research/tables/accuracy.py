@@ -8,6 +8,7 @@ from fpmatch.evaluation.rate_text import percent
 from fpmatch.text_table import markdown_table
 from research.experiments.distortion import KINDS
 from research.experiments.minutiae_places import format_places
+from research.experiments.outcomes import format_outcomes
 from research.tables.distortion import distortion_rows
 from research.wolves.table import format_wolves
 
@@ -67,6 +68,10 @@ def format_accuracy(results: Row) -> str:
             "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
             "those of crops and composed images in pixels. `benchmarks/wolves.py` measures it.",
             format_wolves(results["wolves"]["rows"]),
+            "### Outcomes",
+            "Share of the pairs with each outcome at the default threshold, in percent. All pairs of "
+            "whole prints; parts of prints with whole ones. `benchmarks/outcomes.py` measures it.",
+            format_outcomes(results["outcomes"]["rows"]),
             "### Distortion",
             *_distortion_tables(results["distortion_before"], results["distortion"]),
         ]

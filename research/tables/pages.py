@@ -142,6 +142,7 @@ PAGES: Final = {
             "parts": Part("benchmarks/ablation.py --json", "accuracy.json"),
             "calibration": Part("python -m research check calibration --json", "accuracy.json"),
             "wolves": Part("benchmarks/wolves.py --json", "accuracy.json"),
+            "outcomes": Part("benchmarks/outcomes.py --json", "accuracy.json"),
             "distortion": Part("benchmarks/distortion.py --json", "accuracy.json"),
             "places": Part("benchmarks/minutiae_places.py --json", "accuracy.json"),
             "distortion_before": Part(

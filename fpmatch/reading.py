@@ -110,6 +110,11 @@ class GivenPrint:
         return None if self.stages is None else self.stages.quality(self.template.dpi)
 
     @property
+    def resolution_assumed(self) -> bool:
+        """Whether neither the file nor the caller states the resolution."""
+        return ASSUMED_DPI in self.notes
+
+    @property
     def pixels(self) -> NDArray[np.uint8]:
         """Pixels of the image; of a template, a white image of its size."""
         if self.image is not None:

@@ -110,7 +110,7 @@ class GivenPrint:
         return None if self.stages is None else self.stages.quality(self.template.dpi)
 
     @property
-    def resolution_assumed(self) -> bool:
+    def dpi_assumed(self) -> bool:
         """Whether neither the file nor the caller states the resolution."""
         return ASSUMED_DPI in self.notes
 

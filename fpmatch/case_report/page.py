@@ -130,7 +130,7 @@ def settings_of(
 
 def _resolution(given: GivenPrint, dpi: float | None) -> str:
     """Return the resolution of a print and where it comes from; `dpi` is the one given for it."""
-    assumed = "assumed: the file does not state it" if given.resolution_assumed else "of the file"
+    assumed = "assumed: the file does not state it" if given.dpi_assumed else "of the file"
     return f"{given.template.dpi:g} dpi, {'as given' if dpi else assumed}"
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import math
 import platform
+import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from string import ascii_uppercase
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,18 +16,18 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
 from fpmatch.drawing.files import data_url, png_bytes
-from fpmatch.drawing.overlay.draw import View, overlay_file
+from fpmatch.drawing.overlay.draw import View, panel_picture
+from fpmatch.drawing.overlay.marks import ExaminerMark
 from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.words import odds, outcome, score_as_high
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.printable import printable_lines
+from fpmatch.printable import printable, printable_lines
 from fpmatch.report import as_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from fpmatch.matching.result import Verification
     from fpmatch.minutiae import Template
     from fpmatch.pair import ComparedPair, PairOptions
     from fpmatch.reading import GivenPrint
@@ -33,7 +35,13 @@ if TYPE_CHECKING:
 KINDS: Final = ("unknown", "ending", "bifurcation")
 SIDES: Final = ("probe", "reference")
 _MM_PER_INCH: Final = 25.4
-_LONGEST_TEXT: Final = 20_000  # characters of notes
+LONGEST_TEXT: Final = 200_000  # characters of notes
+LONGEST_CASE_NUMBER: Final = 60  # characters; it is on one line of each page
+_LONGEST_HEADER: Final = 110  # characters, of each page
+_MOST_MARKS: Final = 500
+_FARTHEST_MARK: Final = 1e6  # pixels
+_LINE_BREAK: Final = re.compile("\r\n|[\n\v\f\r\x85\u2028\u2029]")
+_NOT_PLAIN: Final = re.compile("[^0-9A-Za-z]")
 
 
 class CaseReportError(FpmatchError):
@@ -64,8 +72,11 @@ class CaseMark:
     note: str = ""
 
     def __post_init__(self) -> None:
-        if self.side not in SIDES or not (math.isfinite(self.x) and math.isfinite(self.y)):
-            raise CaseReportError("a mark needs a side (probe or reference) and finite x and y")
+        if self.side not in SIDES or not max(abs(self.x), abs(self.y)) <= _FARTHEST_MARK:
+            raise CaseReportError(
+                "a mark needs a side (probe or reference), and x and y within "
+                f"{_FARTHEST_MARK:,.0f} pixels"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,27 +104,34 @@ class _Side:
 
 def settings_of(
     options: PairOptions,
-    verification: Verification,
+    pair: ComparedPair,
     dpi: tuple[float | None, float | None],
     enhance: str,
     polarity: str = "auto",
 ) -> dict[str, str]:
     """Return how two prints were read and compared, by name; `dpi` are the given resolutions."""
-    v = verification
+    v = pair.verification
     if v.rho is not None:
         rule = f"more than {v.rho:.4g} of the minutiae of the smaller print must be paired"
     else:
         rule = f"score of {v.threshold:.1f}, a false match rate of {score_to_fmr(v.threshold):.3g}"
     file = options.calibration
-    given = [f"{value:g} dpi ({side})" for side, value in zip(SIDES, dpi, strict=True) if value]
+    prints = zip(SIDES, (pair.probe, pair.reference), dpi, strict=True)
+    resolutions = [f"{side} {_resolution(given, value)}" for side, given, value in prints]
     return {
         "Matcher": v.matcher,
         "Decision at": rule,
         "Calibration": "that of the package" if file is None else str(file),
-        "Resolution": ", ".join(given) or "that of the files",
+        "Resolution": "; ".join(resolutions),
         "Enhancement": enhance,
         "Polarity": polarity,
     }
+
+
+def _resolution(given: GivenPrint, dpi: float | None) -> str:
+    """Return the resolution of a print and where it comes from; `dpi` is the one given for it."""
+    assumed = "assumed: the file does not state it" if given.dpi_assumed else "of the file"
+    return f"{given.template.dpi:g} dpi, {'as given' if dpi else assumed}"
 
 
 def case_report(
@@ -121,13 +139,13 @@ def case_report(
     files: tuple[CaseFile, CaseFile],
     *,
     settings: Mapping[str, str],
-    title: str = "",
+    case_number: str = "",
     notes: str = "",
     marks: Sequence[CaseMark] = (),
     made: datetime | None = None,
     warp: bool = False,
 ) -> str:
-    """Return the report on a comparison as HTML, which prints to PDF on A4 paper.
+    """Return the report on a comparison as HTML, which prints to PDF on A4 or Letter paper.
 
     Parameters
     ----------
@@ -137,12 +155,12 @@ def case_report(
         The files of probe and reference.
     settings : mapping of str to str
         How the prints were read and compared, by name.
-    title : str
-        Name of the case.
+    case_number : str
+        Number of the case, which is in the title and on every page.
     notes : str
-        What the examiner noted.
+        What the examiner noted; every kind of line break begins a new line.
     marks : sequence of CaseMark
-        What the examiner marked.
+        What the examiner marked; the first mark is A.
     made : datetime, optional
         Time of the report (default: now).
     warp : bool
@@ -151,12 +169,17 @@ def case_report(
     Raises
     ------
     CaseReportError
-        If the notes are longer than 20,000 characters.
+        If the notes are longer than 200,000 characters, or the case number than 60, or there are
+        more than 500 marks.
     """
-    if len(notes) + sum(len(mark.note) for mark in marks) > _LONGEST_TEXT:
-        raise CaseReportError(f"notes have at most {_LONGEST_TEXT:,} characters")
+    if len(notes) + sum(len(mark.note) for mark in marks) > LONGEST_TEXT:
+        raise CaseReportError(f"notes have at most {LONGEST_TEXT:,} characters")
+    if len(marks) > _MOST_MARKS:
+        raise CaseReportError(f"a case report shows at most {_MOST_MARKS} marks")
+    if len(case_number) > LONGEST_CASE_NUMBER:
+        raise CaseReportError(f"a case number has at most {LONGEST_CASE_NUMBER} characters")
     v = pair.verification
-    images = pair.probe.pixels, pair.reference.pixels
+    own = [ExaminerMark(mark_letter(k), m.side, m.x, m.y) for k, m in enumerate(marks)]
     sides = [
         _Side(name, file, given, data_url(png_bytes(given.pixels), "png"))
         for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
@@ -170,14 +193,17 @@ def case_report(
     )
     scored = not math.isnan(v.score)
     bent, drawn = pair_warp(v) if warp and v.transform is not None else (None, "")
+    title = f"{files[0].name} and {files[1].name}"
+    title = printable(f"Case {case_number.strip()}: {title}" if case_number.strip() else title)
     html = environment.get_template("page.html.j2").render(
-        title=title or f"{files[0].name} and {files[1].name}",
+        title=title,
+        running=_css_string(title[:_LONGEST_HEADER] + "…" * (len(title) > _LONGEST_HEADER)),
         made=(made or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC"),
         version=__version__,
         python=platform.python_version(),
         numpy=np.__version__,
         verdict=outcome(v),
-        match=v.match,
+        decision=v.decision,
         v=v,
         scored=scored,
         rarity=score_as_high(odds(v.fmr)) if scored else "",
@@ -185,21 +211,49 @@ def case_report(
         rows=as_rows(v, pair.quality),
         settings=settings,
         sides=sides,
-        overlay=_picture(pair, images, View()) if v.transform is not None else "",
-        warped=_picture(pair, images, View(warp=True)) if bent else "",
+        overlay=_picture(pair, View(), own) if v.transform is not None else "",
+        warped=_picture(pair, View(warp=True), own) if bent else "",
         drawn=drawn,
-        ridges=_picture(pair, images, View(ridges=True)) if v.ridge_map is not None else "",
-        beside=_picture(pair, images, View(side_by_side=True)),
+        ridges=_picture(pair, View(ridges=True), own) if v.ridge_map is not None else "",
+        beside=_picture(pair, View(side_by_side=True), own),
         pairs=_pairs(pair),
-        notes=notes.strip(),
-        marks=marks,
+        notes=_lines(notes),
+        marks=[(one.letter, mark, _lines(mark.note)) for one, mark in zip(own, marks, strict=True)],
     )
     return printable_lines(html.lstrip())
 
 
-def _picture(pair: ComparedPair, images: tuple[object, object], view: View) -> str:
-    content = overlay_file(".png", *images, pair.verification, view)
-    return data_url(content, "png")
+def mark_letter(index: int) -> str:
+    """Return the letter of a mark by its place among the marks, as the web page writes it.
+
+    Examples
+    --------
+    >>> mark_letter(0), mark_letter(25), mark_letter(26), mark_letter(53)
+    ('A', 'Z', 'A2', 'B3')
+    """
+    turn, place = divmod(index, len(ascii_uppercase))
+    return ascii_uppercase[place] + (str(turn + 1) if turn else "")
+
+
+def _lines(text: str) -> str:
+    """Return text in which every kind of line break is a newline."""
+    return _LINE_BREAK.sub("\n", text).rstrip().lstrip("\n")
+
+
+def _css_string(text: str) -> str:
+    r"""Return text as the inside of a string of CSS, all but letters and digits escaped.
+
+    Examples
+    --------
+    >>> _css_string("a<b")
+    'a\\3c b'
+    """
+    return _NOT_PLAIN.sub(lambda found: f"\\{ord(found[0]):x} ", text)
+
+
+def _picture(pair: ComparedPair, view: View, own: Sequence[ExaminerMark]) -> str:
+    images = pair.probe.pixels, pair.reference.pixels
+    return data_url(png_bytes(panel_picture(*images, pair.verification, view, own)), "png")
 
 
 def _pairs(pair: ComparedPair) -> list[tuple[_Minutia, _Minutia, float]]:

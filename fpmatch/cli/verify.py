@@ -64,6 +64,7 @@ without ridges, or at an unknown resolution prints of one finger may not match e
     metavar="OUT.html",
     help="Write a page to print: files with hashes, settings, evidence, pictures, pairs, limits.",
 )
+@click.option("--case-number", metavar="TEXT", default="", help="Number of the case, on that page.")
 @click.option("--notes", metavar="TEXT", default="", help="Notes of the examiner, for that page.")
 @click.option(
     "--ridge-map",
@@ -79,6 +80,7 @@ def verify(
     view: str | None,
     warp: bool,
     case_report: Path | None,
+    case_number: str,
     notes: str,
     ridge_map: bool,
     as_json: bool,
@@ -109,6 +111,8 @@ def verify(
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
     if overlay_file is None and (view is not None or (warp and case_report is None)):
         raise click.UsageError("--view and --warp are of --overlay; --warp of --case-report, too")
+    if case_report is None and (case_number or notes):
+        raise click.UsageError("--case-number and --notes are of --case-report")
     if ridge_map and not as_json:
         raise click.UsageError("--ridge-map is of --json")
     from fpmatch.report import as_text
@@ -119,7 +123,8 @@ def verify(
     if overlay_file is not None:
         save_view(overlay_file, pair, view, warp=warp)
     if case_report is not None:
-        _write_case_report(case_report, pair, values, notes, warp=warp)
+        written = {"case_number": case_number, "notes": notes, "warp": warp}
+        _write_case_report(case_report, pair, values, written)
     if as_json:
         found = pair.verification.ridge_map if ridge_map else None
         cells = {"ridge_map": None if found is None else found.as_dict()} if ridge_map else {}
@@ -130,9 +135,9 @@ def verify(
 
 
 def _write_case_report(
-    target: Path, pair: ComparedPair, values: Mapping[str, Any], notes: str, *, warp: bool
+    target: Path, pair: ComparedPair, values: Mapping[str, Any], written: Mapping[str, Any]
 ) -> None:
-    """Write the report on a comparison of two files."""
+    """Write the report on a comparison of two files, with what its examiner has `written`."""
     from fpmatch.case_report.page import CaseFile, case_report, settings_of
     from fpmatch.output import atomic_write_bytes
 
@@ -141,8 +146,8 @@ def _write_case_report(
     )
     dpi = tuple(values[f"{side}_dpi"] or values["dpi"] for side in ("probe", "reference"))
     reading = dpi, values["enhance"], values["polarity"]
-    settings = settings_of(pair_options_of(values), pair.verification, *reading)
-    html = case_report(pair, (probe, reference), settings=settings, notes=notes, warp=warp)
+    settings = settings_of(pair_options_of(values), pair, *reading)
+    html = case_report(pair, (probe, reference), settings=settings, **written)
     atomic_write_bytes(target, html.encode())
 
 

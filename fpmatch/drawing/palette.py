@@ -27,6 +27,7 @@ NEUTRAL_INK: Final[Colour] = (120, 122, 126)
 PROBE_MARK: Final[Colour] = (0, 62, 150)
 REFERENCE_MARK: Final[Colour] = (190, 62, 0)
 PAIR_LINK: Final[Colour] = (12, 12, 12)
+EXAMINER_MARK: Final[Colour] = (122, 31, 162)
 
 # From low to high, along blue and yellow and from dark to light: pale relatives of cividis (Nuñez,
 # Anderton, Renslow, PLOS ONE 13(7), 2018), so that ridges stay legible on them.

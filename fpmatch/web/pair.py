@@ -76,19 +76,27 @@ def draw_pair(request: PairRequest, file_format: str, view: View) -> bytes:
 
 
 def report_pair(
-    request: PairRequest, notes: str, marks: list[dict[str, Any]], warp: bool = False
+    request: PairRequest,
+    notes: str,
+    marks: list[dict[str, Any]],
+    warp: bool = False,
+    case_number: str = "",
 ) -> str:
     """Return the case report of two uploads, with what an examiner noted and marked."""
     pair = request.compare()
     uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
     probe, reference = (CaseFile.of(upload.name, upload.data) for upload in uploads)
     first, second = request.readings
-    settings = settings_of(
-        request.options, pair.verification, (first.dpi, second.dpi), first.enhance
+    settings = settings_of(request.options, pair, (first.dpi, second.dpi), first.enhance)
+    return case_report(
+        pair,
+        (probe, reference),
+        settings=settings,
+        case_number=case_number,
+        notes=notes,
+        marks=[CaseMark(**mark) for mark in marks],
+        warp=warp,
     )
-    placed = [CaseMark(**mark) for mark in marks]
-    files = probe, reference
-    return case_report(pair, files, settings=settings, notes=notes, marks=placed, warp=warp)
 
 
 def show_pair(request: PairRequest) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
+from fpmatch.case_report.page import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.entry import Label
 from fpmatch.matching.matchers import matcher_names
@@ -198,10 +199,13 @@ async def views_of_enrolled(run: Run, prints: EnrolledPair) -> Response:
 async def case_report(
     run: Run,
     prints: UploadedPair,
-    notes: Annotated[str, Form(max_length=20_000)] = "",
+    notes: Annotated[str, Form(max_length=LONGEST_TEXT)] = "",
     marks: Annotated[
-        str, Form(max_length=100_000, description="JSON: list of side, x, y, note")
+        str, Form(max_length=LONGEST_TEXT, description="JSON: list of side, x, y, note")
     ] = "[]",
+    case_number: Annotated[
+        str, Form(max_length=LONGEST_CASE_NUMBER, description="On every page of the report")
+    ] = "",
     warp: Annotated[bool, Form(description="Show the warped overlay, too")] = False,
 ) -> Response:
     """Return the page that `fpmatch verify --case-report` writes."""
@@ -210,7 +214,7 @@ async def case_report(
     except ValidationError as error:
         raise RequestError(f"marks: {_fault_of_marks(error)}") from None
     document = [mark.model_dump() for mark in placed]
-    html = await run(pair.report_pair, prints, notes, document, warp)
+    html = await run(pair.report_pair, prints, notes, document, warp, case_number)
     return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 

@@ -14,11 +14,20 @@ from hypothesis import strategies as st
 from fpmatch import extract, read_image, verify
 from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
-from fpmatch.drawing.overlay.draw import NO_RIDGES, View, draw, overlay_file, save_overlay
+from fpmatch.drawing.overlay.draw import (
+    NO_RIDGES,
+    View,
+    draw,
+    overlay_file,
+    panel_picture,
+    save_overlay,
+)
+from fpmatch.drawing.overlay.marks import ExaminerMark, examiner_marks
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
 from fpmatch.drawing.overlay.side_by_side import place_numbers
 from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK, agreement, hexadecimal
-from fpmatch.drawing.scene.items import Box
+from fpmatch.drawing.scene.items import Box, Circle, Text
+from fpmatch.drawing.scene.placement import of_transform
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
@@ -312,3 +321,30 @@ def test_an_overlay_states_by_what_the_probe_is_drawn(sample_pair, sides, compar
 def test_views_exclude_each_other(sides, compared):
     with pytest.raises(OutputError, match="exclude"):
         draw(*sides, compared(), ridges=True, warp=True)
+
+
+def test_marks_of_an_examiner_are_where_they_were_set_and_dashed_on_the_other_print():
+    own = [ExaminerMark("A", "probe", 30, 40), ExaminerMark("B", "reference", 50, 60)]
+    onto = of_transform(Similarity(2.0, math.pi / 2, 300.0, 100.0))
+    drawn = examiner_marks(own, "reference", np.eye(3), onto, PANEL)
+    (circle,) = [item for item in drawn if isinstance(item, Circle)]
+    assert circle.centre == (50, 60)
+    assert [item.text for item in drawn if isinstance(item, Text)] == ["A", "B"]
+    arcs = np.array([point for item in drawn[:6] for point in item.points])
+    assert arcs.mean(axis=0) == pytest.approx((220, 160))
+    assert [item.text for item in examiner_marks(own, "probe", np.eye(3), None, PANEL)[-1:]] == [
+        "A"
+    ]
+    corner = [ExaminerMark("Z9", "probe", 599, 1), ExaminerMark("Y", "probe", 700, 1)]
+    (label,) = [
+        i for i in examiner_marks(corner, "probe", np.eye(3), None, PANEL) if isinstance(i, Text)
+    ]
+    assert label.anchor == "end"
+    assert label.y > 11
+
+
+def test_a_panel_has_neither_caption_nor_legend(sides, compared):
+    whole, panel = draw(*sides, compared()), panel_picture(*sides, compared(), View())
+    top = next(k for k in range(len(whole)) if np.array_equal(whole[k : k + 99], panel[:99]))
+    assert np.array_equal(whole[top : top + len(panel)], panel)
+    assert len(panel) < len(whole) - 100

@@ -246,3 +246,23 @@ def test_the_picture_is_above_the_fold(page):
             "return document.querySelector('.below').getBoundingClientRect().bottom + scrollY"
         )
         assert bottom <= 900
+
+
+def test_the_case_report_contains_what_the_examiner_entered(page, downloads):
+    compare(page, "101_1.tif", "101_3.tif")
+    for view in range(28):
+        page.one("#mark").click()
+        viewer = page.all(".viewer")[0]
+        by = webdriver.ActionChains(page.browser)
+        by.move_to_element_with_offset(viewer, 4 * view - 50, 20).click().perform()
+        page.until(lambda: len(page.all(".own-marks li")) == view + 1)  # noqa: B023
+    letters = [one.text for one in page.all(".own-marks b")]
+    page.one("#case-number").send_keys("2026-17")
+    page.one("#notes").send_keys("a scar" + Keys.ENTER + "below the core")
+    (downloads / "case.html").unlink(missing_ok=True)
+    page.one("#export-report").click()
+    page.until((downloads / "case.html").exists)
+    report = (downloads / "case.html").read_text("utf-8")
+    assert re.findall(r"<tr><td><b>(\w+)</b>", report) == letters
+    assert '<p class="notes">a scar\nbelow the core</p>' in report
+    assert "<title>Case 2026-17: 101_1.tif and 101_3.tif</title>" in report

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import logging
+import re
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -157,16 +158,28 @@ def test_a_case_report_contains_notes_and_marks(
 ) -> None:
     files = {side: (f"{side}.png", prints["1_1.png"]) for side in ("probe", "reference")}
     bearer = {"authorization": f"Bearer {TOKEN}"}
-    marks = json.dumps([{"side": "probe", "x": 10, "y": 20, "note": "a scar"}])
-    data = {"notes": "seen <twice>", "marks": marks}
+    marks = json.dumps([{"side": "probe", "x": 10, "y": 20, "note": "a scar"}] * 2)
+    data = {"notes": "seen <twice>\r\nand so on", "marks": marks, "case_number": "2026-17"}
     response = http.post("/case-report", files=files, data=data, headers=bearer)
     assert response.headers["content-type"].startswith("text/html")
     assert "a scar" in response.text
-    assert "seen &lt;twice&gt;" in response.text
+    assert "seen &lt;twice&gt;\nand so on" in response.text
+    assert re.findall(r"<tr><td><b>(\w)</b>", response.text) == ["A", "B"]
+    assert "<title>Case 2026-17: " in response.text
+    long = http.post("/case-report", files=files, data={"notes": "a\r\n" * 33_000}, headers=bearer)
+    assert long.text.count("\na") >= 32_999
+    for name, value in (("case_number", "7" * 61), ("notes", "x" * 200_001)):
+        refused = http.post("/case-report", files=files, data={name: value}, headers=bearer)
+        assert refused.status_code == 422
+        assert name in refused.json()["error"]
     for bad in ("{", "{}", '[{"side": "left", "x": 0, "y": 0}]', '[{"side": "probe", "x": NaN}]'):
         refused = http.post("/case-report", files=files, data={"marks": bad}, headers=bearer)
         assert refused.status_code == 422
         assert "marks" in refused.json()["error"]
+    far = '[{"side": "probe", "x": 1e300, "y": 0}]'
+    refused = http.post("/case-report", files=files, data={"marks": far}, headers=bearer)
+    assert refused.status_code == 422
+    assert "within 1,000,000 pixels" in refused.json()["error"]
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.files import png_bytes
-from fpmatch.drawing.overlay.page import Print
+from fpmatch.drawing.overlay.page import Print, panel_of
 from fpmatch.drawing.overlay.ridge_page import ridge_page
 from fpmatch.drawing.overlay.side_by_side import side_by_side_page
 from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
@@ -19,10 +20,12 @@ from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Sequence
 
     import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.items import Scene
     from fpmatch.matching.result import Verification
 
@@ -154,13 +157,32 @@ def overlay_file(
     return svg_text(scene).encode() if suffix == ".svg" else png_bytes(paint(scene))
 
 
-def _scene(probe: Any, reference: Any, verification: Verification, view: View) -> Scene:
+def panel_picture(
+    probe: Any,
+    reference: Any,
+    verification: Verification,
+    view: View,
+    own: Sequence[ExaminerMark] = (),
+) -> NDArray[np.uint8]:
+    """Draw what `draw` draws, without caption and legend, and the marks of an examiner."""
+    scene = _scene(probe, reference, verification, view, own)
+    panel = panel_of(scene)
+    return paint(scene)[math.ceil(panel.y) : math.floor(panel.bottom)]
+
+
+def _scene(
+    probe: Any,
+    reference: Any,
+    verification: Verification,
+    view: View,
+    own: Sequence[ExaminerMark] = (),
+) -> Scene:
     ours = Print.of("probe image", probe, verification.probe)
     theirs = Print.of("reference image", reference, verification.reference)
     transform = verification.transform
     if view.side_by_side or transform is None:
-        return side_by_side_page(ours, theirs, verification)
+        return side_by_side_page(ours, theirs, verification, own)
     if view.ridges and verification.ridge_map is not None:
-        return ridge_page(theirs, verification, verification.ridge_map)
+        return ridge_page(theirs, verification, verification.ridge_map, own)
     warp, drawn = pair_warp(verification) if view.warp else (None, SIMILARITY)
-    return superposed_page(ours, theirs, verification, transform, warp, drawn)
+    return superposed_page(ours, theirs, verification, transform, warp, drawn, own)

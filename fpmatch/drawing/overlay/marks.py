@@ -1,4 +1,7 @@
-"""Minutiae as marks: the shape shows the kind, a tick the direction, the weight the pairing."""
+"""Minutiae as marks: the shape shows the kind, a tick the direction, the weight the pairing.
+
+Marks that an examiner set are crosses in circles, each with its letter.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,15 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing.palette import PAIR_LINK, PROBE_MARK, REFERENCE_MARK, Colour
-from fpmatch.drawing.scene.items import Box, Circle, Path, Pen
+from fpmatch.drawing.fonts import text_width
+from fpmatch.drawing.palette import (
+    EXAMINER_MARK,
+    PAIR_LINK,
+    PROBE_MARK,
+    REFERENCE_MARK,
+    Colour,
+)
+from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text
 from fpmatch.drawing.scene.placement import direction_on_page, moved
 from fpmatch.minutiae import MinutiaKind
 
@@ -17,7 +27,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene.items import Point
+    from fpmatch.drawing.scene.items import Anchor, Item, Point
     from fpmatch.minutiae import Minutiae
 
 _SQUARE_SHARE: Final = math.sqrt(math.pi) / 2  # half the side of a square as large as the circle
@@ -64,6 +74,20 @@ BESIDE_PAIRED: Final = {
 BESIDE_UNPAIRED: Final = {
     role: replace(style, radius=4.5, filled=False) for role, style in UNPAIRED.items()
 }
+_EXAMINER_PEN: Final = Pen(EXAMINER_MARK, width=2.2, halo=1.4)
+_EXAMINER_RADIUS, _LETTER_SIZE = 11.0, 22.0
+_ARCS: Final = 6  # of a dashed circle
+_ARC_ANGLES: Final = (-0.3, -0.1, 0.1, 0.3)  # radians, of the points of an arc about its middle
+
+
+@dataclass(frozen=True, slots=True)
+class ExaminerMark:
+    """Hold a mark that an examiner set: its letter, and its place on one side, in pixels."""
+
+    letter: str
+    side: str
+    x: float
+    y: float
 
 
 def mark(
@@ -106,6 +130,49 @@ def marks(
             title = (titles or {}).get(i, described(minutiae, i))
             drawn += mark(points[i], direction, int(minutiae.kind[i]), style, title)
     return drawn
+
+
+def examiner_marks(
+    own: Iterable[ExaminerMark],
+    side: str,
+    here: NDArray[np.float64],
+    there: NDArray[np.float64] | None,
+    panel: Box,
+) -> list[Item]:
+    """Draw the marks of an examiner on the print of a `side`, whose pixels `here` maps to the page.
+
+    Those of the other side are drawn where `there` maps them, dashed and without the cross.
+    """
+    drawn: list[Item] = []
+    for mark_ in own:
+        matrix = here if mark_.side == side else there
+        if matrix is not None:
+            (point,) = moved(matrix, [(mark_.x, mark_.y)])
+            if panel.contains(point):
+                drawn += _examiner_mark(point, mark_.letter, panel, dashed=mark_.side != side)
+    return drawn
+
+
+def _examiner_mark(point: Point, letter: str, panel: Box, *, dashed: bool) -> list[Item]:
+    (x, y), r = point, _EXAMINER_RADIUS
+    if dashed:
+        middles = (2 * math.pi * k / _ARCS for k in range(_ARCS))
+        angles = [[middle + angle for angle in _ARC_ANGLES] for middle in middles]
+        lines = [tuple((x + r * math.cos(a), y + r * math.sin(a)) for a in arc) for arc in angles]
+    else:
+        lines = [((x - r, y), (x + r, y)), ((x, y - r), (x, y + r))]
+    title = f"mark {letter}"
+    circle = () if dashed else (Circle(point, r, _EXAMINER_PEN, "examiner", title),)
+    left = x + r + 2 + text_width(letter, _LETTER_SIZE) > panel.right
+    below = y - r - _LETTER_SIZE < panel.y
+    baseline = y + r + 0.7 * _LETTER_SIZE if below else y - r + 4
+    anchor: Anchor = "end" if left else "start"
+    start = x - r - 2 if left else x + r + 2
+    return [
+        *circle,
+        *(Path(line, _EXAMINER_PEN, role="examiner", title=title) for line in lines),
+        Text(start, baseline, letter, _LETTER_SIZE, EXAMINER_MARK, anchor, 0.8, 2.5, "examiner"),
+    ]
 
 
 def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:

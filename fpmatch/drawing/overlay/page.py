@@ -111,6 +111,13 @@ def page(
     return Scene(math.ceil(width), height, items, description)
 
 
+def panel_of(scene: Scene) -> Box:
+    """Return the part of a page between caption and legend, the line around the panel included."""
+    parts = {item.role: item.clip for item in scene.items if isinstance(item, Group)}
+    top = parts["caption"].bottom
+    return Box(0, top, scene.width, parts["legend"].y + 2 * _FRAME_PEN.width - top)
+
+
 def frame(panel: Box) -> Path:
     """Draw the line around a panel, just outside it."""
     return Path(panel.grown(0.5).corners, _FRAME_PEN, closed=True)

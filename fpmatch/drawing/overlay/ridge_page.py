@@ -9,14 +9,17 @@ import numpy as np
 
 from fpmatch.drawing import palette
 from fpmatch.drawing.overlay.legend import ridge_legend
-from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, marks
+from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, examiner_marks, marks
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene
-from fpmatch.drawing.scene.placement import bounds, corners, moved, zoomed
+from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.matching.result import Verification
     from fpmatch.matching.ridge_map import RidgeMap
 
@@ -25,8 +28,16 @@ _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
 _INK: Final[palette.Colour] = (70, 72, 76)
 
 
-def ridge_page(reference: Print, verification: Verification, found: RidgeMap) -> Scene:
-    """Compose the page of the reference with the cells of `found`."""
+def ridge_page(
+    reference: Print,
+    verification: Verification,
+    found: RidgeMap,
+    own: Sequence[ExaminerMark] = (),
+) -> Scene:
+    """Compose the page of the reference with the cells of `found`.
+
+    `own` are marks that an examiner set.
+    """
     t = reference.template
     shown = np.vstack([corners(t.width, t.height), found.corners.reshape(-1, 2)])
     view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)
@@ -39,10 +50,13 @@ def ridge_page(reference: Print, verification: Verification, found: RidgeMap) ->
         titles = {
             b: f"pair {n}: reference {described(t.minutiae, b)}" for n, b in enumerate(j, start=1)
         }
+        transform = verification.transform
+        there = None if transform is None else to_page @ of_transform(transform)
         inside: tuple[Item, ...] = (
             *_cells(found, to_page),
             *((ink,) if ink else ()),
             *marks(t.minutiae, j, to_page, BESIDE_PAIRED["reference"], place, titles),
+            *examiner_marks(own, "reference", to_page, there, place),
         )
         return [Group(inside, place, "ridge agreement"), frame(place)]
 

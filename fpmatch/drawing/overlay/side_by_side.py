@@ -7,23 +7,31 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.legend import side_by_side_legend
-from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, BESIDE_UNPAIRED, marks, unpaired
+from fpmatch.drawing.overlay.marks import (
+    BESIDE_PAIRED,
+    BESIDE_UNPAIRED,
+    examiner_marks,
+    marks,
+    unpaired,
+)
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Point, Scene, Text
-from fpmatch.drawing.scene.placement import direction_on_page, moved, zoomed
+from fpmatch.drawing.scene.placement import direction_on_page, moved, of_transform, zoomed
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.palette import Colour
     from fpmatch.matching.result import Verification
 
@@ -64,8 +72,13 @@ class _Side:
         return zoomed(own, ((t.width - 1) / 2, (t.height - 1) / 2), middle)
 
 
-def side_by_side_page(probe: Print, reference: Print, verification: Verification) -> Scene:
-    """Compose the page; the pairs of `verification` are numbered in their order, from 1."""
+def side_by_side_page(
+    probe: Print, reference: Print, verification: Verification, own: Sequence[ExaminerMark] = ()
+) -> Scene:
+    """Compose the page; the pairs of `verification` are numbered in their order, from 1.
+
+    Marks that an examiner set, `own`, are drawn on both prints where the transform is known.
+    """
     pairs = verification.pairs.reshape(-1, 2)
     i, j = pairs.T.tolist()
     sides = _Side("probe", probe, i), _Side("reference", reference, j)
@@ -79,6 +92,10 @@ def side_by_side_page(probe: Print, reference: Print, verification: Verification
         boxes = [Box(x, top, w, height) for x, w in zip(lefts, widths, strict=True)]
         placed = [(s, s.placed(zoom, box), box) for s, box in zip(sides, boxes, strict=True)]
         starts, ends = (moved(m, side.print_.template.minutiae.xy) for side, m, _ in placed)
+        ours, theirs = (matrix for _, matrix, _ in placed)
+        transform = verification.transform
+        onto = None if transform is None else of_transform(transform)
+        others = (None, None) if onto is None else (ours @ np.linalg.inv(onto), theirs @ onto)
         return [
             *(item for side in placed for item in _ground(*side)),
             *(
@@ -86,6 +103,11 @@ def side_by_side_page(probe: Print, reference: Print, verification: Verification
                 for n, (a, b) in enumerate(zip(i, j, strict=True), start=1)
             ),
             *(item for side in placed for item in _minutiae(*side)),
+            *(
+                item
+                for (side, matrix, box), other in zip(placed, others, strict=True)
+                for item in examiner_marks(own, side.role, matrix, other, box)
+            ),
         ]
 
     size = (widths[0] + MARGIN + widths[1], height + _TITLE_HEIGHT)

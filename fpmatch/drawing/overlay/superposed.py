@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -14,6 +15,7 @@ from fpmatch.drawing.overlay.marks import (
     PAIRED,
     UNPAIRED,
     described,
+    examiner_marks,
     marks,
     unpaired,
 )
@@ -23,8 +25,11 @@ from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Point
 from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.overlay.warp import PairWarp
     from fpmatch.matching.result import Verification
     from fpmatch.pointset.similarity import Similarity
@@ -45,10 +50,11 @@ def superposed_page(
     transform: Similarity,
     warp: PairWarp | None = None,
     drawn: str = "",
+    own: Sequence[ExaminerMark] = (),
 ) -> Scene:
     """Compose the page; `transform`, or a warp, maps the probe's pixels to the reference's.
 
-    `drawn` says which of the two it is.
+    `drawn` says which of the two it is. `own` are marks that an examiner set.
     """
     probe_to_reference = of_transform(transform)
     outline = probe_outline(probe, probe_to_reference, warp)
@@ -63,12 +69,31 @@ def superposed_page(
             _edge(moved(to_page, _corners(reference)), "reference"),
             _edge(moved(to_page, outline), "probe"),
             *minutiae_and_pairs(verification, moving, to_page, place, warp),
+            *_examiner_marks(own, moving, to_page, place, warp),
         )
         return [Group(inside, place, "prints"), frame(place)]
 
     size = (round(view.width * zoom), round(view.height * zoom))
     legend = partial(overlay_legend, warped=warp is not None)
     return page(verification, size, panel, legend, drawn or SIMILARITY)
+
+
+def _examiner_marks(
+    own: Sequence[ExaminerMark],
+    probe_to_page: Matrix,
+    to_page: Matrix,
+    place: Box,
+    warp: PairWarp | None,
+) -> list[Item]:
+    """Draw the marks of an examiner, those of the probe where it is drawn."""
+    if warp is None:
+        return examiner_marks(own, "reference", to_page, probe_to_page, place)
+    there = warp.to_reference(np.array([(mark.x, mark.y) for mark in own]).reshape(-1, 2))
+    warped = [
+        replace(mark, x=float(x), y=float(y)) if mark.side == "probe" else mark
+        for mark, (x, y) in zip(own, there, strict=True)
+    ]
+    return examiner_marks(warped, "reference", to_page, to_page, place)
 
 
 def _corners(side: Print) -> Matrix:

@@ -11,15 +11,21 @@ export class Examination {
     this.changed = changed; // the marks have to be drawn again
     this.marks = []; // { side, x, y, note }
     this.text = el("textarea", { id: "notes", rows: 3, "aria-label": "Notes on the comparison", placeholder: "Notes on the comparison" });
+    this.number = el("input", { id: "case-number", maxlength: 60, "aria-label": "Case number", placeholder: "Case number", autocomplete: "off" });
     this.list = el("ol", { class: "own-marks" });
     this.element = el(
       "details",
       { class: "examination" },
       el("summary", {}, "Marks and notes"),
-      el("p", { class: "hint" }, "Choose Mark above the picture, then click on a print. Marks and notes stay on this page, and go into the case report."),
+      el("p", { class: "hint" }, "Choose Mark above the picture, then click on a print. Marks, notes and case number stay on this page, and go into the case report."),
+      this.number,
       this.list,
       this.text,
     );
+  }
+
+  get caseNumber() {
+    return this.number.value;
   }
 
   get notes() {

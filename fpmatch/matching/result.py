@@ -106,7 +106,7 @@ class Explaining(Protocol):
         """Return how much was compared in `found`; None where nothing was aligned."""
 
     def available(self, probe: Any, reference: Any) -> tuple[int, float]:
-        """Return minutiae and area in mm2 of the smaller of two prepared templates."""
+        """Return minutiae and area in mm² of the smaller of two prepared templates."""
 
     def typical_similarity(self, probe: Any, reference: Any, factor: float) -> float:
         """Return the median similarity of genuine prints with `factor` times as much skin."""
@@ -329,12 +329,12 @@ class PreparedPair:
             return ""
         minutiae, area = matcher.available(self.probe, self.reference)
         found = count(minutiae, "minutia", "minutiae")
-        given = f"too little to decide: {found} on {area:.0f} mm2 in the smaller print"
+        given = f"too little to decide: {found} on {area:.0f} mm² in the smaller print"
         enough = next(filter(reaches, FACTORS), None)
         if enough is None:
             return f"{given}; no amount is usually enough for a score of {needed:.1f}"
         return (
-            f"{given}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm2 are "
+            f"{given}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm² are "
             f"usually needed for a score of {needed:.1f}"
         )
 

@@ -65,8 +65,8 @@ def test_few_minutiae_are_too_little_to_decide(minutiae):
     found = verify(few, IMPOSTOR)
     assert not found.match
     form = (
-        r"too little to decide: (\d+) minutiae on (\d+) mm2 in the smaller print, where about "
-        r"(\d+) on (\d+) mm2 are usually needed for a score of 40\.0; "
+        r"too little to decide: (\d+) minutiae on (\d+) mm² in the smaller print, where about "
+        r"(\d+) on (\d+) mm² are usually needed for a score of 40\.0; "
     )
     there, area, needed, needed_area = map(int, re.match(form, found.reason).groups())
     assert there == minutiae < needed

@@ -150,7 +150,7 @@ class UnitCircleMatcher:
         return (theirs, ours) if swapped else (ours, theirs)
 
     def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
-        """Return minutiae and area in mm2 of the smaller of two prints, in each respect."""
+        """Return minutiae and area in mm² of the smaller of two prints, in each respect."""
         minutiae, area = available(probe, reference)
         return minutiae, area * MM2_PER_PX2
 

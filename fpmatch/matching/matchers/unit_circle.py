@@ -201,7 +201,7 @@ class UnitCircleMatcher:
         >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
         >>> many = PackedTemplates.pack([print_, print_])
         >>> found = MATCHER.similarities(print_, many)
-        >>> found[1] == MATCHER.compare(print_, print_).similarity
+        >>> bool(found[1] == MATCHER.compare(print_, print_).similarity)
         True
         """
         first, last, _ = slice(first, last).indices(len(references))

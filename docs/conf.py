@@ -14,9 +14,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
+import click
 from sphinx.errors import ExtensionError
 
 from fpmatch import StageRecorder, __version__, extract
+from fpmatch.cli.group import fpmatch as main
 from fpmatch.drawing.paper_figures.sheet import write_point_figures
 from fpmatch.drawing.stages.sheet import write_stages
 
@@ -27,7 +29,8 @@ import verify_walk
 from research.case_study.command import case_study
 
 if TYPE_CHECKING:
-    import click
+    from collections.abc import Iterator
+
     from sphinx.application import Sphinx
 
 ROOT: Final = Path(__file__).resolve().parent.parent
@@ -64,27 +67,18 @@ html_copy_source = False
 html_show_copyright = False
 smartquotes = False  # would turn the dashes of --options into one
 
-# Every page's examples run in a folder of their own that holds the sample data.
+# The examples of a page run in a folder of their own, which holds what they read of the repository.
+# They import what they use: every name that is set here begins with an underscore.
 doctest_global_setup = f"""
-import math, os, shutil, tempfile
-import numpy as np
-from pathlib import Path
-ONE_FILE = {str(ROOT / "docs" / "how-to" / "one_file")!r}
-from fpmatch import *
-from fpmatch.errors import GalleryError
-from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
-from fpmatch.evaluation.rates import threshold_at_fmr, error_curves, error_rates
-from fpmatch.pointset.points_csv import load_points
-from fpmatch.matching.calibration import Calibration, load_calibration
-from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.synthesis.database import make_database
-_here, _there = os.getcwd(), tempfile.mkdtemp()
-shutil.copytree({str(ROOT / "sample_data")!r}, os.path.join(_there, "sample_data"))
-os.chdir(_there)
+import os as _os, shutil as _shutil, tempfile as _tempfile
+_here, _there = _os.getcwd(), _tempfile.mkdtemp()
+for _folder in ("sample_data", "docs/how-to/one_file"):
+    _shutil.copytree(_os.path.join({str(ROOT)!r}, _folder), _os.path.join(_there, _folder))
+_os.chdir(_there)
 """
 doctest_global_cleanup = """
-os.chdir(_here)
-shutil.rmtree(_there)
+_os.chdir(_here)
+_shutil.rmtree(_there)
 """
 
 LOADED: Final = re.compile(
@@ -97,7 +91,15 @@ _REQUIRED: Final = "**Required** "
 _OWN_MARKUP: Final = (".. ", ":default:", ":options:")
 
 
-def draw_stages(app: Sphinx) -> None:
+def draw_pictures(app: Sphinx) -> None:
+    """Draw the pictures of the pages by the code as it is; to run examples, once is enough."""
+    if app.builder.name != "doctest" or not (WALK / "rooms.svg").exists():
+        draw_stages()
+        draw_case()
+        draw_verification()
+
+
+def draw_stages() -> None:
     """Draw the pictures of the stages that the page on the method shows."""
     recorder = StageRecorder()
     extract(SHOWN_PRINT, recorder=recorder)
@@ -106,14 +108,14 @@ def draw_stages(app: Sphinx) -> None:
     write_stages(recorder.stages, STAGES)
 
 
-def draw_case(app: Sphinx) -> None:
+def draw_case() -> None:
     """Draw the pictures of the case study, by the matchers as they are now."""
     for old in CASE_STUDY.glob("*.png"):
         old.unlink()
     write_point_figures(case_study(ROOT / "sample_data", CASE_PAIR), CASE_STUDY)
 
 
-def draw_verification(app: Sphinx) -> None:
+def draw_verification() -> None:
     """Draw the walk of one verification and the imports of the rooms, from the code."""
     WALK.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory() as folder:
@@ -134,6 +136,26 @@ def check_assets(app: Sphinx, exception: Exception | None) -> None:
         found = LOADED.search(path.read_text(encoding="utf-8"))
         if found is not None:
             raise ExtensionError(f"{path.relative_to(app.outdir)}: another host: {found[0]}")
+
+
+def check_commands(app: Sphinx, exception: Exception | None) -> None:
+    """Fail where the page of the commands lacks one."""
+    if exception is not None or app.builder.format != "html":
+        return
+    page = Path(app.outdir, "reference", "commands.html").read_text(encoding="utf-8")
+    for name in _command_names(main, "fpmatch"):
+        if f'id="{name.replace(" ", "-")}"' not in page:
+            raise ExtensionError(f"reference/commands.html: {name} is missing")
+
+
+def _command_names(command: click.Command, name: str) -> Iterator[str]:
+    yield name
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for part in command.list_commands(context):
+            below = command.get_command(context, part)
+            if below is not None:
+                yield from _command_names(below, f"{name} {part}")
 
 
 def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
@@ -196,11 +218,10 @@ def _escaped(line: str) -> str:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Draw before reading; put the help of the commands into words."""
-    app.connect("builder-inited", draw_stages)
-    app.connect("builder-inited", draw_case)
-    app.connect("builder-inited", draw_verification)
+    app.connect("builder-inited", draw_pictures)
     app.connect("source-read", without_folders)
     app.connect("build-finished", check_assets)
+    app.connect("build-finished", check_commands)
     for part in ("description", "options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", as_plain_words)
     return {"parallel_read_safe": True}

@@ -156,6 +156,8 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from fpmatch import as_template
     >>> as_template(np.full((200, 200), 255, np.uint8))
     Template(200 x 200 px, 500 dpi, 0 minutiae)
     """
@@ -211,7 +213,7 @@ def verify(
 
     Examples
     --------
-    >>> from fpmatch import Minutiae, Template
+    >>> from fpmatch import Minutiae, Template, verify
     >>> empty = Template(Minutiae.empty(), width=300, height=300)
     >>> result = verify(empty, empty)
     >>> result.match, result.score

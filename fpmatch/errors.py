@@ -75,6 +75,7 @@ class FpmatchError(Exception):
 
     Examples
     --------
+    >>> from fpmatch.errors import GalleryError
     >>> error = GalleryError("no such gallery", path="prints.db", code="missing")
     >>> str(error), error.path, error.detail, error.code
     ('prints.db: no such gallery', 'prints.db', 'no such gallery', 'missing')

@@ -164,6 +164,7 @@ def enrol(
 
     Examples
     --------
+    >>> from fpmatch import enrol
     >>> done = enrol("prints.db", "sample_data")  # doctest: +SKIP
     >>> done.enrolled, done.failures  # doctest: +SKIP
     (16, ())

@@ -117,6 +117,7 @@ class Minutiae:
 
     Examples
     --------
+    >>> from fpmatch import Minutiae
     >>> m = Minutiae(x=[10, 20], y=[5, 8], angle=[0.0, 7.0])
     >>> len(m), m.angle.round(3).tolist()
     (2, [0.0, 0.7170000076293945])

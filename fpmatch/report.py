@@ -66,10 +66,10 @@ def as_rows(
         overlap = f"{found.overlap:.0%} of the smaller print"
         ridges = []
         if (c := found.compared) is not None:
-            overlap += f", {c.area_mm2:.0f} mm2"
+            overlap += f", {c.area_mm2:.0f} mm²"
             words = "not compared"
             if c.ridge_agreement is not None:
-                words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm2, about "
+                words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm², about "
                 words += f"{c.ridge_score:+.1f}{' of the score' if scored else ''}"
             ridges = [("Ridges", words)]
         rows += [

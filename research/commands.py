@@ -99,6 +99,7 @@ research = LazyGroup(
     modules={
         "tables": ("tables.command", "Write measured results into the pages of docs/."),
         "outputs": ("outputs", "Write what commands print into README and docs."),
+        "notebook": ("notebook", "Run the notebook of the examples, and store its outputs."),
         "figures": ("figures.documentation", "Draw the figures of the documentation."),
         "case-study": ("case_study.command", "Draw the paper's case study on two prints."),
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),

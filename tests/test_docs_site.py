@@ -1,18 +1,22 @@
 """The documentation: nothing is missing from its reference, and its links lead somewhere."""
 
+import builtins
+import dis
+import doctest
 import importlib.util
+import inspect
 import itertools
 import pkgutil
 import re
-import subprocess
-import sys
 from pathlib import Path
+from types import CodeType
 
 import click
 import numpy as np
 import pytest
 
 import fpmatch
+from fpmatch import errors
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.evaluation.points.results import read_results
 from fpmatch.matching.matchers import matcher_names
@@ -21,7 +25,6 @@ from research.experiments.point_targets import missed_targets
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-EXTRA = ("matplotlib", "sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
 GENERATED = DOCS / "generated"
 MOST_STEPS = 3  # from the README to a line of code
 LINK = re.compile(r"\]\(([^)\s]+)\)|^```\{(?:figure|literalinclude)\} (\S+)$", re.MULTILINE)
@@ -196,18 +199,59 @@ def test_the_format_in_one_file_reads_what_it_writes(template):
             codec.decode(broken, ReadingOptions())
 
 
-@pytest.mark.skipif(
-    any(importlib.util.find_spec(name) is None for name in EXTRA),
-    reason="the extra docs is not installed: pip install -e '.[docs]'",
-)
-def test_the_site_builds_without_warnings_and_shows_every_command(tmp_path):
-    site = tmp_path / "html"
-    options = ["-b", "html", "-W", "--keep-going", "-q", "-d", str(tmp_path / "doctrees")]
-    built = run("-m", "sphinx", *options, str(DOCS), str(site))
-    assert built.returncode == 0, built.stderr
-    commands = (site / "reference" / "commands.html").read_text(encoding="utf-8")
-    for name, _ in commands_of(main, "fpmatch"):
-        assert f'id="{name.replace(" ", "-")}"' in commands, name
+def unbound(program):
+    """Return the names that a program uses and neither imports nor defines."""
+    used, bound, codes = set(), set(dir(builtins)), [compile(program, "examples", "exec")]
+    for code in codes:
+        codes += [one for one in code.co_consts if isinstance(one, CodeType)]
+        for step in dis.get_instructions(code):
+            used |= {step.argval} if step.opname in {"LOAD_NAME", "LOAD_GLOBAL"} else set()
+            bound |= {step.argval} if step.opname in {"STORE_NAME", "STORE_GLOBAL"} else set()
+    return used - bound
+
+
+@pages
+def test_the_examples_of_a_page_import_what_they_use(page):
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^```\{(\w+)\}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    programs = [block for kind, block in blocks if kind in {"testcode", "testcleanup"}]
+    for kind, block in blocks:
+        if kind == "doctest":
+            programs += [one.source for one in doctest.DocTestParser().get_examples(block)]
+    assert unbound("\n".join(programs)) == set()
+
+
+def shown_by_the_reference():
+    """Return functions and classes that the reference shows, by name; of `errors` the classes."""
+    text = (DOCS / "reference" / "api.md").read_text(encoding="utf-8")
+    names = re.findall(r"^\.\. auto(?!module)\w+:: (fpmatch\.\S+)$", text, re.MULTILINE)
+    names += [f"fpmatch.errors.{name}" for name, _ in inspect.getmembers(errors, inspect.isclass)]
+    return {name: pkgutil.resolve_name(name) for name in names}
+
+
+@pytest.mark.parametrize(("name", "shown"), shown_by_the_reference().items())
+def test_the_examples_of_the_reference_import_what_they_use(name, shown):
+    for one in doctest.DocTestFinder().find(shown, name, module=False, globs={}):
+        assert unbound("".join(example.source for example in one.examples)) == set(), one.name
+
+
+def test_the_site_gives_its_examples_no_names():
+    pytest.importorskip("sphinx", reason="the extra docs is not installed")
+    setup = compile(module_of(DOCS / "conf.py").doctest_global_setup, "setup", "exec")
+    stored = [step for step in dis.get_instructions(setup) if step.opname == "STORE_NAME"]
+    assert {step.argval for step in stored if not step.argval.startswith("_")} == set()
+
+
+def test_the_site_and_its_examples_are_checked_before_a_change_is_taken():
+    assert "scripts/docs" in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+
+
+def test_readers_see_square_millimetres_as_a_square():
+    """Names of fields and columns keep `_mm2`."""
+    written = [*PAGES, ROOT / "README.md"]
+    written += [path for kind in ("py", "j2", "js") for path in ROOT.glob(f"fpmatch/**/*.{kind}")]
+    assert len(written) > 100
+    assert [path for path in written if re.search(r"\bmm2\b", path.read_text("utf-8"))] == []
 
 
 @pytest.mark.skipif(
@@ -226,11 +270,6 @@ def test_the_site_builds_without_warnings_and_shows_every_command(tmp_path):
 )
 def test_what_a_page_loads_from_another_host_is_found(html, loaded):
     assert (module_of(DOCS / "conf.py").LOADED.search(html) is not None) == loaded
-
-
-def run(*words):
-    command = [sys.executable, *words]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
 QUOTED = {

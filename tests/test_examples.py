@@ -1,5 +1,7 @@
 """The examples run unchanged, and print their results."""
 
+import base64
+import io
 import json
 import os
 import re
@@ -9,8 +11,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
+from PIL import Image
 
 from fpmatch.matching._local_kernel import COMPILED
+from research import notebook
+from research.notebook import shown
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
@@ -61,16 +67,28 @@ FEW = ("101_1.tif", "101_3.tif", "102_1.tif", "103_1.tif", "104_1.tif", "dataset
 """Prints for kernels that are interpreted, where each takes seconds."""
 
 
-def test_the_notebook_is_stored_without_outputs():
-    cells = json.loads(NOTEBOOK.read_text("utf-8"))["cells"]
-    written = [cell for cell in cells if cell["cell_type"] == "code"]
+def test_the_notebook_is_stored_with_its_outputs_and_without_traces_of_a_machine():
+    text = NOTEBOOK.read_text("utf-8")
+    notebook = json.loads(text)
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    assert notebook["metadata"] == {"kernelspec": kernel, "language_info": {"name": "python"}}
+    assert all(cell["metadata"] == {} for cell in notebook["cells"])
+    written = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert len(written) > 10
-    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in written)
+    assert [cell["execution_count"] for cell in written] == [*range(1, len(written) + 1)]
+    outputs = [one for cell in written for one in cell["outputs"]]
+    pictures = [one["data"]["image/png"] for one in outputs if "image/png" in one.get("data", {})]
+    sizes = [Image.open(io.BytesIO(base64.b64decode(one))).size for one in pictures]
+    assert len(sizes) == 3
+    assert min(min(size) for size in sizes) > 250
+    assert not any(one["output_type"] == "error" or one.get("name") == "stderr" for one in outputs)
+    assert not re.search(r"(?<![\w+/])/(home|root|tmp|Users|private|var)/|[A-Z]:\\", text)
+    assert len(text) < 400_000
 
 
 @pytest.fixture
 def ran(tmp_path, monkeypatch):
-    """Return the outputs of the notebook's cells, run from the top, and their sources."""
+    """Return the notebook, run from the top."""
     for name in ("nbformat", "nbclient", "ipykernel", "matplotlib"):
         pytest.importorskip(name, reason=f"{name} is not installed: pip install -e '.[plot,test]'")
     for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "MPLCONFIGDIR"):
@@ -82,38 +100,56 @@ def ran(tmp_path, monkeypatch):
         for name in FEW:
             shutil.copy(EXAMPLES.parent / "sample_data" / name, tmp_path)
         text = text.replace(json.dumps(SAMPLES)[1:-1], json.dumps(f"Path({str(tmp_path)!r})")[1:-1])
-    (tmp_path / "tour.ipynb").write_text(text, "utf-8")
     program = (
-        "import nbclient, nbformat, sys; notebook = nbformat.read(sys.argv[1], 4);"
-        "nbclient.NotebookClient(notebook, timeout=300).execute(cwd=sys.argv[2]);"
-        "nbformat.write(notebook, sys.argv[1])"
+        "import sys; sys.path.append(sys.argv[1]); from research.notebook import executed;"
+        "sys.stdout.write(executed(sys.stdin.read()))"
     )
-    command = [sys.executable, "-c", program, str(tmp_path / "tour.ipynb"), str(EXAMPLES)]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
+    command = [sys.executable, "-c", program, str(EXAMPLES.parent)]
+    done = subprocess.run(
+        command, input=text, capture_output=True, encoding="utf-8", env=UTF8, check=False
+    )
     assert done.returncode == 0, done.stderr
-    cells = json.loads((tmp_path / "tour.ipynb").read_text("utf-8"))["cells"]
-    return [("".join(c["source"]), c["outputs"]) for c in cells if c["cell_type"] == "code"]
+    return done.stdout
 
 
-def test_the_notebook_runs_and_shows_results(ran):
-    warnings = [one for _, shown in ran for one in shown if one.get("name") == "stderr"]
-    assert warnings == [] or not COMPILED
-    shown = {
-        source.splitlines()[-1]: {**dict.fromkeys(("text/plain",)), **outputs[-1].get("data", {})}
-        for source, outputs in ran
-        if outputs
-    }
-    result = "".join(shown["result"]["text/html"])
+def test_the_notebook_runs_and_shows_what_is_stored(ran):
+    """If not, `python -m research notebook` stores it."""
+    found, stored = shown(ran), shown(NOTEBOOK.read_text("utf-8"))
+    assert "stderr" not in {kind for _, outputs in found for kind, _ in outputs} or not COMPILED
+    by_last_line = {source.splitlines()[-1]: dict(outputs) for source, outputs in found}
+    result = by_last_line["result"]["text/html"]
     assert "<b>MATCH</b>" in result
     assert "data:image/webp" in result
-    assert "".join(shown["different.match, different.reason"]["text/plain"]).startswith("(False")
-    assert "image/png" in shown["result.overlay(side_by_side=True)"]
-    assert "<svg" in "".join(shown["template"]["text/html"])
-    assert "<table>" in "".join(shown["template.minutiae"]["text/html"])
-    assert "unit-circle" in "".join(shown["report"]["text/plain"])
-    assert "image/png" in shown["plt.show()"]
-    found = [outputs[0]["text"] for source, outputs in ran if "fpmatch.identify" in source]
-    assert "".join(found[0]).startswith("101 score ")
+    assert by_last_line["different.match, different.reason"]["text/plain"].startswith("(False")
+    assert "image/png" in by_last_line["result.overlay(side_by_side=True)"]
+    assert "<svg" in by_last_line["template"]["text/html"]
+    assert "<table>" in by_last_line["template.minutiae"]["text/html"]
+    assert "unit-circle" in by_last_line["report"]["text/plain"]
+    assert "image/png" in by_last_line["plt.show()"]
+    (identified,) = [dict(outputs) for source, outputs in found if "fpmatch.identify" in source]
+    assert identified["stdout"].startswith("101 score ")
+    if COMPILED:
+        assert found == stored
+
+
+def test_outputs_of_another_version_are_found_and_stored(tmp_path, monkeypatch):
+    cell = {"cell_type": "code", "source": "x", "execution_count": 1, "id": "a", "metadata": {}}
+
+    def of(text):
+        output = {"output_type": "stream", "name": "stdout", "text": text}
+        return json.dumps({"cells": [cell | {"outputs": [output]}]})
+
+    path = tmp_path / "examples.ipynb"
+    path.write_text(of("score 59.04, 3.1 ms"))
+    monkeypatch.setattr(notebook, "NOTEBOOK", path)
+    monkeypatch.setattr(notebook, "ROOT", tmp_path)
+    for text, differs in (("score 59.01, 27 s", False), ("score 59.2, 3.1 ms", True)):
+        monkeypatch.setattr(notebook, "executed", lambda _, text=text: of(text))
+        checked = CliRunner().invoke(notebook.command, ["--check"])
+        assert (checked.exit_code, "differs" in checked.output) == (int(differs), differs)
+    assert path.read_text() == of("score 59.04, 3.1 ms")
+    assert CliRunner().invoke(notebook.command, []).output == "examples.ipynb: written\n"
+    assert path.read_text() == of("score 59.2, 3.1 ms")
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)

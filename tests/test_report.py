@@ -40,8 +40,8 @@ def test_text_and_json_contain_how_much_was_compared(template):
     compared = Compared(44, 93.4, 0.562, 86.2, 14.04)
     lines = as_text(verification(template, move, 2.0, compared=compared)).splitlines()
     assert lines[5:7] == [
-        "  Overlap     74% of the smaller print, 93 mm2",
-        "  Ridges      agreement 0.56 on 86 mm2, about +14.0 of the score",
+        "  Overlap     74% of the smaller print, 93 mm²",
+        "  Ridges      agreement 0.56 on 86 mm², about +14.0 of the score",
     ]
     compared = Compared(44, 93.4, None, 0.0, 0.0)
     found = verification(template, move, 2.0, compared=compared)

@@ -22,6 +22,7 @@ from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.words import odds, outcome, score_as_high
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.minutiae import MM_PER_INCH
 from fpmatch.printable import printable, printable_lines
 from fpmatch.report import as_rows
 
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 KINDS: Final = ("unknown", "ending", "bifurcation")
 SIDES: Final = ("probe", "reference")
-_MM_PER_INCH: Final = 25.4
+
 LONGEST_TEXT: Final = 200_000  # characters of notes
 LONGEST_CASE_NUMBER: Final = 60  # characters; it is on one line of each page
 _LONGEST_HEADER: Final = 110  # characters, of each page
@@ -263,7 +264,7 @@ def _pairs(pair: ComparedPair) -> list[tuple[_Minutia, _Minutia, float]]:
         return []
     ours, theirs = v.probe.minutiae, v.reference.minutiae
     moved = v.transform.apply(ours.xy[v.pairs[:, 0]])
-    apart = np.hypot(*(moved - theirs.xy[v.pairs[:, 1]]).T) * _MM_PER_INCH / v.reference.dpi
+    apart = np.hypot(*(moved - theirs.xy[v.pairs[:, 1]]).T) * MM_PER_INCH / v.reference.dpi
     return [
         (_minutia(v.probe, i), _minutia(v.reference, j), float(distance))
         for (i, j), distance in zip(v.pairs.tolist(), apart, strict=True)

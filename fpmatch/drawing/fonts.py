@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, cast
 
@@ -14,6 +15,7 @@ _SPELLINGS: Final = str.maketrans(
     {"−": "-", "–": "-", "—": "-", "×": "x", "≥": ">=", "≤": "<=", "→": "->", "≈": "~"}
     | {"θ": "theta"}
 )
+_SQUARED_SIZE, _SQUARED_RISE = 0.6, 0.36  # of the size of the text
 
 
 @lru_cache(maxsize=32)
@@ -31,7 +33,14 @@ def printable(text: str) -> str:
 
 def text_width(text: str, size: float) -> float:
     """Return the width of `text` in pixels at `size`."""
-    return float(font(size).getlength(printable(text)))
+    return sum(float(font(own).getlength(letters)) for letters, own, _ in parts(text, size))
+
+
+def parts(text: str, size: float) -> list[tuple[str, float, float]]:
+    """Return `text` in parts, as (letters, size, rise): ², which the font lacks, is a raised 2."""
+    split = filter(None, re.split("(²)", printable(text)))
+    squared = ("2", _SQUARED_SIZE * size, _SQUARED_RISE * size)
+    return [squared if letters == "²" else (letters, size, 0.0) for letters in split]
 
 
 def wrapped(

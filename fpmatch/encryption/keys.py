@@ -92,6 +92,7 @@ class KeyRing:
 
     Examples
     --------
+    >>> from fpmatch.encryption.keys import Key, KeyRing
     >>> KeyRing([Key(bytes(32))])
     KeyRing('4290bd01905d96eb')
     """
@@ -167,6 +168,7 @@ def load_keys(source: str | None = None) -> KeyRing:
     Examples
     --------
     >>> import os
+    >>> from fpmatch.encryption.keys import load_keys
     >>> os.environ["MY_KEY"] = "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="
     >>> load_keys("env:MY_KEY").current
     Key('4290bd01905d96eb')

@@ -106,6 +106,8 @@ def fit_calibration(
     Examples
     --------
     >>> import math
+    >>> import numpy as np
+    >>> from fpmatch.evaluation.calibrate import fit_calibration
     >>> unit_tail = np.random.default_rng(1).exponential(size=20_000)
     >>> fit_calibration(unit_tail).score(math.log(1000)).__round__()
     30

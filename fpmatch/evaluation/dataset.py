@@ -100,6 +100,8 @@ def load_dataset(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.dataset import load_dataset
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     for name in ("ada_left_1.png", "ada_left_2.png", "bob_right_1.png"):
     ...         Path(folder, name).touch()

@@ -77,6 +77,8 @@ def read_pairs(path: str | os.PathLike[str]) -> PairList:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.pair_list import read_pairs
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "pairs.txt")
     ...     _ = file.write_text("101_1.tif 101_2.tif 1\n101_1.tif 102_1.tif 0\n")

@@ -69,6 +69,7 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     --------
     >>> from pathlib import Path
     >>> from fpmatch.evaluation.impression import Impression
+    >>> from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
     >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
     >>> extended, fvc = (choose_pairs(prints, name) for name in PROTOCOLS)
     >>> [(int(p.genuine.sum()), int((~p.genuine).sum())) for p in (extended, fvc)]

@@ -91,6 +91,7 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
 
     Examples
     --------
+    >>> from fpmatch.evaluation.rates import error_rates
     >>> error_rates([2, 3, 4, 5], [0, 0, 1, 3]).eer
     0.25
     """
@@ -119,6 +120,7 @@ def d_prime(genuine: ArrayLike, impostor: ArrayLike) -> float | None:
 
     Examples
     --------
+    >>> from fpmatch.evaluation.rates import d_prime
     >>> d_prime([3, 5], [0, 2])
     3.0
     """
@@ -138,6 +140,7 @@ def fnmr_at_fmr(genuine: ArrayLike, impostor: ArrayLike, fmr: float) -> float | 
 
     Examples
     --------
+    >>> from fpmatch.evaluation.rates import fnmr_at_fmr
     >>> fnmr_at_fmr([1, 2, 3, 4], [0, 1, 2, 3], 0.25)
     0.5
     """
@@ -160,6 +163,7 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
 
     Examples
     --------
+    >>> from fpmatch.evaluation.rates import error_curves
     >>> curves = error_curves([1, 2], [0, 1])
     >>> curves.fmr.tolist(), curves.fnmr.tolist()
     ([1.0, 0.5, 0.0, 0.0], [0.0, 0.0, 0.5, 1.0])

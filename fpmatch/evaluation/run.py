@@ -73,6 +73,7 @@ def evaluate(
 
     Examples
     --------
+    >>> from fpmatch import evaluate
     >>> report = evaluate(["fvc2002/DB1_B", "fvc2002/DB2_B"])  # doctest: +SKIP
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123

@@ -65,6 +65,8 @@ def evaluate_scores(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.score_reports import evaluate_scores
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "mine.txt")
     ...     _ = file.write_text("1_1 1_2 0.9\n1_1 2_1 0.2\n1_2 2_1 0.1\n")

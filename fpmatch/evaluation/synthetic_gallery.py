@@ -89,6 +89,7 @@ def make_gallery(
     Examples
     --------
     >>> import tempfile
+    >>> from fpmatch.evaluation.synthetic_gallery import make_gallery
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     make_gallery(f"{folder}/made.db", fingers=3, impressions=2, workers=1).made
     6

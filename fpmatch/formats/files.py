@@ -54,7 +54,9 @@ def load_template(path: str | os.PathLike[str], *, angles: str | None = None) ->
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> import numpy as np
+    >>> from fpmatch import load_template
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     np.save(Path(folder, "print.npy"), [[10, 20, 1.5], [30, 40, 3.0]])
     ...     load_template(Path(folder, "print.npy"), angles="rad,clockwise")
@@ -143,6 +145,8 @@ def save_template(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch import load_template, save_template
     >>> from fpmatch.minutiae import Minutiae, Template
     >>> template = Template(Minutiae(x=[10], y=[20], angle=[1.5]), width=100, height=120)
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -71,6 +71,7 @@ class NamePattern:
     Examples
     --------
     >>> from pathlib import Path
+    >>> from fpmatch.gallery.entry import NamePattern
     >>> NamePattern().label(Path("prints/101_3.tif"))
     Label(subject='101', finger='', impression='3')
     >>> by_folder = NamePattern("(?P<subject>[^/]+)/(?P<finger>[a-z]+)-(?P<impression>[0-9]+)")

@@ -191,6 +191,11 @@ def identify_fused(
 
     Examples
     --------
+    >>> from fpmatch import load_template, open_gallery
+    >>> from fpmatch.gallery.candidates import GallerySubjects
+    >>> from fpmatch.gallery.identify_fused import identify_fused
+    >>> from fpmatch.gallery.search import open_search
+    >>> left, right = map(load_template, ("left.json", "right.json"))  # doctest: +SKIP
     >>> with open_gallery("prints.db") as gallery:  # doctest: +SKIP
     ...     search, subjects = open_search(gallery), GallerySubjects(gallery)
     ...     found = identify_fused(search, [left, right], subjects, positions=["left", "right"])

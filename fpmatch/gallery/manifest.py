@@ -61,6 +61,8 @@ def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.gallery.manifest import read_manifest
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     Path(folder, "a.png").touch()
     ...     manifest = Path(folder, "manifest.csv")

@@ -56,6 +56,7 @@ def enrol_gallery(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch.gallery.gallery import open_gallery
+    >>> from fpmatch.gallery.transfer import enrol_gallery
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with open_gallery(Path(folder, "all.db"), create=True) as gallery:
     ...         with open_gallery(Path(folder, "more.db"), create=True) as more:

@@ -86,6 +86,7 @@ def assess(
     Examples
     --------
     >>> import numpy as np
+    >>> from fpmatch import assess
     >>> blank = assess(np.full((200, 200), 255, np.uint8), dpi=500)
     >>> blank.quality.score, str(blank.quality.reasons[0])
     (0, 'no ridges: no fingerprint is found in the image')

@@ -82,6 +82,8 @@ def extract(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from fpmatch import extract
     >>> blank = np.full((200, 200), 255, np.uint8)
     >>> len(extract(blank, dpi=500).minutiae)
     0

@@ -54,6 +54,7 @@ class StageRecorder:
     Examples
     --------
     >>> import numpy as np
+    >>> from fpmatch import StageRecorder
     >>> recorder = StageRecorder()
     >>> recorder.record("binary", np.zeros((4, 4), bool))
     >>> list(recorder.stages)

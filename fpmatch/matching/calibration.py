@@ -78,6 +78,8 @@ class Calibration:
 
     Examples
     --------
+    >>> import math
+    >>> from fpmatch.matching.calibration import Calibration
     >>> ten_per_unit = Calibration(((0.0, 0.0), (2.0, 20.0)), tail_scale=10 / math.log(10) / 10)
     >>> [round(ten_per_unit.score(x), 6) for x in (-1.0, 1.5, 4.0, 50.0)]
     [0.0, 15.0, 40.0, 100.0]
@@ -185,6 +187,7 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
 
     Examples
     --------
+    >>> from fpmatch.matching.calibration import load_calibration
     >>> load_calibration("unit-circle").provenance.impostors > 1000
     True
     """
@@ -226,6 +229,7 @@ def score_to_fmr(score: float) -> float:
 
     Examples
     --------
+    >>> from fpmatch import score_to_fmr
     >>> score_to_fmr(40.0)
     0.0001
     """
@@ -244,6 +248,7 @@ def fmr_to_score(fmr: float) -> float:
 
     Examples
     --------
+    >>> from fpmatch import fmr_to_score
     >>> fmr_to_score(0.0001)
     40.0
     """

@@ -43,6 +43,7 @@ def fuse_fingers(scores: ArrayLike) -> NDArray[np.float64]:
 
     Examples
     --------
+    >>> from fpmatch.matching.fused_fingers import fuse_fingers
     >>> fuse_fingers([[40.0], [0.0]]).tolist()
     [40.0, 0.0]
     >>> fuse_fingers([[40.0, 0.0], [20.0, 20.0], [40.0, 40.0]]).round(2).tolist()
@@ -76,6 +77,8 @@ def assign_fingers(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from fpmatch.matching.fused_fingers import assign_fingers
     >>> two = np.array([[50.0, 10.0], [0.0, 40.0]])
     >>> score, pairs = assign_fingers(two, np.eye(2, dtype=bool))
     >>> round(score, 2), pairs

@@ -119,7 +119,7 @@ class Explaining(Protocol):
         """Return how much was compared in `found`; None where nothing was aligned."""
 
     def available(self, probe: Any, reference: Any) -> tuple[int, float]:
-        """Return minutiae and area in mm2 of the smaller of two prepared templates."""
+        """Return minutiae and area in mm² of the smaller of two prepared templates."""
 
     def amount(self, prepared: Any, factor: float = 1.0) -> NDArray[np.float64]:
         """Return the amount of evidence in a print with `factor` times as much skin."""

@@ -40,6 +40,8 @@ class RidgeMap:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from fpmatch.matching.ridge_map import RidgeMap
     >>> found = RidgeMap(np.array([[0.5, np.nan]]), np.zeros((1, 2)), np.zeros((1, 2)), 16, 0)
     >>> found.mean, found.cells
     (0.5, 1)

@@ -96,7 +96,7 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
 
     Examples
     --------
-    >>> from fpmatch import Minutiae, Template, verify
+    >>> from fpmatch import Minutiae, Template, find_scale, verify
     >>> empty = Template(Minutiae.empty(), width=300, height=300)
     >>> find_scale(verify(empty, empty)) is None
     True

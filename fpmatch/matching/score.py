@@ -18,7 +18,7 @@ minutiae, its features are
 
 There are three sets of weights: one for two prints that have ridge images, one for minutiae alone,
 in which those of the ridges are 0, and one for two prints with ridges of which the smaller has an
-area of at most 77 mm2. Where only one of the prints has ridges, the second set is used, with
+area of at most 77 mm². Where only one of the prints has ridges, the second set is used, with
 quantiles (see below) of its own: the area of such a print is that of its mask, not of the convex
 hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine and
 impostor prints, then weighted. Where the ridges were not compared, because the minutiae decide in
@@ -27,7 +27,7 @@ coarse alignment, their features are the mean of impostor prints.
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
 easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
 the common region, per print, averaged geometrically with those of the smaller print, and a the area
-of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi (77 mm2) they
+of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi (77 mm²) they
 have no effect: the features describe whole prints. The sums that 1 % and 0.1 % of impostor
 comparisons reach are linear in the terms of `fpmatch.matching.score_model.AMOUNTS`; between and
 beyond them the tail of the impostor comparisons is exponential.

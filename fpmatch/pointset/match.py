@@ -89,6 +89,7 @@ def match_points(
     Examples
     --------
     >>> import numpy as np
+    >>> from fpmatch import match_points
     >>> from fpmatch.pointset.similarity import Similarity
     >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
     >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)

@@ -40,6 +40,8 @@ class Similarity:
 
     Examples
     --------
+    >>> import math
+    >>> from fpmatch import Similarity
     >>> turn = Similarity(scale=2.0, rotation=math.pi / 2, tx=1.0, ty=0.0)
     >>> turn.apply([[1.0, 0.0]]).round(9).tolist()
     [[1.0, 2.0]]
@@ -93,6 +95,7 @@ class Similarity:
 
         Examples
         --------
+        >>> from fpmatch import Similarity
         >>> p = [[0, 0], [4, 0], [0, 2]]
         >>> Similarity.fit(p, Similarity(2.0, 0.5, 3.0, -1.0).apply(p)).scale
         2.0

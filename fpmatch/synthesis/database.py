@@ -118,6 +118,8 @@ def make_database(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.synthesis.database import make_database
     >>> from fpmatch.synthesis.master import MasterParameters
     >>> from fpmatch.synthesis.plan import plain_sensor
     >>> small = MasterParameters(shape=(96, 96))

@@ -67,6 +67,7 @@ def make_templates(
 
     Examples
     --------
+    >>> from fpmatch.synthesis.templates import make_templates
     >>> first, second = make_templates(seed=7, fingers=[1], impressions=2)
     >>> len(first) > 10 and len(second) > 10
     True

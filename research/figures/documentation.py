@@ -64,7 +64,7 @@ def _draw_prints(folder: Path) -> list[Path]:
     ):
         prints = [ROOT / "sample_data" / f"{impression}.tif" for impression in pair]
         written.append(folder / name)
-        written[-1].write_bytes(_small_png(drawing(*prints)))
+        written[-1].write_bytes(small_png(drawing(*prints)))
     return written
 
 
@@ -75,7 +75,7 @@ def _overlay(probe_path: Path, reference_path: Path, **view: bool) -> NDArray[np
     return fpmatch.draw(probe, reference, found, **view)
 
 
-def _small_png(picture: NDArray[np.uint8]) -> bytes:
+def small_png(picture: NDArray[np.uint8]) -> bytes:
     """Encode a picture with a palette, which halves its size or better.
 
     The palette covers all colours, so that small marks keep theirs.

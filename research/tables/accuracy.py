@@ -69,8 +69,8 @@ def format_accuracy(results: Row) -> str:
             "those of crops and composed images in pixels. `benchmarks/wolves.py` measures it.",
             format_wolves(results["wolves"]["rows"]),
             "### Outcomes",
-            "Share of the pairs with each outcome at the default threshold, in percent. All pairs of "
-            "whole prints; parts of prints with whole ones. `benchmarks/outcomes.py` measures it.",
+            "Percent of the pairs with each outcome at the default threshold: all pairs of whole "
+            "prints; parts of prints with whole ones. `benchmarks/outcomes.py` measures it.",
             format_outcomes(results["outcomes"]["rows"]),
             "### Distortion",
             *_distortion_tables(results["distortion_before"], results["distortion"]),

@@ -285,7 +285,7 @@ def test_ridges_colour_each_cell_that_was_compared(sample_pair):
     for cell, value in zip(cells, values, strict=True):
         assert cell.get("fill") == hexadecimal(agreement(value))
         assert cell.find(SVG + "title").text == f"ridge agreement {value:.2f}"
-    area = f"{found.compared.ridge_area_mm2:.0f} mm2"
+    area = f"{found.compared.ridge_area_mm2:.0f} mm²"
     assert f"{found.compared.ridge_agreement:.2f} on {area}" in texts_of(root)
     assert draw(*sides, found, ridges=True).shape[2] == 3
 

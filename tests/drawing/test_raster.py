@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
 from fpmatch.drawing.scene.raster import paint, paint_over
 
@@ -91,6 +92,26 @@ def test_text_is_written_where_it_is_anchored():
     assert columns("start").min() >= 99
     assert columns("end").max() <= 101
     assert abs(columns("middle").mean() - 100) < 2
+
+
+@pytest.mark.parametrize(("anchor", "x"), [("start", 20.0), ("middle", 80.0), ("end", 140.0)])
+def test_a_square_of_a_unit_is_a_small_raised_two(anchor, x):
+    """The font lacks ², and would draw a box for it."""
+
+    def inked(text, axis):
+        page = paint(Scene(160, 40, (Text(x, 30.0, text, 24.0, BLACK, anchor),)))
+        return np.flatnonzero((page[:, :, 0] < 128).any(axis=axis))
+
+    small, two = (inked(sign, 1) for sign in "²2")
+    assert small[0] <= two[0] + 1
+    assert len(small) < 0.75 * len(two)
+    assert len(inked("²", 0)) < 0.75 * len(inked("2", 0))
+    columns = inked("HH² HH", 0)
+    gaps = np.diff(columns)
+    assert gaps.max() >= 5  # the space after it stays
+    start = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor] * text_width("HH² HH", 24.0)
+    assert start <= columns[0] <= start + 4
+    assert columns[-1] == pytest.approx(start + text_width("HH² HH", 24.0), abs=4)
 
 
 def test_inks_multiply():

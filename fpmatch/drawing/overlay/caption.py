@@ -35,7 +35,7 @@ def evidence(verification: Verification) -> list[Fact]:
         ("Minutiae paired", f"{len(v.pairs)} (probe {ours}, reference {theirs})"),
     ]
     if v.transform is not None:
-        area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
+        area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm²"
         found += [("Agreement", _percent(v.agreement)), ("Overlap", _percent(v.overlap) + area)]
     if v.transform is not None and v.compared and v.compared.ridge_agreement is not None:
         added = f"{v.compared.ridge_score:+.1f} of the score"

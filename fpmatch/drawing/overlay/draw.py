@@ -101,6 +101,7 @@ def draw(
     Examples
     --------
     >>> import numpy as np
+    >>> from fpmatch import draw
     >>> from fpmatch.matching.result import Comparison, Verification
     >>> from fpmatch.minutiae import Minutiae, Template
     >>> blank = Template(Minutiae.empty(), width=60, height=40)

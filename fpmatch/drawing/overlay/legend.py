@@ -79,7 +79,7 @@ def ridge_legend(
         box = Box(left, bar.y, right - left, bar.height)
         items.append(Path(box.corners, Pen(colour, colour), closed=True))
     items.append(Path(bar.corners, Pen(palette.TEXT_MUTED), closed=True))
-    above = f"agreement of the ridges of this comparison: {mean:.2f} on {area_mm2:.0f} mm2"
+    above = f"agreement of the ridges of this comparison: {mean:.2f} on {area_mm2:.0f} mm²"
     items += _tick(bar, mean, above, bar.y - 12, palette.TEXT)
     for value, words in _AGREEMENTS:
         items += _tick(bar, value, words, bar.bottom + 22, palette.TEXT_MUTED)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.drawing.fonts import font, printable
+from fpmatch.drawing.fonts import font, parts, text_width
 from fpmatch.drawing.palette import PAPER
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text
 from fpmatch.drawing.scene.placement import bounds
@@ -35,6 +35,7 @@ _OVERSAMPLING: Final = 4
 _SUBPIXEL_BITS: Final = 3  # cv2 takes coordinates as integers of 1/8 of a pixel
 _UNIT: Final = 2**_SUBPIXEL_BITS
 _PIL_ANCHORS: Final[dict[Anchor, str]] = {"start": "ls", "middle": "ms", "end": "rs"}
+_BEFORE: Final[dict[Anchor, float]] = {"start": 0.0, "middle": 0.5, "end": 1.0}  # of the width
 
 
 def paint(scene: Scene) -> NDArray[np.uint8]:
@@ -61,9 +62,12 @@ def _paint_items(page: Page, items: tuple[Item, ...], clip: Box) -> None:
         elif isinstance(item, Ink):
             _paint_ink(page, item, clip)
         elif isinstance(item, Text):
+            texts = _parts(item)
             if item.halo:
-                _write(page, item, clip, PAPER, item.bold + item.halo)
-            _write(page, item, clip, item.colour, item.bold)
+                for text in texts:
+                    _write(page, text, clip, PAPER, item.bold + item.halo)
+            for text in texts:
+                _write(page, text, clip, item.colour, item.bold)
         else:
             _paint_shape(page, item, clip)
 
@@ -92,16 +96,29 @@ def _paint_ink(page: Page, ink: Ink, clip: Box) -> None:
     page[rows, columns] *= 1 - share * (1 - np.asarray(ink.colour, dtype=np.float32) / 255)
 
 
+def _parts(text: Text) -> list[Text]:
+    """Return a text as the font writes it: in one part, or in several one after another."""
+    found = parts(text.text, text.size)
+    x, anchor = text.x, text.anchor
+    if len(found) > 1:
+        x, anchor = x - _BEFORE[anchor] * text_width(text.text, text.size), "start"
+    placed = []
+    for letters, size, rise in found:
+        placed.append(replace(text, x=x, y=text.y - rise, text=letters, size=size, anchor=anchor))
+        x += font(size).getlength(letters)
+    return placed
+
+
 def _write(page: Page, text: Text, clip: Box, colour: Colour, stroke: float) -> None:
     """Write a text with an outline of width `stroke`."""
     from PIL import Image, ImageDraw  # noqa: PLC0415
 
-    letters, anchor, typeface = printable(text.text), _PIL_ANCHORS[text.anchor], font(text.size)
+    letters, anchor, typeface = text.text, _PIL_ANCHORS[text.anchor], font(text.size)
     left, top, right, bottom = typeface.getbbox(letters, anchor=anchor, stroke_width=stroke)
     box = Box(text.x + left, text.y + top, right - left, bottom - top).grown(1)
     rows, columns = _pixels(clip.intersection(box))
     window = page[rows, columns]
-    if not window.size or not letters:
+    if not window.size:
         return
     mask = Image.new("L", (window.shape[1], window.shape[0]))
     start = text.x - columns.start, text.y - rows.start

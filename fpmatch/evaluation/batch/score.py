@@ -139,6 +139,7 @@ def score(
 
     Examples
     --------
+    >>> from fpmatch.evaluation.batch.score import score
     >>> score("enrolled", "seized", "scores.csv", threshold=40).rows  # doctest: +SKIP
     12
     """

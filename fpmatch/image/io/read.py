@@ -76,7 +76,9 @@ def read_image(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> from PIL import Image
+    >>> from fpmatch import read_image
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "print.png")
     ...     Image.new("L", (64, 80), 200).save(path, dpi=(500, 500))

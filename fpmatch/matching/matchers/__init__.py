@@ -27,6 +27,7 @@ def matcher_names() -> list[str]:
 
     Examples
     --------
+    >>> from fpmatch import matcher_names
     >>> "unit-circle" in matcher_names()
     True
     """

@@ -74,8 +74,9 @@ class PaperMatcher:
 
     Examples
     --------
-    >>> from fpmatch.matching.matchers.paper import PaperMatcher
+    >>> import numpy as np
     >>> from fpmatch import Minutiae, Template, verify
+    >>> from fpmatch.matching.matchers.paper import PaperMatcher
     >>> xy = np.random.default_rng(7).uniform(20, 280, (2, 30))
     >>> template = Template(Minutiae(*xy, np.zeros(30)), width=300, height=300)
     >>> verify(template, template, matcher=PaperMatcher(rho=0.9)).match

@@ -151,7 +151,7 @@ class UnitCircleMatcher:
         return (theirs, ours) if swapped else (ours, theirs)
 
     def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
-        """Return minutiae and area in mm2 of the smaller of two prints, in each respect."""
+        """Return minutiae and area in mm² of the smaller of two prints, in each respect."""
         minutiae, area = available(probe, reference)
         return minutiae, area * MM2_PER_PX2
 
@@ -207,7 +207,7 @@ class UnitCircleMatcher:
         >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
         >>> many = PackedTemplates.pack([print_, print_])
         >>> found = MATCHER.similarities(print_, many)
-        >>> found[1] == MATCHER.compare(print_, print_).similarity
+        >>> bool(found[1] == MATCHER.compare(print_, print_).similarity)
         True
         """
         first, last, _ = slice(first, last).indices(len(references))

@@ -49,6 +49,7 @@ class AffineTransform:
 
     Examples
     --------
+    >>> from fpmatch import AffineTransform
     >>> mirror = AffineTransform.of_parts(scale_x=2.0, scale_y=2.0, mirrored=True)
     >>> mirror.apply([[1.0, 3.0]]).tolist(), mirror.determinant
     ([[2.0, -6.0]], -4.0)
@@ -111,6 +112,7 @@ class AffineTransform:
 
         Examples
         --------
+        >>> from fpmatch import AffineTransform
         >>> p = [[0, 0], [4, 0], [0, 2], [1, 1]]
         >>> AffineTransform.fit(p, [[x + y + 5, 3 * y + 1] for x, y in p]).matrix.round(9).tolist()
         [[1.0, 1.0, 5.0], [0.0, 3.0, 1.0]]

@@ -16,10 +16,16 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
+    from fpmatch.matching.verify import Identity
     from fpmatch.pointset.similarity import Similarity
     from fpmatch.scale import ScaleMeasurement
 
 LABEL_WIDTH: Final = 12
+IDENTITY: Final[dict[Identity, str]] = {
+    "pixels": "the two images have the same pixels",
+    "template": "the two templates are the same",
+}
+SELF_COMPARED: Final = "an impression is compared with itself"
 MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
 
 
@@ -27,13 +33,14 @@ def as_text(
     verification: Verification,
     scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
 ) -> str:
     """Return decision, evidence and reason, the decision on the first line.
 
     The scale between the prints is included where it is not 1, the quality of their images, by name
-    of the side, where they do not match.
+    of the side, where they do not match, and what of the two prints is `identical`, if anything.
     """
-    rows = as_rows(verification, scale, quality)
+    rows = as_rows(verification, scale, quality, identical=identical)
     lines = [f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows]
     return "\n".join([verdict(verification.match), *lines])
 
@@ -42,12 +49,15 @@ def as_rows(
     verification: Verification,
     scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
     v, found = verification, verification.evidence
     scored = not math.isnan(v.score)
     score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
     rows: list[tuple[str, str]] = []
+    if identical is not None:
+        rows.append(("Identical", f"{IDENTITY[identical]}: {SELF_COMPARED}"))
     if v.rho is None:
         score += f"; a match needs {v.threshold:.1f}"
     else:
@@ -98,12 +108,14 @@ def as_dict(
     reference: str | Path,
     scale: ScaleMeasurement | None = None,
     quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints, of the files `probe` and `reference`.
 
     ``transform`` and ``rms_px`` are None where no transform was found, ``compared`` where the
     matcher does not measure it, ``rho`` where the score decides; ``score``, ``fmr`` and
-    ``threshold`` where rho decides and the matcher is not calibrated.
+    ``threshold`` where rho decides and the matcher is not calibrated; ``identical`` where the
+    prints differ.
     """
     t = verification.transform
     found = t is not None and math.isfinite(verification.rms_px)
@@ -126,6 +138,7 @@ def as_dict(
         "rms_px": float(verification.rms_px) if found else None,
         "compared": None if verification.compared is None else asdict(verification.compared),
         "scale": None if scale is None else asdict(scale),
+        "identical": identical,
         "reason": verification.reason,
         "quality": {
             name: None if one is None else one.as_dict() for name, one in (quality or {}).items()

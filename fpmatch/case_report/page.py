@@ -182,7 +182,7 @@ def case_report(
         scored=scored,
         rarity=score_as_high(odds(v.fmr)) if scored else "",
         largest=odds(v.smallest_measured_fmr) if scored else "",
-        rows=as_rows(v, pair.scale, pair.quality),
+        rows=as_rows(v, pair.scale, pair.quality, identical=pair.identical),
         settings=settings,
         sides=sides,
         overlay=_picture(pair, images, View()) if v.transform is not None else "",

@@ -81,6 +81,9 @@ class Verified(BaseModel):
         description="How much was compared; null where the matcher does not measure it"
     )
     scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
+    identical: Literal["pixels", "template"] | None = Field(
+        description="What of the two prints is the same; null where they differ"
+    )
     reason: str = Field(description="Why not; empty for a match")
     quality: dict[str, Quality | None] = Field(
         description="Of the pictures of probe and reference; null for a template"
@@ -277,6 +280,10 @@ class Enrolled(BaseModel):
     finger: str
     impression: str
     minutiae: int
+    subject_existed: bool = Field(description="Whether the subject had other prints before")
+    unmatched: str | None = Field(
+        description="Why the print matches no other of its finger; null where it does"
+    )
     notes: list[str]
 
 
@@ -328,5 +335,8 @@ class CheckedClaim(BaseModel):
     impressions: int = Field(description="Impressions enrolled")
     compared: int = Field(description="Impressions compared: the 64 most similar at most")
     damaged: int = Field(description="Impressions that cannot be read and were skipped")
+    identical: Literal["pixels", "template"] | None = Field(
+        description="What of the probe and of `best` is the same; null where they differ"
+    )
     best: BestImpression
     notes: list[str]

@@ -138,12 +138,13 @@ class SetResult(SetRates):
 
     def identical_pairs(self, *, genuine: bool) -> list[tuple[str, str]]:
         """Return the names of probe and reference of the pairs of identical prints of one kind."""
-        prints, pairs = self.extracted.dataset.impressions, self.pairs
+        chosen = [k for k in self.identical if self.pairs.genuine[k] == genuine]
         return [
-            (prints[pairs.probe[k]].name, prints[pairs.reference[k]].name)
-            for k in self.identical
-            if pairs.genuine[k] == genuine
+            (self._name(self.pairs.probe[k]), self._name(self.pairs.reference[k])) for k in chosen
         ]
+
+    def _name(self, number: int) -> str:
+        return self.extracted.dataset.impressions[number].name
 
     def as_json(self) -> dict[str, Any]:
         """Return the figures of the row as JSON values."""

@@ -287,6 +287,23 @@ def test_too_long_work_is_stopped_and_the_next_is_done(prints):
         assert impatient.get("/about").status_code == 200
 
 
+def test_a_print_of_another_person_is_told_when_it_is_enrolled(prints, gallery):
+    with open_gallery(gallery, create=True):
+        pass
+    copy = io.BytesIO()
+    Image.open(io.BytesIO(prints["1_1.png"])).save(copy, "bmp", dpi=(500, 500))
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
+        for name in ("1_1.png", "2_1.png"):
+            done = client.post("/enrol", files=sent(prints, image=name)).json()
+            assert (done["subject_existed"], done["unmatched"]) == (False, None)
+        files = {"image": ("2_2.bmp", copy.getvalue())}
+        merged = client.post("/enrol", files=files).json()
+        assert (merged["enrolled"], merged["subject_existed"]) == (True, True)
+        assert merged["unmatched"].startswith("2_2 does not match 2_1: another finger")
+        assert merged["notes"] == ["the same print as 1_1"]
+        assert client.post("/enrol", files=files).json()["unmatched"] is None  # it is known
+
+
 def test_identical_prints_are_called_so(client, prints):
     files = sent(prints, probe="1_1.png", reference="1_1.png")
     assert client.post("/verify", files=files).json()["identical"] == "pixels"
@@ -303,23 +320,11 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
         done = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert done.status_code == 201
         assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
-        assert (done.json()["subject_existed"], done.json()["unmatched"]) == (False, None)
         again = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert (again.status_code, again.json()["enrolled"]) == (200, False)
         label = {"subject": "ada", "finger": "left-thumb"}
         other = client.post("/enrol", files=sent(prints, image="2_1.png"), data=label)
         assert other.json()["subject"] == "ada"
-        label |= {"impression": "2"}
-        copy = io.BytesIO()
-        Image.open(io.BytesIO(prints["1_1.png"])).save(copy, "bmp", dpi=(500, 500))
-        files = {"image": ("copy.bmp", copy.getvalue())}
-        merged = client.post("/enrol", files=files, data=label).json()
-        assert merged["subject_existed"]
-        assert merged["unmatched"].startswith("ada_left-thumb_2 does not match ada_left-thumb: ")
-        assert merged["notes"] == ["the same print as 1_1"]
-        numbers = [one["id"] for one in client.get("/gallery/prints?subject=ada").json()["prints"]]
-        assert client.delete(f"/gallery/{numbers[-1]}").status_code == 200
-        del label["impression"]
         taken = client.post("/enrol", files=sent(prints, image="1_2.png"), data=label)
         assert taken.status_code == 409
         unnamed = client.post("/enrol", files={"image": ("holiday.png", prints["1_2.png"])})

@@ -13,6 +13,7 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.result import Verification
+from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
 from fpmatch.minutiae import Template
 from fpmatch.output import atomic_write_bytes
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
+    from fpmatch.matching.verify import Identity
     from fpmatch.reading import GivenPrint
 
 # Pixels in a notebook.
@@ -111,6 +113,11 @@ class VerifiedPrints(Verification):
         )
 
     @cached_property
+    def identical(self) -> Identity | None:
+        """What of the two prints is the same: "pixels", "template", or None."""
+        return find_identity((self.probe, self.reference), self.images)
+
+    @cached_property
     def _shown(self) -> NDArray[np.uint8]:
         """The overlay, small enough for a notebook."""
         from fpmatch.drawing.files import reduced  # noqa: PLC0415
@@ -121,8 +128,9 @@ class VerifiedPrints(Verification):
         from fpmatch.drawing.files import data_url, webp_bytes  # noqa: PLC0415
         from fpmatch.drawing.words import outcome  # noqa: PLC0415
 
+        rows = as_rows(self, identical=self.identical)
         picture = f'<img src="{data_url(webp_bytes(self._shown), "webp")}">'
-        return f"<b>{outcome(self)}</b>{html_table(as_rows(self), left=2)}{picture}"
+        return f"<b>{outcome(self)}</b>{html_table(rows, left=2)}{picture}"
 
     def _repr_png_(self) -> bytes:
         from fpmatch.drawing.files import png_bytes  # noqa: PLC0415

@@ -125,8 +125,10 @@ def enrol(
     *,
     pattern: str | None = None,
     by_folder: bool = False,
+    prefix: str = "",
     dpi: float | None = None,
     workers: int | None = None,
+    strict: bool = False,
 ) -> Enrolment:
     """Enrol prints in a gallery, those that are not in it.
 
@@ -144,21 +146,26 @@ def enrol(
     by_folder : bool
         Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
         folder has no prints itself).
+    prefix : str
+        Text before each subject.
     dpi : float, optional
         Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
         else 500).
     workers : int, optional
         Processes to use (default: one a core).
+    strict : bool
+        Whether to refuse prints that match no other impression of their finger.
 
     Returns
     -------
     Enrolment
-        Numbers of prints enrolled now and before, and the prints that failed, with reasons.
+        Numbers of prints enrolled now and before, the prints that failed, with reasons, and those
+        that were added to subjects that existed before and match nothing of their finger.
 
     Raises
     ------
     GalleryError
-        If the gallery cannot be read or written, or `pattern` is malformed.
+        If the gallery cannot be read or written, or `pattern` or `prefix` is malformed.
     ImageReadError, DatasetError
         If a file or folder is missing, or a manifest is malformed.
 
@@ -178,7 +185,8 @@ def enrol(
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints
     files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
+    options: dict[str, Any] = {"pattern": names, "prefix": prefix, "strict": strict}
     if not isinstance(gallery, Gallery):
         with open_gallery(gallery, create=True) as opened:
-            return enrolling.enrol(opened, files, pattern=names, engine=processes(workers))
-    return enrolling.enrol(gallery, files, pattern=names, engine=processes(workers))
+            return enrolling.enrol(opened, files, engine=processes(workers), **options)
+    return enrolling.enrol(gallery, files, engine=processes(workers), **options)

@@ -19,6 +19,7 @@ and mask are exact.
 
 from __future__ import annotations
 
+import hashlib
 import struct
 import zlib
 from dataclasses import dataclass
@@ -53,6 +54,8 @@ KIND_BITS: Final = 2
 QUALITY_BITS: Final = 7
 ORIENTATION_BITS: Final = 4
 HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
+MINUTIAE_HEAD: Final = struct.Struct("<IHHHhhBB")  # the last of it
+LEAST_DIGESTED: Final = 4  # minutiae
 FIELD_HEAD: Final = struct.Struct("<fHHHHHH")
 CRC: Final = struct.Struct("<I")
 DPI_UNITS: Final = 1000
@@ -85,29 +88,39 @@ def pack(template: Template, layout: Layout) -> bytes:
     Raises TemplateError if a number is outside the bounds of `fpmatch.formats.bounds`.
     """
     check_bounds(template)
-    m = template.minutiae
-    dpi_units = round(template.dpi * DPI_UNITS)
-    zoom = STANDARD_DPI / (dpi_units / DPI_UNITS)
-    columns = np.empty((5, len(m)), np.int64)
-    least = [at_500_dpi(values, zoom, columns[k]) for k, values in enumerate((m.x, m.y))]
-    bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
-    columns[2] = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi)))
-    columns[2] %= 2**ANGLE_BITS
-    columns[3], columns[4] = m.kind, m.quality
     content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
+    zoom = STANDARD_DPI / (_dpi_units(template) / DPI_UNITS)
     try:
-        head = HEAD.pack(
-            *(layout.magic, layout.version, content, dpi_units),
-            *(template.width, template.height, len(m), *least, *bits),
-        )
+        minutiae = _pack_minutiae(template, zoom)
         field = b"" if template.field is None else _pack_field(template.field, zoom, layout)
     except (struct.error, OverflowError) as error:
         raise TemplateError("template too large to be kept in a gallery") from error
-    widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
-    body = np.zeros(body_bytes(len(m), *bits), np.uint8)
-    write_columns(columns, widths, body)
-    whole = head + body.tobytes() + field
+    whole = layout.magic + bytes((layout.version, content)) + minutiae + field
     return whole + CRC.pack(zlib.crc32(whole))
+
+
+def minutiae_digest(template: Template) -> bytes:
+    """Return a hash of the frame and the minutiae of a template as they would be packed.
+
+    It is b"" for a template that cannot be packed, or of so few minutiae that others may be equal.
+    """
+    zoom = STANDARD_DPI / (_dpi_units(template) / DPI_UNITS)
+    try:
+        check_bounds(template)
+    except TemplateError:
+        return b""
+    return _digest(_pack_minutiae(template, zoom)) if len(template) >= LEAST_DIGESTED else b""
+
+
+def packed_minutiae_digest(data: bytes) -> bytes:
+    """Return the `minutiae_digest` of a packed template that was checked, of any layout."""
+    *_, count, _, _, bits_x, bits_y = HEAD.unpack(data[: HEAD.size])
+    begin, end = HEAD.size - MINUTIAE_HEAD.size, HEAD.size + body_bytes(count, bits_x, bits_y)
+    return _digest(data[begin:end]) if count >= LEAST_DIGESTED else b""
+
+
+def _digest(packed_minutiae: bytes) -> bytes:
+    return hashlib.blake2b(packed_minutiae, digest_size=16).digest()
 
 
 def unpack(data: bytes, layout: Layout) -> Template:
@@ -168,6 +181,27 @@ def _unpack(reader: ByteReader, layout: Layout) -> Template:
     if reader.left:
         raise TemplateError("it has too many bytes")
     return Template(minutiae, width, height, dpi, field)
+
+
+def _dpi_units(template: Template) -> int:
+    return round(template.dpi * DPI_UNITS)
+
+
+def _pack_minutiae(template: Template, zoom: float) -> bytes:
+    """Return resolution, frame and minutiae packed."""
+    m = template.minutiae
+    columns = np.empty((5, len(m)), np.int64)
+    least = [at_500_dpi(values, zoom, columns[k]) for k, values in enumerate((m.x, m.y))]
+    bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
+    columns[2] = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi)))
+    columns[2] %= 2**ANGLE_BITS
+    columns[3], columns[4] = m.kind, m.quality
+    size = template.width, template.height
+    head = MINUTIAE_HEAD.pack(_dpi_units(template), *size, len(m), *least, *bits)
+    widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
+    body = np.zeros(body_bytes(len(m), *bits), np.uint8)
+    write_columns(columns, widths, body)
+    return head + body.tobytes()
 
 
 def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:

@@ -10,7 +10,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name
 from fpmatch.matching.result import Verification
-from fpmatch.matching.verify import verify
+from fpmatch.matching.verify import find_identity, verify
 from fpmatch.report import as_dict
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.matchers.paper import PaperMatcher
+    from fpmatch.matching.verify import Identity
     from fpmatch.reading import GivenPrint
 
 V = TypeVar("V", bound=Verification)
@@ -58,10 +59,17 @@ class ComparedPair:
         """Quality of both images; None for a template."""
         return {"probe": self.probe.quality, "reference": self.reference.quality}
 
+    @cached_property
+    def identical(self) -> Identity | None:
+        """What of the two prints is the same; see `find_identity`."""
+        sides = self.probe, self.reference
+        images = [None if one.image is None else one.image.pixels for one in sides]
+        return find_identity([one.template for one in sides], images)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the object that ``fpmatch verify --json`` prints."""
         names = self.probe.name, self.reference.name
-        return as_dict(self.verification, *names, self.quality)
+        return as_dict(self.verification, *names, self.quality, identical=self.identical)
 
 
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:

@@ -17,22 +17,29 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
     from fpmatch.matching.scale import ScaleMeasurement
+    from fpmatch.matching.verify import Identity
     from fpmatch.pointset.similarity import Similarity
 
 LABEL_WIDTH: Final = 12
+IDENTITY: Final[dict[Identity, str]] = {
+    "pixels": "the two images have the same pixels",
+    "template": "the two templates are the same",
+}
+SELF_COMPARED: Final = "an impression is compared with itself"
 MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
 
 
 def as_text(
     verification: Verification,
     quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
 ) -> str:
     """Return decision, evidence and reason, the decision on the first line.
 
     The scale between the prints is included where it is not 1, the quality of their images, by name
-    of the side, where they do not match.
+    of the side, where they do not match, and what of the two prints is `identical`, if anything.
     """
-    rows = as_rows(verification, quality)
+    rows = as_rows(verification, quality, identical=identical)
     lines = [f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows]
     return "\n".join([outcome(verification), *lines])
 
@@ -40,12 +47,15 @@ def as_text(
 def as_rows(
     verification: Verification,
     quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
     v, found = verification, verification.evidence
     scored = not math.isnan(v.score)
     score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
     rows: list[tuple[str, str]] = []
+    if identical is not None:
+        rows.append(("Identical", f"{IDENTITY[identical]}: {SELF_COMPARED}"))
     if v.rho is None:
         score += f"; a match needs {v.threshold:.1f}"
     else:
@@ -95,13 +105,15 @@ def as_dict(
     probe: str | Path,
     reference: str | Path,
     quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints, of the files `probe` and `reference`.
 
     ``transform`` and ``rms_px`` are None where no transform was found, ``compared`` where the
     matcher does not measure it, ``rho`` where the score decides; ``score``, ``fmr`` and
-    ``threshold`` where rho decides and the matcher is not calibrated; ``missing`` where there is a
-    decision; ``reachable_score`` where the matcher gives no estimate.
+    ``threshold`` where rho decides and the matcher is not calibrated; ``identical`` where the
+    prints differ; ``missing`` where there is a decision; ``reachable_score`` where the matcher
+    gives no estimate.
     """
     t = verification.transform
     found = t is not None and math.isfinite(verification.rms_px)
@@ -127,6 +139,7 @@ def as_dict(
         "scale": None if verification.scale is None else asdict(verification.scale),
         "missing": None if verification.shortage is None else verification.shortage.code,
         "reachable_score": verification.reachable_score,
+        "identical": identical,
         "reason": verification.reason,
         "quality": {
             name: None if one is None else one.as_dict() for name, one in (quality or {}).items()

@@ -78,6 +78,12 @@ def test_the_warped_overlay_says_what_it_is(match):
     assert "moved by the similarity transform" in html
 
 
+def test_a_print_compared_with_itself_is_called_identical(match):
+    itself = pair_of(SAMPLES / "101_1.tif", SAMPLES / "101_1.tif")
+    assert "the two images have the same pixels" in page(itself)
+    assert "the same pixels" not in page(match)
+
+
 def test_no_match_states_the_reason_and_has_no_pairs():
     pair = pair_of(SAMPLES / "101_1.tif", SAMPLES / "103_1.tif")
     html = page(pair)

@@ -56,6 +56,15 @@ def test_a_print_may_be_given_in_any_form(form, template, result, tmp_path):
     assert fpmatch.as_template(forms[form]).minutiae == template.minutiae
 
 
+def test_a_print_verified_with_itself_is_identical(template, result):
+    assert result.identical is None
+    pixels = fpmatch.read_image(A).pixels
+    itself = fpmatch.verify(A, pixels)
+    assert (itself.match, itself.identical) == (True, "pixels")
+    assert "the two images have the same pixels" in itself._repr_html_()
+    assert fpmatch.verify(A, template).identical == "template"
+
+
 def test_what_is_no_print_is_refused_in_a_line(tmp_path):
     for wrong in (7, None, [1, 2], np.zeros((3, 3)), tmp_path / "missing.tif"):
         with pytest.raises(fpmatch.FpmatchError) as caught:
@@ -161,6 +170,12 @@ def test_prints_are_enrolled_by_the_names_of_their_folders(tmp_path):
     with fpmatch.open_gallery(where) as gallery:
         assert fpmatch.enrol(gallery, A.parent / "101_1.tif", workers=1).known == 1
         assert len(gallery) == 2
+        other = shutil.copy(A.parent / "102_1.tif", tmp_path / "101_9.tif")
+        done = fpmatch.enrol(gallery, other, workers=1)
+        assert (done.added, len(done.unmatched)) == ({"101": 1}, 1)
+        other = shutil.copy(A.parent / "103_1.tif", tmp_path / "101_8.tif")
+        assert len(fpmatch.enrol(gallery, other, workers=1, strict=True).failures) == 1
+        assert fpmatch.enrol(gallery, other, workers=1, strict=True, prefix="B-").enrolled == 1
     with pytest.raises(fpmatch.FpmatchError, match="missing"):
         fpmatch.enrol(where, tmp_path / "missing")
     with pytest.raises(fpmatch.FpmatchError):

@@ -209,7 +209,7 @@ def case_report(
         scored=scored,
         rarity=score_as_high(odds(v.fmr)) if scored else "",
         largest=odds(v.smallest_measured_fmr) if scored else "",
-        rows=as_rows(v, pair.quality),
+        rows=as_rows(v, pair.quality, identical=pair.identical),
         settings=settings,
         sides=sides,
         overlay=_picture(pair, View(), own) if v.transform is not None else "",

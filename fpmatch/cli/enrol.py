@@ -69,6 +69,7 @@ Examples:
   fpmatch enrol prints.db prints
   fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
   fpmatch enrol prints.db prints --min-quality 40
+  fpmatch enrol prints.db visitors --prefix visitor-
   fpmatch enrol prints.db manifest.csv
   fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db prints --encrypt --key file:keys.txt
@@ -86,6 +87,12 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )
 @by_folder_option
+@click.option(
+    "--prefix",
+    metavar="TEXT",
+    default="",
+    help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
+)
 @click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
 @polarity_option
 @click.option(
@@ -100,7 +107,8 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     "--strict",
     is_flag=True,
     help="Refuse prints that match no other impression of their finger, where there are others: "
-    "they are of another finger or of another part of the skin (see fpmatch gallery check).",
+    "they are of another finger or of another part of the skin (see fpmatch gallery check). "
+    "Otherwise those of fingers that existed before are named and enrolled.",
 )
 @click.option(
     "--audit",
@@ -123,6 +131,7 @@ def enrol(
     places: tuple[str, ...],
     pattern: str | None,
     by_folder: bool,
+    prefix: str,
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
@@ -144,7 +153,8 @@ def enrol(
 
     The gallery is made where it is missing. Each file is enrolled once, whatever its name: an
     interrupted run continues when it is started again, and two may enrol at the same time. All
-    impressions of a finger are kept, and probes are compared with all of them together.
+    impressions of a finger are kept, and probes are compared with all of them together. Prints that
+    are added to subjects that existed before are counted, and named where they match none of them.
     """
     from fpmatch.engine.local import start_fork_server
 
@@ -195,8 +205,9 @@ def enrol(
         stack.enter_context(bars)
         if audit:
             turn_on(opened)
+        options: dict[str, Any] = {"prefix": prefix, "progress": bars.show, "strict": strict}
         for source in sources:
-            runs.append(enrol_gallery(opened, source, progress=bars.show, strict=strict))
+            runs.append(enrol_gallery(opened, source, **options))
         if others:
             found = work.enrol(
                 opened,
@@ -209,8 +220,7 @@ def enrol(
                     else partial(extract_print, reader=reader, min_quality=min_quality)
                 ),
                 opener=partial(open_print, reader) if scheduler else None,
-                progress=bars.show,
-                strict=strict,
+                **options,
             )
             runs.append(found)
         done = work.joined(runs)
@@ -223,6 +233,11 @@ def enrol(
     say_failures(
         [f"{failure.source}: {failure.reason}" for failure in done.failures],
         f"; `fpmatch gallery list {name} --failures` shows all",
+    )
+    say_failures(
+        [f"{one.source}: {one.reason}" for one in done.unmatched],
+        "; --json lists all",
+        word="no match",
     )
     outcome = (name, done, sizes, seconds)
     show(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
@@ -237,7 +252,20 @@ def _as_text(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float)
     impressions, subjects = count(sizes[0], "impression"), count(sizes[1], "subject")
     rate = f" ({done.enrolled / seconds:.1f} a second)" if done.enrolled else ""
     place = f"{printable(name)}: {impressions} of {subjects}"
-    return f"{', '.join(counts)}: {seconds:.1f} s{rate}\n{place}"
+    lines = [f"{', '.join(counts)}: {seconds:.1f} s{rate}", *_about_added(done), place]
+    return "\n".join(lines)
+
+
+def _about_added(done: Enrolment) -> list[str]:
+    """Return the lines on prints of subjects that existed before, and on copies."""
+    lines = []
+    if done.added:
+        added = count(sum(done.added.values()), "impression")
+        existing = f"{count(len(done.added), 'subject')} that existed before"
+        lines.append(f"{added} added to {existing}; {len(done.unmatched)} of them match no other")
+    if done.copies:
+        lines.append(f"{count(done.copies, 'copy', 'copies')} of other prints")
+    return lines
 
 
 def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> dict[str, Any]:
@@ -252,6 +280,9 @@ def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float)
         "failures": [asdict(failure) for failure in done.failures],
         "dpi_assumed": len(noted.pop(ASSUMED_DPI, ())),
         "notes": notes_as_json(noted),
+        "added": {"impressions": sum(done.added.values()), "subjects": len(done.added)},
+        "unmatched": [asdict(one) for one in done.unmatched],
+        "copies": done.copies,
         "seconds": round(seconds, 3),
         "impressions": sizes[0],
         "subjects": sizes[1],

@@ -96,12 +96,12 @@ def say_errors(errors: Iterable[object]) -> None:
         say(f"error: {error}")
 
 
-def say_failures(failures: Sequence[str], shown_by: str = "") -> None:
+def say_failures(failures: Sequence[str], shown_by: str = "", *, word: str = "failed") -> None:
     """Print the first failures of a batch on stderr, and how many more there are."""
     for failure in failures[:MOST_SHOWN]:
-        say(f"failed: {failure}")
+        say(f"{word}: {failure}")
     if len(failures) > MOST_SHOWN:
-        say(f"failed: {len(failures) - MOST_SHOWN} more{shown_by}")
+        say(f"{word}: {len(failures) - MOST_SHOWN} more{shown_by}")
 
 
 def say_damaged(gallery: str, damaged: Mapping[int, str]) -> None:

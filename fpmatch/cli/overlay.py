@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.cli.notes import say_notes_on, show_line
+from fpmatch.cli.notes import say_note, say_notes_on, show_line
 from fpmatch.cli.options import output_option
 from fpmatch.cli.pair import compare_files, pair_options, save_view, view_options
 
@@ -50,12 +50,15 @@ def overlay(
     contains which of the two it is.
     """
     from fpmatch.drawing.words import outcome
+    from fpmatch.report import IDENTITY
 
     given = {view, "side-by-side" if side_by_side else None, "ridges" if ridges else None} - {None}
     if len(given) > 1:
         raise click.UsageError("--view, --side-by-side and --ridges exclude each other")
     pair = compare_files(values)
     say_notes_on((pair.probe, pair.reference))
+    if pair.identical is not None:
+        say_note(IDENTITY[pair.identical])
     save_view(output, pair, next(iter(given), None), warp=warp)
     verification = pair.verification
     show_line(f"{outcome(verification)}, score {verification.score:.1f}: {output}")

@@ -185,6 +185,10 @@ def score(
         raise
     say_dpi_assumed(done.dpi_assumed, "--dpi")
     say_notes(done.noted)
+    if done.identical:
+        pairs = [f"{probe} with {reference}" for probe, reference in done.identical_pairs]
+        shown = f"{'; '.join(pairs[:3])}{' and others' * (done.identical > len(pairs[:3]))}"
+        say_note(f"{count(done.identical, 'pair')} of identical prints: {shown}")
     say_failures([f"{one.side}: {one.name}: {one.reason}" for one in done.failures])
     show(json_text(_as_dict(done)) if as_json else _as_text(done))
     return 1 if done.failures else 0
@@ -219,6 +223,7 @@ def _as_dict(done: ScoreSummary) -> dict[str, Any]:
         "failures": [asdict(failure) for failure in done.failures],
         "dpi_assumed": len(done.dpi_assumed),
         "notes": notes_as_json(done.noted),
+        "identical": {"pairs": done.identical, "first": list(map(list, done.identical_pairs))},
         "seconds": round(done.seconds, 3),
         "pairs_per_second": round(done.rate, 1),
     }

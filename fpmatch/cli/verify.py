@@ -130,7 +130,7 @@ def verify(
         cells = {"ridge_map": None if found is None else found.as_dict()} if ridge_map else {}
         show(json_text(pair.as_dict() | cells))
     else:
-        show(as_text(pair.verification, pair.quality))
+        show(as_text(pair.verification, pair.quality, identical=pair.identical))
     return EXIT_STATUS[pair.verification.decision]
 
 
@@ -199,7 +199,8 @@ def _verify_claim(
         report = as_dict(verification, probe.name, checked.best.source, quality=quality)
         show(json_text({**report, "gallery": name, **checked.as_dict()}))
     else:
-        verdict, *rows = as_text(verification, quality=quality).splitlines()
+        text = as_text(verification, quality=quality, identical=checked.identical)
+        verdict, *rows = text.splitlines()
         lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
         show("\n".join(lines))
     return EXIT_STATUS[verification.decision]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -30,6 +30,14 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.protocol import Pairs
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.scores_set import ScoresSet
+
+
+IDENTICAL_NAMED: Final = 20  # pairs of identical prints in JSON
+IDENTICAL_SHOWN: Final = 3  # in text
+_IDENTICAL: Final = {
+    True: "genuine: {} of identical prints, which make the rates too low",
+    False: "impostor: {} of identical prints, whose labels contradict each other",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,11 +127,31 @@ class SetResult(SetRates):
         The pairs compared.
     outcomes : ndarray of OUTCOME, shape (number of pairs,)
         The comparisons; see `fpmatch.evaluation.comparison`.
+    identical : tuple of int
+        Pairs whose prints have the same frame and minutiae, copies of one impression, as indices.
     """
 
     extracted: ExtractedSet = field(repr=False)
     pairs: Pairs = field(repr=False)
     outcomes: NDArray[np.void] = field(repr=False)
+    identical: tuple[int, ...] = field(default=(), repr=False)
+
+    def identical_pairs(self, *, genuine: bool) -> list[tuple[str, str]]:
+        """Return the names of probe and reference of the pairs of identical prints of one kind."""
+        chosen = [k for k in self.identical if self.pairs.genuine[k] == genuine]
+        return [
+            (self._name(self.pairs.probe[k]), self._name(self.pairs.reference[k])) for k in chosen
+        ]
+
+    def _name(self, number: int) -> str:
+        return self.extracted.dataset.impressions[number].name
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the figures of the row as JSON values."""
+        genuine, impostor = (self.identical_pairs(genuine=kind) for kind in (True, False))
+        named = list(map(list, [*genuine, *impostor][:IDENTICAL_NAMED]))
+        counts = {"genuine": len(genuine), "impostor": len(impostor), "pairs": named}
+        return SetRates.as_json(self) | {"identical": counts}
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -192,10 +220,16 @@ class RatesReport:
             return None
         return float(np.mean(np.concatenate(ranks) == 1))
 
+    @property
+    def identical_note(self) -> str:
+        """What is known of pairs of identical prints; "" for scores from a file."""
+        return ""
+
     def as_text(self) -> str:
         """Return a line a database, and of several their mean and all scores pooled, in percent.
 
-        FMR10000 is left out where no database has enough pairs for it.
+        FMR10000 is left out where no database has enough pairs for it. A note on pairs of identical
+        prints follows.
         """
         defined = defined_rates([*(row.rates for row in self.sets), self.pooled])
         names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
@@ -220,7 +254,8 @@ class RatesReport:
             rows += [("mean", "", "", *mean[0], mean[1], *[""] * 4)]
             rows += [(*cells("pooled", self, self.pooled), "", "")]
         timed = any(math.isfinite(row.match_us) for row in self.sets)
-        return text_table(rows if timed else [row[: len(head)] for row in rows])
+        table = text_table(rows if timed else [row[: len(head)] for row in rows])
+        return "\n\n".join(filter(None, (table, self.identical_note)))
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
@@ -250,6 +285,18 @@ class EvaluationReport(RatesReport):
     """
 
     sets: tuple[SetResult, ...]
+
+    @property
+    def identical_note(self) -> str:
+        """How many pairs compare copies of one impression, and the first of them; "" for none."""
+        notes = []
+        for genuine, words in _IDENTICAL.items():
+            found = [names for row in self.sets for names in row.identical_pairs(genuine=genuine)]
+            if found:
+                first = ", ".join(map(" with ".join, found[:IDENTICAL_SHOWN]))
+                more = " and others" * (len(found) > IDENTICAL_SHOWN)
+                notes.append(f"{words.format(count(len(found), 'pair'))}: {first}{more}")
+        return "\n".join(notes)
 
     @property
     def dpi_assumed(self) -> tuple[Path, ...]:

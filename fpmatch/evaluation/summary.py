@@ -19,6 +19,7 @@ from fpmatch.evaluation.report import (
     split_scores,
 )
 from fpmatch.evaluation.scores_set import scores_of_set
+from fpmatch.packed_template import minutiae_digest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +47,18 @@ def summarise_set(
         extracted=extracted,
         pairs=pairs,
         outcomes=outcomes,
+        identical=_find_identical(extracted, pairs),
     )
+
+
+def _find_identical(extracted: ExtractedSet, pairs: Pairs) -> tuple[int, ...]:
+    """Return the pairs whose prints have the same frame and minutiae."""
+    templates = [one.template for one in extracted.extractions]
+    digests = [b"" if template is None else minutiae_digest(template) for template in templates]
+    first: dict[bytes, int] = {}
+    number = np.array([first.setdefault(d, k) if d else -1 for k, d in enumerate(digests)])
+    same = (number[pairs.probe] == number[pairs.reference]) & (number[pairs.probe] >= 0)
+    return tuple(np.flatnonzero(same).tolist())
 
 
 def summarise(matcher: str, protocol: str, sets: Sequence[SetResult]) -> EvaluationReport:

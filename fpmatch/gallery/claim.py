@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.matching.finger import verify_finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
 from fpmatch.printable import printable
 from fpmatch.text_table import count
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.finger import FingerVerification
     from fpmatch.matching.result import Matcher
+    from fpmatch.matching.verify import Identity
     from fpmatch.minutiae import Template
 
 
@@ -36,6 +37,12 @@ class CheckedClaim:
         """The most similar impression."""
         return self.entries[self.result.best]
 
+    @property
+    def identical(self) -> Identity | None:
+        """What of the probe and of the most similar impression is the same."""
+        verification = self.result.verification
+        return find_identity((verification.probe, verification.reference))
+
     def as_dict(self) -> dict[str, Any]:
         """Return what was compared as JSON values."""
         label = self.best.label
@@ -44,6 +51,7 @@ class CheckedClaim:
             "impressions": len(self.entries),
             "compared": len(self.result.compared),
             "damaged": self.damaged,
+            "identical": self.identical,
             "best": {
                 "id": self.best.id,
                 "finger": label.finger,

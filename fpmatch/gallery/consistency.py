@@ -14,10 +14,9 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import link_impressions, linked_groups
 from fpmatch.matching.finger import choose_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 
     from fpmatch.gallery.entry import Entry, Label
     from fpmatch.gallery.gallery import Gallery
@@ -25,6 +24,9 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
 
+SUBJECTS_PER_QUERY: Final = 500
+SEARCHED_UP_TO: Final = 20_000  # entries of a gallery in which copies are looked for,
+SEARCHED_PER_PRINT: Final = 20  # or for each new print
 LINK_SCORE: Final = 30.0
 HIGHEST_LINK_SCORE: Final = 55.0
 
@@ -97,10 +99,11 @@ def check_fingers(
     """
     matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
     fingers: dict[Label, list[Entry]] = {}
-    for entry in gallery.entries():
-        if subjects is None or entry.label.subject in subjects:
-            fingers.setdefault(entry.label.of_finger, []).append(entry)
+    wanted = [None] if subjects is None else subjects
+    for entry in chain.from_iterable(gallery.entries(subject=one) for one in wanted):
+        fingers.setdefault(entry.label.of_finger, []).append(entry)
     several = [entries for entries in fingers.values() if len(entries) > 1]
+    several.sort(key=lambda entries: entries[0].id)
     done, total = 0, sum(map(len, several))
     progress("check", 0, total)
     gallery.record("check", entries=ranges(entry.id for entries in several for entry in entries))
@@ -113,29 +116,93 @@ def check_fingers(
         progress("check", done, total)
 
 
-def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure]:
-    """Remove those new impressions from a gallery that do not match the others of their finger.
+def find_added(
+    gallery: Gallery, subjects: Collection[str], given: Callable[[set[bytes]], Container[bytes]]
+) -> dict[str, list[int]]:
+    """Return given entries that were added to subjects that were enrolled before.
 
-    Of each finger, the largest group with an impression that was enrolled before is kept, or else
-    the largest. What is removed becomes failures.
+    `given` returns those of some contents that are of the given prints. By subject, the numbers are
+    those of its given entries that came after one that is not given. So the result is the same for
+    a run that was interrupted and continued.
     """
-    fresh = set(new)
-    failures: list[Failure] = []
-    for check in check_fingers(gallery, subjects={label.subject for label in fresh}):
-        older = [g for g in check.groups if any(entry.label not in fresh for entry in g)]
-        kept = (older or check.groups)[0]
-        refused = [e for g in check.groups if g is not kept for e in g if e.label in fresh]
-        if refused:
-            why = (
-                f"refused: does not match {kept[0].label} or any other of "
-                f"{count(len(kept), 'impression')} of {check.name}: another finger, or other skin "
-                "of it"
-            )
-            failed = [Failure(entry.source, why) for entry in refused]
-            gallery.remove([entry.id for entry in refused])
-            gallery.add([], failed)
-            failures += failed
-    return failures
+    found: dict[str, list[int]] = {}
+    names = list(subjects)
+    for k in range(0, len(names), SUBJECTS_PER_QUERY):
+        rows = gallery.contents_of(names[k : k + SUBJECTS_PER_QUERY])
+        ours = given({content for _, _, content in rows})
+        existing: set[str] = set()
+        for number, subject, content in rows:
+            if content not in ours:
+                existing.add(subject)
+            elif subject in existing:
+                found.setdefault(subject, []).append(number)
+    return found
+
+
+def check_added(
+    gallery: Gallery,
+    new: Collection[Label],
+    added: Mapping[str, Sequence[int]],
+    *,
+    strict: bool = False,
+) -> tuple[dict[int, Failure], list[Failure]]:
+    """Find impressions that match no other one of their finger; return those refused, and the rest.
+
+    Compared are those of `added`, from `find_added`, with what their fingers had before. If
+    `strict`, so are all `new` ones with the others of their fingers, and those of the new ones that
+    match none are removed: they are returned by number. Where no impression of a finger is older,
+    the largest group is kept.
+    """
+    fresh, labels = {number for numbers in added.values() for number in numbers}, set(new)
+    subjects = {*added, *(label.subject for label in labels if strict)}
+
+    def is_fresh(entry: Entry) -> bool:
+        return entry.id in fresh or (strict and entry.label in labels)
+
+    refused: dict[int, Failure] = {}
+    unmatched = []
+    for check in check_fingers(gallery, subjects=subjects) if subjects else ():
+        older = [group for group in check.groups if not all(map(is_fresh, group))]
+        kept = {entry.id: entry for group in older or check.groups[:1] for entry in group}
+        for entry in filter(is_fresh, chain.from_iterable(check.groups)):
+            if entry.id in kept:
+                continue
+            why = _why_unmatched(list(kept.values()), check.name)
+            if strict and entry.label in labels:
+                refused[entry.id] = Failure(entry.source, f"refused: {why}")
+            else:
+                unmatched.append(Failure(entry.source, f"{entry.label} {why}"))
+    if refused:
+        gallery.remove(refused)
+        gallery.add([], list(refused.values()))
+    return refused, unmatched
+
+
+def _why_unmatched(kept: Sequence[Entry], finger: str) -> str:
+    """Return the reason for an impression that does not match those that are `kept`."""
+    others = f" or any other of {len(kept)} impressions of {finger}" if len(kept) > 1 else ""
+    return f"does not match {kept[0].label}{others}: another finger, or other skin of it"
+
+
+def find_copies(
+    gallery: Gallery, new: Collection[Label], counts: Collection[int]
+) -> list[tuple[Entry, Label]]:
+    """Return new entries that have the frame and minutiae of an earlier one, with its label.
+
+    `counts` are the numbers of minutiae of the new ones. A gallery that is large beside them is not
+    searched: none is found.
+    """
+    labels = set(new)
+    if not labels or gallery.has_over(max(SEARCHED_UP_TO, SEARCHED_PER_PRINT * len(labels))):
+        return []
+    first: dict[bytes, int] = {}
+    found = []
+    for number, digest in gallery.minutiae_digests(counts):
+        earlier = first.setdefault(digest, number) if digest else number
+        if earlier != number and (entry := gallery.find_entry(number)) and entry.label in labels:
+            other = gallery.find_entry(earlier)
+            found += [] if other is None else [(entry, other.label)]
+    return found
 
 
 def find_damaged(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections import deque
+from collections import Counter, deque
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
@@ -13,9 +13,15 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.errors import GalleryError, without_path
-from fpmatch.gallery.consistency import refuse_disagreeing
+from fpmatch.gallery.consistency import check_added, find_added, find_copies
 from fpmatch.gallery.enrolment_index import EnrolmentIndex
-from fpmatch.gallery.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
+from fpmatch.gallery.entry import (
+    EnrolmentRequest,
+    Failure,
+    NamePattern,
+    NewEntry,
+    check_prefix,
+)
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import (
     ExtractedPrint,
@@ -29,7 +35,15 @@ from fpmatch.printable import printable
 from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+    from collections.abc import (
+        Callable,
+        Container,
+        Generator,
+        Iterable,
+        Iterator,
+        Mapping,
+        Sequence,
+    )
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
@@ -47,20 +61,35 @@ PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Hold numbers of prints enrolled now and before, the failures, and notes on prints."""
+    """Hold numbers of prints enrolled now and before, the failures, and notes on prints.
+
+    `added` has, of each subject that was enrolled before from other files, how many of the prints
+    were added to it; `unmatched` are those of them that match nothing of their finger and are
+    enrolled all the same. `copies` is the number of new prints that are the same as another one.
+    """
 
     enrolled: int
     known: int
     failures: tuple[Failure, ...]
     noted: dict[str, tuple[Path, ...]] = field(default_factory=dict)
+    added: dict[str, int] = field(default_factory=dict)
+    unmatched: tuple[Failure, ...] = ()
+    copies: int = 0
 
 
 def joined(runs: Iterable[Enrolment]) -> Enrolment:
     """Return the sums of several runs."""
     whole = Enrolment(0, 0, ())
     for run in runs:
-        failures, noted = (*whole.failures, *run.failures), {**whole.noted, **run.noted}
-        whole = Enrolment(whole.enrolled + run.enrolled, whole.known + run.known, failures, noted)
+        whole = Enrolment(
+            enrolled=whole.enrolled + run.enrolled,
+            known=whole.known + run.known,
+            failures=(*whole.failures, *run.failures),
+            noted={**whole.noted, **run.noted},
+            added=dict(Counter(whole.added) + Counter(run.added)),
+            unmatched=(*whole.unmatched, *run.unmatched),
+            copies=whole.copies + run.copies,
+        )
     return whole
 
 
@@ -69,6 +98,7 @@ def enrol(
     prints: Sequence[PrintFile],
     *,
     pattern: NamePattern | None = None,
+    prefix: str = "",
     engine: Engine | None = None,
     extractor: Callable[..., ExtractedPrint] | None = None,
     opener: Callable[[PrintFile], OpenedPrint] | None = None,
@@ -89,6 +119,8 @@ def enrol(
         From `find_prints`.
     pattern : NamePattern, optional
         Gets the labels of prints without one from their paths (default: FVC's names).
+    prefix : str
+        Text before each subject.
     engine : Engine, optional
         Where templates are extracted (default: all cores); its workers must see the files, unless
         there is an `opener`.
@@ -112,7 +144,8 @@ def enrol(
     EngineError
         If the engine broke down.
     """
-    run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
+    check_prefix(prefix)
+    run = _Run(gallery, pattern or NamePattern(), len(prints), progress, prefix)
     notes = resolution_notes([file.dpi for file in prints])
     run.on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
     gallery.check_keys()
@@ -130,15 +163,27 @@ def enrol(
                 run.commit(batch)
                 index.extend(len(run.labels), run.total - run.done)
     run.commit([])
-    refused = refuse_disagreeing(gallery, run.labels) if strict else []
+    added = find_added(gallery, run.subjects, run.contents.intersection)
+    refused, unmatched = check_added(gallery, run.labels, added, strict=strict)
+    copies = find_copies(gallery, run.labels, run.counts)
     if run.labels:
         index.finish()
+    noted = [(run.labels[entry.label], (f"the same print as {other}",)) for entry, other in copies]
     return Enrolment(
         len(run.labels) - len(refused),
         run.known,
-        (*run.failures, *refused),
-        group_by_note(run.noted),
+        (*run.failures, *refused.values()),
+        group_by_note([*run.noted, *noted]),
+        count_added(added, refused),
+        tuple(unmatched),
+        len(copies),
     )
+
+
+def count_added(added: Mapping[str, Sequence[int]], refused: Container[int]) -> dict[str, int]:
+    """Return how many of the entries of each subject were not refused, where some were not."""
+    kept = {name: sum(k not in refused for k in numbers) for name, numbers in added.items()}
+    return {name: count for name, count in kept.items() if count}
 
 
 def _of_files(
@@ -171,13 +216,17 @@ class _Run:
     pattern: NamePattern
     total: int
     progress: Progress
+    prefix: str
     known: int = 0
-    labels: list[Label] = field(default_factory=list)  # of the prints enrolled
+    labels: dict[Label, Path] = field(default_factory=dict)  # of the prints enrolled
     failures: list[Failure] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
     on_dpi: dict[Path, tuple[str, ...]] = field(default_factory=dict)
     noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
     extracting: deque[EnrolmentRequest] = field(default_factory=deque)
+    subjects: set[str] = field(default_factory=set)  # of the given prints that are in the gallery
+    contents: set[bytes] = field(default_factory=set)
+    counts: set[int] = field(default_factory=set)  # of minutiae of the prints enrolled
 
     def new(self, prints: Sequence[PrintFile]) -> Iterator[PrintFile]:
         """Yield the prints that are not enrolled and can be; their requests are `extracting`."""
@@ -190,10 +239,15 @@ class _Run:
                     self.extracting.append(request)
                     yield file
                 elif conflict == ENROLLED:
-                    self.known += 1
+                    self._note_known(request.label, request.content)
                 else:
                     self._fail(file, conflict)
             self._report_progress()
+
+    def _note_known(self, label: Label, content: bytes) -> None:
+        self.known += 1
+        self.subjects.add(label.subject)
+        self.contents.add(content)
 
     def _request(self, file: PrintFile) -> EnrolmentRequest | None:
         """Return what is known of a file; None, with a failure, where it cannot be enrolled."""
@@ -201,6 +255,7 @@ class _Run:
         if label is None:
             self._fail(file, f"its name does not fit the pattern {self.pattern.text}")
             return None
+        label = label.prefixed(self.prefix)
         try:
             content = hashlib.sha256(file.path.read_bytes()).digest()
             return EnrolmentRequest(label, content, file.dpi)
@@ -216,7 +271,7 @@ class _Run:
 
     def commit(self, attempts: Sequence[tuple[PrintFile, Attempt[ExtractedPrint]]]) -> None:
         """Add extracted prints, and what has failed since, to the gallery."""
-        new = []
+        new, paths = [], []
         for file, attempt in attempts:
             request, made = self.extracting.popleft(), attempt.result
             if made is None:
@@ -224,16 +279,20 @@ class _Run:
                 continue
             source = printable(file.path.absolute())
             new.append(NewEntry(request.label, source, request.content, made.template))
+            paths.append(file.path)
             self.noted.append((file.path, (*made.all_notes, *self.on_dpi[file.path])))
         if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
             conflicts = self.gallery.add(new, failures)
             self.failures += failures
-            for entry, conflict in zip(new, conflicts, strict=True):
+            for entry, path, conflict in zip(new, paths, conflicts, strict=True):
                 if conflict is None:
-                    self.labels.append(entry.label)
+                    self.labels[entry.label] = path
+                    self.subjects.add(entry.label.subject)
+                    self.contents.add(entry.content)
+                    self.counts.add(len(entry.template.minutiae))
                 elif conflict == ENROLLED:
-                    self.known += 1
+                    self._note_known(entry.label, entry.content)
                 else:
                     self.failures.append(Failure(entry.source, conflict))
         self._report_progress()

@@ -24,10 +24,11 @@ from fpmatch.gallery.tables import (
     PRINTS_PER_QUERY,
     is_sound,
 )
+from fpmatch.packed_template import packed_minutiae_digest
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
     from typing import Self
 
     from fpmatch.gallery.entry import Entry, PackedEntry
@@ -116,6 +117,22 @@ class GalleryReader(SealedDatabase):
             raise self.error(f"no impression of subject {subject}", "unknown")
         return numbers
 
+    def contents_of(self, subjects: Collection[str]) -> list[tuple[int, str, bytes]]:
+        """Return number, subject and content of the entries of some subjects, by number."""
+        query = sa.select(ENTRY.c.id, ENTRY.c.subject, ENTRY.c.content)
+        with self.reading() as connection:
+            rows = connection.execute(query.where(ENTRY.c.subject.in_(subjects))).all()
+        return sorted((row.id, row.subject, row.content) for row in rows)
+
+    def enrolled_contents(self, contents: Collection[bytes]) -> set[bytes]:
+        """Return those of some contents that entries have."""
+        given, found = list(contents), set[bytes]()
+        for k in range(0, len(given), PRINTS_PER_QUERY):
+            some = ENTRY.c.content.in_(given[k : k + PRINTS_PER_QUERY])
+            with self.reading() as connection:
+                found.update(connection.scalars(sa.select(ENTRY.c.content).where(some)))
+        return found
+
     def subjects(self) -> int:
         """Return the number of subjects."""
         query = sa.select(sa.func.count(ENTRY.c.subject.distinct())).select_from(ENTRY)
@@ -158,6 +175,12 @@ class GalleryReader(SealedDatabase):
     def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of all entries, or of those of numbers over `after`."""
         yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
+
+    def minutiae_digests(self, counts: Collection[int]) -> Iterator[tuple[int, bytes]]:
+        """Yield number and digest of the minutiae of the entries with some numbers of minutiae."""
+        query = PACKED.where(ENTRY.c.minutiae.in_(counts))
+        for number, data in self._rows(query, lambda row: as_packed(self.opened(row))):
+            yield number, packed_minutiae_digest(data)
 
     def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
         """Yield number and content of all entries; each template was read once to check it."""

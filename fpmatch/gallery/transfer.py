@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.audit import ranges
-from fpmatch.gallery.consistency import refuse_disagreeing
-from fpmatch.gallery.enrol import Enrolment
+from fpmatch.gallery.consistency import check_added, find_added
+from fpmatch.gallery.enrol import Enrolment, count_added
 from fpmatch.gallery.enrolment_index import EnrolmentIndex
-from fpmatch.gallery.entry import Failure
+from fpmatch.gallery.entry import Failure, PackedEntry, check_prefix
 from fpmatch.gallery.tables import ENROLLED
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ def enrol_gallery(
     gallery: Gallery,
     source: Gallery,
     *,
+    prefix: str = "",
     progress: Progress = no_progress,
     strict: bool = False,
 ) -> Enrolment:
@@ -39,6 +42,8 @@ def enrol_gallery(
     ----------
     gallery, source : Gallery
         Open galleries; either may be encrypted.
+    prefix : str
+        Text before each subject.
     progress : callable
         Called with stage "enrol", and with "prepare" while a large gallery is indexed, and numbers
         of entries.
@@ -61,10 +66,11 @@ def enrol_gallery(
     ...     with open_gallery(Path(folder, "all.db"), create=True) as gallery:
     ...         with open_gallery(Path(folder, "more.db"), create=True) as more:
     ...             enrol_gallery(gallery, more)
-    Enrolment(enrolled=0, known=0, failures=(), noted={})
+    Enrolment(enrolled=0, known=0, failures=(), noted={}, added={}, unmatched=(), copies=0)
     """
     if gallery.name == source.name or _same_file(gallery, source):
         raise gallery.error("its entries cannot be enrolled in itself", "same gallery")
+    check_prefix(prefix)
     gallery.check_keys()
     source.check_keys()
     before, total = dict(source.damaged), len(source)
@@ -74,17 +80,24 @@ def enrol_gallery(
     enrolled, known, done = 0, 0, 0
     labels: list[Label] = []
     failures: list[Failure] = []
+    added: dict[str, list[int]] = {}
     while batch := list(islice(entries, ENTRIES_PER_COMMIT)):
         source.record("export", entries=ranges(number for number, _ in batch))
-        conflicts = gallery.add_packed([entry for _, entry in batch])
-        for (_, entry), conflict in zip(batch, conflicts, strict=True):
-            if conflict is None:
-                enrolled += 1
-                labels += [entry.label] if strict else []
-            elif conflict == ENROLLED:
+        new = [_prefixed(entry, prefix) for _, entry in batch]
+        conflicts = gallery.add_packed(new)
+        subjects = set()
+        for entry, conflict in zip(new, conflicts, strict=True):
+            if conflict or isinstance(entry, Failure):
+                failures.append(Failure(entry.source, str(conflict)))
+                continue
+            subjects.add(entry.label.subject)
+            if conflict == ENROLLED:
                 known += 1
-            else:
-                failures.append(Failure(entry.source, conflict))
+                continue
+            enrolled += 1
+            labels += [entry.label] if strict else []
+        given = partial(_given_of, source, {entry.content for _, entry in batch})
+        added |= find_added(gallery, subjects, given)
         done += len(batch)
         progress("enrol", min(done, total), total)
         index.extend(enrolled, max(0, total - done))
@@ -93,10 +106,33 @@ def enrol_gallery(
         Failure(f"{source.name}: entry {k}", f"damaged: {why}") for k, why in sorted(damaged)
     ]
     gallery.add_packed([], skipped)
-    refused = refuse_disagreeing(gallery, labels) if strict else []
+    refused, unmatched = check_added(gallery, labels, added, strict=strict)
     if enrolled:
         index.finish()
-    return Enrolment(enrolled - len(refused), known, (*failures, *skipped, *refused))
+    return Enrolment(
+        enrolled - len(refused),
+        known,
+        (*failures, *skipped, *refused.values()),
+        added=count_added(added, refused),
+        unmatched=tuple(unmatched),
+    )
+
+
+def _given_of(source: Gallery, known: set[bytes], contents: set[bytes]) -> set[bytes]:
+    """Return those of some contents that the source has; `known` ones are not looked up."""
+    return known | source.enrolled_contents(contents - known)
+
+
+def _prefixed(entry: PackedEntry, prefix: str) -> PackedEntry | Failure:
+    """Return an entry with a text before its subject, or why that is no label."""
+    if not prefix:
+        return entry
+    label = entry.label.prefixed(prefix)
+    try:
+        label.check()
+    except GalleryError as error:
+        return Failure(entry.source, str(error))
+    return replace(entry, label=label)
 
 
 def _same_file(one: Gallery, other: Gallery) -> bool:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import (
@@ -14,11 +16,18 @@ from fpmatch.matching.calibration import (
 )
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import PreparedPair, Verification, may_match, score_of
+from fpmatch.packed_template import minutiae_digest
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
+
+    Identity = Literal["pixels", "template"]
 
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 
@@ -100,3 +109,25 @@ def verify(
         rho=rho,
         rematch=pair,
     )
+
+
+def find_identity(
+    templates: Sequence[Template], images: Sequence[NDArray[np.uint8] | None] = (None, None)
+) -> Identity | None:
+    """Return what of two prints is the same: "pixels" of their images, or "template".
+
+    Templates are the same where frame and minutiae are, as a gallery stores them. None where
+    neither is the same, or templates have so few minutiae that others may be equal.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> one = Template(Minutiae(x=[1, 9, 4, 7], y=[2, 8, 3, 5], angle=[0, 1, 2, 3]), 300, 300)
+    >>> find_identity((one, one)), find_identity((one, Template(one.minutiae, 400, 300)))
+    ('template', None)
+    """
+    probe, reference = images
+    if probe is not None and reference is not None and np.array_equal(probe, reference):
+        return "pixels"
+    ours, theirs = map(minutiae_digest, templates)
+    return "template" if ours and ours == theirs else None

@@ -17,6 +17,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.errors import EncryptionError, GalleryError, TemplateError
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim
+from fpmatch.gallery.consistency import check_added, find_added, find_copies
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.rows import check_storable
@@ -198,7 +199,8 @@ def enrol_print(
 ) -> dict[str, Any]:
     """Enrol one print in a gallery, by default under the label that `pattern` finds in its name.
 
-    In what is returned, ``enrolled`` is false where the same file was enrolled before.
+    In what is returned, ``enrolled`` is false where the same file was enrolled before, and
+    ``unmatched`` is the reason where the print matches no other of its finger.
     """
     # not in the working folder of the server, whose name would become a label
     used = label or NamePattern(pattern).label(Path("/", upload.name))
@@ -225,12 +227,18 @@ def enrol_print(
             why, already, source = conflict.partition(" already (")
             shown = f"{why}{already}{short_name(source)}"
             raise RequestError(shown, path=upload.name, status=409)
+        new = {used} if conflict is None else set[Label]()
+        added = find_added(gallery, {one.subject for one in new}, {content}.intersection)
+        _, unmatched = check_added(gallery, new, added)
+        copies = find_copies(gallery, new, {len(given.template.minutiae)})
     return {
         "enrolled": conflict is None,
         "name": upload.name,
         **asdict(used),
         "minutiae": len(given.template.minutiae),
-        "notes": list(given.notes),
+        "subject_existed": bool(added),
+        "unmatched": unmatched[0].reason if unmatched else None,
+        "notes": [*given.notes, *(f"the same print as {other}" for _, other in copies)],
     }
 
 

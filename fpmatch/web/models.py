@@ -85,6 +85,9 @@ class Verified(BaseModel):
         description="How much was compared; null where the matcher does not measure it"
     )
     scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
+    identical: Literal["pixels", "template"] | None = Field(
+        description="What of the two prints is the same; null where they differ"
+    )
     missing: str | None = Field(description="What the prints lack where inconclusive, else null")
     reachable_score: float | None = Field(
         description="Score that half of the genuine pairs of as much evidence reach, if known"
@@ -287,6 +290,10 @@ class Enrolled(BaseModel):
     finger: str
     impression: str
     minutiae: int
+    subject_existed: bool = Field(description="Whether the subject had other prints before")
+    unmatched: str | None = Field(
+        description="Why the print matches no other of its finger; null where it does"
+    )
     notes: list[str]
 
 
@@ -339,5 +346,8 @@ class CheckedClaim(BaseModel):
     impressions: int = Field(description="Impressions enrolled")
     compared: int = Field(description="Impressions compared: the 64 most similar at most")
     damaged: int = Field(description="Impressions that cannot be read and were skipped")
+    identical: Literal["pixels", "template"] | None = Field(
+        description="What of the probe and of `best` is the same; null where they differ"
+    )
     best: BestImpression
     notes: list[str]

@@ -103,7 +103,7 @@ def show_pair(request: PairRequest) -> dict[str, Any]:
     """Return all that the web interface shows of a verification; see `fpmatch.web.models.Shown`."""
     pair = request.compare()
     v = pair.verification
-    rows = as_rows(v, pair.quality)
+    rows = as_rows(v, pair.quality, identical=pair.identical)
     return {
         "result": pair.as_dict(),
         "odds": odds(v.fmr),

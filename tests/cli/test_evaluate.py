@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from fpmatch.evaluation import comparison, cropping, extraction
 from fpmatch.evaluation import run as work
@@ -11,7 +12,7 @@ from fpmatch.formats.files import save_template
 from fpmatch.matching.calibration import Calibration
 from fpmatch.minutiae import Minutiae, Template
 
-from .conftest import assert_refused, rows_of
+from .conftest import assert_refused, copied, rows_of
 
 KEYS = ["sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
 
@@ -230,6 +231,7 @@ def test_written_scores_give_the_same_rates_without_images(evaluate, database, t
     for document in (first, result):
         for row in (*document["sets"], document["mean"]):
             del row["extract_ms"], row["match_us"]
+            row.pop("identical", None)  # not known of scores in a file
     for key in ("sets", "mean", "pooled", "intervals", "fnmr_at_fmr", "quality"):
         assert result[key] == first[key]
     (note,) = result["notes"]
@@ -403,3 +405,25 @@ def test_identification_without_intervals_and_with_a_background(evaluate, search
     result = evaluate(*words)
     assert result.exit_code == 1, result.output
     assert "100.00 %" in result.stdout
+
+
+def test_pairs_of_identical_prints_are_counted_and_named(run, prints, tmp_path):
+    folder = copied(prints, tmp_path / "db", "1_1.png", "2_1.png")
+    picture = Image.open(prints / "1_1.png")
+    for name in ("1_2.bmp", "3_1.bmp"):
+        picture.save(folder / name, dpi=(500, 500))
+    page = tmp_path / "report"
+    words = ("evaluate", folder, "--bootstrap", 0, "--workers", 1)
+    text = run(*words).stdout
+    genuine, impostor = text.splitlines()[-2:]
+    assert genuine == (
+        "genuine: 1 pair of identical prints, which make the rates too low: 1_1.png with 1_2.bmp"
+    )
+    assert impostor == (
+        "impostor: 2 pairs of identical prints, whose labels contradict each other: 1_1.png with "
+        "3_1.bmp, 1_2.bmp with 3_1.bmp"
+    )
+    (row,) = json.loads(run(*words, "--json", "--report", page).stdout)["sets"]
+    pairs = [["1_1.png", "1_2.bmp"], ["1_1.png", "3_1.bmp"], ["1_2.bmp", "3_1.bmp"]]
+    assert row["identical"] == {"genuine": 1, "impostor": 2, "pairs": pairs}
+    assert "1 pair of identical prints" in (page / "index.html").read_text(encoding="utf-8")

@@ -12,6 +12,8 @@ from fpmatch.image.quality.polarity import INVERTED
 
 from .conftest import assert_refused, copied, rows_of
 
+SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.png with 1_2.png\n"
+
 
 @pytest.fixture
 def pair(prints, tmp_path):
@@ -29,7 +31,7 @@ def score(run, pair, tmp_path):
 def test_all_pairs_of_two_folders(score, tmp_path):
     output, fingers = tmp_path / "scores.csv", tmp_path / "fingers.csv"
     result = score("--fingers", fingers)
-    assert (result.exit_code, result.stderr) == (0, "")
+    assert (result.exit_code, result.stderr) == (0, SAME)
     counts, written, of_fingers = result.stdout.splitlines()
     assert counts.startswith("2 probes against 2 references: 4 pairs: ")
     assert counts.endswith(" a second)")
@@ -57,9 +59,10 @@ def test_failures_are_rows_lines_and_status_1(score, prints, pair, tmp_path):
     assert rows[1]["reason"] == "probe: not an image of a known format"
     assert rows[2]["reason"].startswith("reference: ")
     assert rows[3]["reason"].count("not an image of a known format") == 2
-    note, *failed = result.stderr.splitlines()
+    note, identical, *failed = result.stderr.splitlines()
     assert note.startswith("fpmatch: note: ")
     assert "untagged.tif: 500 dpi assumed" in note
+    assert identical == "fpmatch: note: 1 pair of identical prints: 1_1.png with untagged.tif"
     assert [line.split(": ")[3] for line in failed] == ["text.png", "truncated.png"]
     document = json.loads(result.stdout)
     assert (document["pairs"], document["failed_pairs"], document["rows"]) == (4, 3, 4)
@@ -71,7 +74,7 @@ def test_what_was_noticed_on_reading_is_said_once(score, pair, pressed, workers)
     for name, image in zip(("1_1", "1_2"), pressed[:2], strict=True):
         ImageOps.invert(Image.fromarray(image)).save(pair / f"{name}.png", dpi=(500, 500))
     result = score("--workers", workers, "--json")
-    assert result.stderr == f"fpmatch: note: {pair}: 1_1.png and 1 other: {INVERTED}\n"
+    assert result.stderr == f"fpmatch: note: {pair}: 1_1.png and 1 other: {INVERTED}\n{SAME}"
     prints = [f"{pair}: 1_1.png", f"{pair}: 1_2.png"]
     assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": prints}]
 
@@ -113,3 +116,17 @@ def test_every_stage_has_a_bar(pair, tmp_path):
     output = tmp_path / "scores.csv"
     scoring.score(pair, str(pair), output, progress=lambda stage, *_: stages.add(stage))
     assert stages < set(import_module("fpmatch.cli.score")._STAGES)
+
+
+def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "2_1.png")
+    Image.open(prints / "1_1.png").save(folder / "copy.bmp", dpi=(500, 500))
+    output = tmp_path / "out.csv"
+    words = ("score", "--references", gallery, "--probes", folder, "-o", output, "--workers", 1)
+    result = run(*words, "--json")
+    found = json.loads(result.stdout)["identical"]
+    assert found == {"pairs": 2, "first": [["2_1.png", "2_1"], ["copy.bmp", "1_1"]]}
+    assert "note: 2 pairs of identical prints: 2_1.png with 2_1; copy.bmp with 1_1" in result.stderr
+    listed = tmp_path / "list.csv"
+    listed.write_text("probe,reference\n2_1,1_1\n2_1,1_2\n")
+    assert json.loads(run(*words, "--pairs", listed, "--json").stdout)["identical"]["pairs"] == 0

@@ -18,8 +18,8 @@ SAMPLES = Path(__file__).parents[2] / "sample_data"
 
 KEYS = [
     "decision", "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho",
-    "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score", "reason",
-    "quality", "probe", "reference",
+    "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score", "identical",
+    "reason", "quality", "probe", "reference",
 ]  # fmt: skip
 
 
@@ -46,6 +46,37 @@ def test_a_turned_print_matches_and_the_turn_is_told(run, prints):
     assert 0 <= found["rms_px"] < 4
     assert found["reason"] == ""
     assert (found["probe"], found["reference"]) == (str(probe), str(reference))
+
+
+def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
+    original, copy = prints / "1_1.png", tmp_path / "copy.bmp"
+    Image.open(original).save(copy, dpi=(500, 500))
+    assert original.read_bytes() != copy.read_bytes()
+    result = run("verify", original, copy)
+    assert result.stdout.splitlines()[:2] == [
+        "MATCH",
+        "  Identical   the two images have the same pixels: an impression is compared with itself",
+    ]
+    assert decision(run("verify", original, copy, "--json"))["identical"] == "pixels"
+    assert run("extract", original, "-o", tmp_path / "templates").exit_code == 0
+    template = tmp_path / "templates" / "1_1.json"
+    for probe, reference in ((template, template), (copy, template)):
+        found = decision(run("verify", probe, reference, "--json"))
+        assert (found["match"], found["identical"]) == (True, "template")
+    for other in ("1_2.png", "2_1.png"):
+        found = decision(run("verify", original, prints / other, "--json"))
+        assert found["identical"] is None
+    drawn = run("overlay", original, copy, "-o", tmp_path / "overlay.png")
+    assert drawn.stderr == "fpmatch: note: the two images have the same pixels\n"
+
+
+def test_a_claim_with_the_enrolled_file_is_called_identical(run, gallery, prints):
+    words = ("verify", "--gallery", gallery, "--subject", 1)
+    assert decision(run(*words, prints / "1_1.png", "--json"))["identical"] == "template"
+    text = run(*words, prints / "1_1.png").stdout
+    assert "Identical   the two templates are the same" in text
+    other = ("verify", "--gallery", gallery, "--subject", 2, prints / "1_1.png", "--json")
+    assert decision(run(*other))["identical"] is None
 
 
 def test_different_fingers_do_not_match_and_it_says_why(run, prints):
@@ -113,7 +144,7 @@ def test_a_print_matches_itself_by_the_papers_matcher(run, prints, tmp_path):
     assert (found["match"], found["matched_share"], found["rho"]) == (True, 1.0, 0.6)
     assert found["threshold"] < found["score"] < 40
     words = run("verify", *pair).stdout
-    assert words.startswith("MATCH\n  Matched     100.0% of the minutiae of the smaller print are ")
+    assert "\n  Matched     100.0% of the minutiae of the smaller print are " in words
     assert "a match needs more than 0.6 of them (rho)" in words
     assert re.search(r"Score +\d+\.\d on a scale to 100; it does not decide here", words)
     drawn = run("overlay", *pair, "-o", tmp_path / "overlay.svg", "--rho", 1)

@@ -89,7 +89,9 @@ def test_json_has_the_promised_shape(report):
     for entry in document["sets"]:
         prints = ["rank_one", "prints", "failures", "failure_rate"]
         counts = ["name", "genuine", "impostor"]
-        assert list(entry) == [*counts, *RATES, "d_prime", *prints, "extract_ms", "match_us"]
+        beside = ["extract_ms", "match_us", "identical"]
+        assert list(entry) == [*counts, *RATES, "d_prime", *prints, *beside]
+        assert entry["identical"] == {"genuine": 0, "impostor": 0, "pairs": []}
     first, second = document["sets"]
     assert (first["name"], first["prints"], first["failure_rate"]) == ("set, one", 24, 1 / 24)
     assert (first["genuine"], first["impostor"]) == (24, 252)

@@ -22,6 +22,17 @@ def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:
     return Template(Minutiae(x, y, rng.uniform(0, 6, count)), 300, 300, dpi)
 
 
+def print_of(finger: int, impression: int, dpi: float = 500.0) -> Template:
+    """Return an impression of a finger of 30 minutiae, a few of them missing."""
+    rng = np.random.default_rng(finger)
+    x, y = rng.uniform(20, 280, (2, 30))
+    angle = rng.uniform(0, 6, 30)
+    kept = np.random.default_rng([finger, impression]).permutation(30)[:27]
+    zoom = dpi / 500.0
+    size = round(300 * zoom)
+    return Template(Minutiae(x[kept] * zoom, y[kept] * zoom, angle[kept]), size, size, dpi)
+
+
 def entry_of(
     number: int, template: Template | None = None, label: Label | None = None, **changes: Any
 ) -> NewEntry:
@@ -72,3 +83,9 @@ def extractor(file: PrintFile) -> ExtractedPrint:
         time.sleep(0.02)
     template = Template(Minutiae([len(words)], [1], [0]), 300, 300, file.dpi or 500.0)
     return ExtractedPrint(template, dpi_assumed=file.dpi is None and "untagged" in words)
+
+
+def finger_extractor(file: PrintFile) -> ExtractedPrint:
+    """Make the print of the finger and impression whose numbers the picture begins with."""
+    finger, impression, *_ = map(int, file.path.read_text().split())
+    return ExtractedPrint(print_of(finger, impression))

@@ -15,6 +15,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.gallery.compact import VERSION, pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.packed_template import minutiae_digest, packed_minutiae_digest
 
 
 @st.composite
@@ -40,6 +41,26 @@ def templates(draw):
         field = RidgeField(draw(st.floats(1, 100)), orientation, mask, ridges)
     dpi = draw(st.floats(100, 4000) | st.sampled_from([500, 569, 499.9]))
     return Template(minutiae, width, height, dpi, field)
+
+
+@given(templates())
+def test_the_digest_of_minutiae_is_that_of_the_packed_template(template):
+    data = pack_template(template)
+    digest = minutiae_digest(template)
+    assert packed_minutiae_digest(data) == digest == minutiae_digest(unpack_template(data))
+    assert bool(digest) == (len(template) >= 4)
+    without_field = replace(template, field=None)
+    assert minutiae_digest(without_field) == digest
+    if digest:
+        m = template.minutiae
+        changed = Minutiae(m.x, m.y, m.angle + 0.5, m.kind, m.quality)
+        assert minutiae_digest(replace(template, minutiae=changed)) != digest
+        assert minutiae_digest(replace(template, width=template.width + 1)) != digest
+
+
+def test_what_cannot_be_packed_has_no_digest():
+    far = Minutiae(x=[4e4, 1, 2, 3], y=[1, 2, 3, 4], angle=[0, 1, 2, 3])
+    assert minutiae_digest(Template(far, 300, 300)) == b""
 
 
 @given(templates())

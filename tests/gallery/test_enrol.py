@@ -11,8 +11,9 @@ import time
 from pathlib import Path
 
 import pytest
-from made_prints import extractor
+from made_prints import extractor, finger_extractor
 
+from fpmatch.encryption.key_text import make_keys
 from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import enrol as enrol_module
@@ -229,3 +230,109 @@ def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
 
 def test_two_runs_share_the_work_of_one_gallery(where, start):
     finish(where, start(where), start(where))
+
+
+def write_prints(folder, **fingers):
+    """Write files that show an impression of a finger each: a name without ``_`` and a finger."""
+    folder.mkdir()
+    for name, finger in fingers.items():
+        (folder / f"{name[1:]}.tif").write_text(f"{finger} {name[-1]}")
+    return folder
+
+
+@pytest.fixture
+def colliding(tmp_path):
+    """Return two folders of prints; in the second, names are those of other people."""
+    first = write_prints(tmp_path / "first", _1_1=1, _1_2=1, _2_1=2, _2_2=2)
+    return first, write_prints(tmp_path / "second", _1_3=11, _1_4=11, _2_3=2, _2_4=12, _3_1=3)
+
+
+@pytest.mark.parametrize("encrypt", [False, True])
+def test_prints_that_join_other_people_are_counted_and_named(
+    where, colliding, encrypt, tmp_path, monkeypatch
+):
+    keys = f"file:{tmp_path / 'keys.txt'}"
+    make_keys(keys)
+    monkeypatch.setenv("FPMATCH_KEY", keys)
+    first, second = colliding
+    with open_gallery(where, create=True, encrypt=encrypt) as gallery:
+        done = enrol(gallery, first, extractor=finger_extractor)
+        assert (done.added, done.unmatched) == ({}, ())
+        done = enrol(gallery, second, extractor=finger_extractor)
+        assert (done.enrolled, done.failures) == (5, ())
+        assert done.added == {"1": 2, "2": 2}
+        assert [Path(one.source).name for one in done.unmatched] == [
+            "1_3.tif",
+            "1_4.tif",
+            "2_4.tif",
+        ]
+        reason = "1_3 does not match 1_1 or any other of 2 impressions of 1: another finger"
+        assert done.unmatched[0].reason.startswith(reason)
+        again = enrol(gallery, second, extractor=finger_extractor)
+        assert (again.known, again.added, again.unmatched) == (5, done.added, done.unmatched)
+        both = enrol(gallery, *colliding, extractor=finger_extractor)
+        assert (both.known, both.added, both.unmatched) == (9, {}, ())
+
+
+def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
+    first, second = colliding
+    with open_gallery(where, create=True) as gallery:
+        enrol(gallery, first, extractor=finger_extractor)
+        done = enrol(gallery, second, extractor=finger_extractor, strict=True)
+        assert (done.enrolled, done.added, done.unmatched) == (2, {"2": 1}, ())
+        refused = [Path(failure.source).name for failure in done.failures]
+        assert refused == ["1_3.tif", "1_4.tif", "2_4.tif"]
+        assert all(one.reason.startswith("refused: does not match") for one in done.failures)
+        assert gallery.failures() == list(done.failures)
+        assert labels(gallery) == ["1_1", "1_2", "2_1", "2_2", "2_3", "3_1"]
+
+
+def test_an_interrupted_run_does_not_take_its_own_prints_for_others(gallery, colliding):
+    first, second = colliding
+    enrol(gallery, first / "1_1.tif", extractor=finger_extractor)  # and it is killed
+    done = enrol(gallery, first, extractor=finger_extractor)
+    assert (done.known, done.enrolled, done.added, done.unmatched) == (1, 3, {}, ())
+    enrol(gallery, second / "1_3.tif", extractor=finger_extractor)  # so is the next one
+    done = enrol(gallery, second, extractor=finger_extractor)
+    assert done.added == {"1": 2, "2": 2}
+    assert len(done.unmatched) == 3
+    enrol(gallery, second, extractor=finger_extractor, strict=True)
+    assert len(gallery) == 9  # what was enrolled before is named, not removed
+
+
+def test_with_a_prefix_nobody_is_mixed_up(gallery, colliding):
+    first, second = colliding
+    enrol(gallery, first, extractor=finger_extractor)
+    done = enrol(gallery, second, extractor=finger_extractor, prefix="B-")
+    assert (done.enrolled, done.added) == (5, {})
+    assert labels(gallery)[4:] == ["B-1_3", "B-1_4", "B-2_3", "B-2_4", "B-3_1"]
+    assert enrol(gallery, second, extractor=finger_extractor, prefix="B-").known == 5
+    with pytest.raises(GalleryError, match="prefix of subjects: must be text of one line"):
+        enrol(gallery, second, prefix="a\nb")
+    with pytest.raises(GalleryError, match="prefix of subjects: longer than 255"):
+        enrol(gallery, second, prefix="a" * 256)
+    too_long = enrol(gallery, first, extractor=finger_extractor, prefix="a" * 255)
+    assert {one.reason for one in too_long.failures} == {"subject: longer than 255 characters"}
+
+
+def test_copies_in_other_files_are_noted_and_counted(gallery, colliding, tmp_path):
+    first, _ = colliding
+    enrol(gallery, first, extractor=finger_extractor)
+    copies = tmp_path / "copies"
+    copies.mkdir()
+    (copies / "7_1.tif").write_text("1 2 0")
+    (copies / "7_2.tif").write_text("1 2 1")
+    (copies / "8_1.tif").write_text("8 1")
+    done = enrol(gallery, copies, extractor=finger_extractor)
+    assert (done.enrolled, done.copies) == (3, 2)
+    assert done.noted == {"the same print as 1_2": (copies / "7_1.tif", copies / "7_2.tif")}
+
+
+def test_a_gallery_all_of_whose_subjects_collide(gallery, tmp_path):
+    names = [f"_{subject}_{k}" for subject in range(1, 13) for k in range(1, 4)]
+    fingers = {name: int(name.split("_")[1]) for name in names}
+    enrol(gallery, write_prints(tmp_path / "a", **fingers), extractor=finger_extractor)
+    others = {f"{name[:-1]}{int(name[-1]) + 3}": 50 + finger for name, finger in fingers.items()}
+    done = enrol(gallery, write_prints(tmp_path / "b", **others), extractor=finger_extractor)
+    assert (done.enrolled, sum(done.added.values()), len(done.added)) == (36, 36, 12)
+    assert len(done.unmatched) == 36

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from made_prints import entries_of, entry_of, scattered
+from made_prints import entries_of, entry_of, print_of, scattered
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.encryption.key_text import make_keys
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import transfer
 from fpmatch.gallery.audit import audit_lines, turn_on
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.transfer import enrol_gallery
 
@@ -170,3 +170,35 @@ def test_a_database_of_something_else_makes_no_gallery(tmp_path: Path) -> None:
     assert status == 2
     assert "x.db: not a gallery" in err
     assert not (tmp_path / "g.db").exists()
+
+
+def test_entries_that_join_other_people_are_counted_and_named(
+    tmp_path: Path, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
+
+    def new(number: int, name: str, finger: int) -> NewEntry:
+        label = Label(name[0], impression=name[1:])
+        return entry_of(number, print_of(finger, number), label, source=f"{name}.tif")
+
+    with (
+        open_gallery(tmp_path / "more.db", create=True) as more,
+        open_gallery(where, create=True) as gallery,
+    ):
+        gallery.add([new(1, "a1", 1), new(2, "a2", 1), new(3, "b1", 2)])
+        more.add([new(4, "a3", 9), new(5, "c1", 3), new(6, "a4", 1), new(7, "b2", 8)])
+        done = enrol_gallery(gallery, more)
+        assert (done.enrolled, done.added) == (4, {"a": 2, "b": 1})
+        assert [one.source for one in done.unmatched] == ["a3.tif", "b2.tif"]
+        again = enrol_gallery(gallery, more)
+        assert (again.known, again.added, again.unmatched) == (4, done.added, done.unmatched)
+    with (
+        open_gallery(tmp_path / "more.db") as more,
+        open_gallery(tmp_path / "fresh.db", create=True) as fresh,
+    ):
+        done = enrol_gallery(fresh, more, prefix="x")
+        assert (done.enrolled, done.added) == (4, {})
+        assert {entry.label.subject for entry in fresh.entries()} == {"xa", "xb", "xc"}
+        done = enrol_gallery(fresh, more, prefix="y" * 255)
+        assert (done.enrolled, len(done.failures), len(fresh)) == (0, 4, 4)
+        assert done.failures[0].reason == "subject: longer than 255 characters"

@@ -288,6 +288,32 @@ def test_too_long_work_is_stopped_and_the_next_is_done(prints):
         assert impatient.get("/about").status_code == 200
 
 
+def test_a_print_of_another_person_is_told_when_it_is_enrolled(prints, gallery):
+    with open_gallery(gallery, create=True):
+        pass
+    copy = io.BytesIO()
+    Image.open(io.BytesIO(prints["1_1.png"])).save(copy, "bmp", dpi=(500, 500))
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
+        for name in ("1_1.png", "2_1.png"):
+            done = client.post("/enrol", files=sent(prints, image=name)).json()
+            assert (done["subject_existed"], done["unmatched"]) == (False, None)
+        files = {"image": ("2_2.bmp", copy.getvalue())}
+        merged = client.post("/enrol", files=files).json()
+        assert (merged["enrolled"], merged["subject_existed"]) == (True, True)
+        assert merged["unmatched"].startswith("2_2 does not match 2_1: another finger")
+        assert merged["notes"] == ["the same print as 1_1"]
+        assert client.post("/enrol", files=files).json()["unmatched"] is None  # it is known
+
+
+def test_identical_prints_are_called_so(client, prints):
+    files = sent(prints, probe="1_1.png", reference="1_1.png")
+    assert client.post("/verify", files=files).json()["identical"] == "pixels"
+    rows = client.post("/compare", files=files).json()["rows"]
+    assert rows[0]["label"] == "Identical"
+    files = sent(prints, probe="1_1.png", reference="1_2.png")
+    assert client.post("/verify", files=files).json()["identical"] is None
+
+
 def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
     with open_gallery(gallery, create=True):
         pass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -12,7 +13,7 @@ from fpmatch.evaluation.pair_list import PrintNames, iterate_pairs, number_pairs
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -124,6 +125,33 @@ class ListedPairs:
                 reference,
                 None if self._genuine is None else self._genuine[k : k + self._size],
             )
+
+
+def find_identical_pairs(
+    plan: Plan, probes: Mapping[int, bytes], references: Mapping[int, bytes], most: int
+) -> tuple[int, list[tuple[int, int]]]:
+    """Return how many pairs of a plan have the same digest on both sides, and the first of them.
+
+    `probes` and `references` are the digests of prints by number. All pairs are counted by groups
+    of prints with one digest, never one by one.
+    """
+    of_digest: dict[bytes, list[int]] = {digest: [] for digest in probes.values()}
+    for number, digest in references.items():
+        if digest in of_digest:
+            of_digest[digest].append(number)
+    partners = {probe: of_digest[digest] for probe, digest in probes.items() if of_digest[digest]}
+    if not partners:
+        return 0, []
+    if isinstance(plan, AllPairs):
+        pairs = ((i, j) for i in sorted(partners) for j in partners[i])
+        return sum(map(len, partners.values())), list(islice(pairs, most))
+    found = [
+        pair
+        for chunk in plan.chunks()
+        for pair in zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
+        if pair[0] in partners and references.get(pair[1]) == probes[pair[0]]
+    ]
+    return len(found), found[:most]
 
 
 def _span(number: int, size: int, end: int) -> NDArray[np.int32]:

@@ -13,7 +13,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError, number_text
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
-from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
+from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs, find_identical_pairs
 from fpmatch.evaluation.batch.run import Comparing, RowWriter, SideRows, collect
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     AnySource = PrintSource | str | os.PathLike[str]
 
+IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
 _FORMAT: Final = "6"  # of the state of an unfinished run
@@ -57,6 +58,8 @@ class ScoreSummary:
     `references` and `probes` count the prints that were needed, `resumed` the pairs that an
     earlier, interrupted run had compared, and `failed_pairs` the rows without a score because a
     print has no template. `seconds` is the wall time of the comparisons, without extraction.
+    `identical` is the number of pairs whose prints have the same frame and minutiae, and
+    `identical_pairs` has the names of probe and reference of the first of them.
     """
 
     output: Path
@@ -72,6 +75,8 @@ class ScoreSummary:
     noted: dict[str, tuple[str, ...]] = field(default_factory=dict)
     fingers: Path | None = None
     finger_rows: int | None = None
+    identical: int = 0
+    identical_pairs: tuple[tuple[str, str], ...] = ()
 
     @property
     def rate(self) -> float:
@@ -208,6 +213,8 @@ def score(
             ),
             save_every_s=save_every_s,
         )
+        probed, referenced = (store.digests(key[side]) for side in (PROBES, REFERENCES))
+        identical, first = find_identical_pairs(plan, probed, referenced, IDENTICAL_NAMED)
         begun = time.perf_counter()
         start, end = comparing.run(place, progress)
     finger_rows = None
@@ -228,6 +235,8 @@ def score(
         noted=noted,
         fingers=None if fingers is None else Path(fingers),
         finger_rows=finger_rows,
+        identical=identical,
+        identical_pairs=tuple((one.names[i], other.names[j]) for i, j in first),
     )
 
 

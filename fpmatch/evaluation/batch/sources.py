@@ -24,6 +24,7 @@ from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import extract_opened, find_prints, folder_reader, open_print
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, Template
+from fpmatch.packed_template import minutiae_digest, packed_minutiae_digest
 from fpmatch.printable import csv_cell
 from fpmatch.reading import ASSUMED_DPI
 from fpmatch.ridge_field import RidgeField
@@ -49,7 +50,8 @@ _END: Final = (2**63, b"")  # after all entries of a gallery
 class StoredTemplate:
     """Hold the template of one print in bytes, for `unpack`, or the reason why there is none.
 
-    `quality` is that of its image, 0 to 100; None where there is none.
+    `quality` is that of its image, 0 to 100; None where there is none. `digest` is equal for prints
+    of the same frame and minutiae; b"" without minutiae.
     """
 
     data: bytes | None
@@ -57,6 +59,7 @@ class StoredTemplate:
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
     quality: int | None = None
+    digest: bytes = b""
 
     @property
     def all_notes(self) -> tuple[str, ...]:
@@ -217,7 +220,7 @@ def _checked(data: bytes) -> StoredTemplate:
         unpack_template(data)
     except TemplateError as error:
         return StoredTemplate(None, f"damaged: {error}")
-    return StoredTemplate(data)
+    return StoredTemplate(data, digest=packed_minutiae_digest(data))
 
 
 def pack(template: Template) -> bytes:
@@ -258,8 +261,9 @@ def _template_of(arrays: Mapping[str, Any]) -> Template:
 
 def _extract(opened: OpenedPrint) -> StoredTemplate:
     extracted = extract_opened(opened, graded=True)
-    beside = extracted.dpi_assumed, extracted.notes, extracted.quality
-    return StoredTemplate(pack(extracted.template), "", *beside)
+    template = extracted.template
+    beside = extracted.dpi_assumed, extracted.notes, extracted.quality, minutiae_digest(template)
+    return StoredTemplate(pack(template), "", *beside)
 
 
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:

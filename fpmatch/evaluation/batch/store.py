@@ -47,7 +47,8 @@ CREATE TABLE IF NOT EXISTS position (
 );
 CREATE TABLE IF NOT EXISTS item (
     side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
-    notes TEXT NOT NULL, quality INT, checksum INT NOT NULL, PRIMARY KEY (side, number)
+    notes TEXT NOT NULL, quality INT, digest BLOB NOT NULL, checksum INT NOT NULL,
+    PRIMARY KEY (side, number)
 ) WITHOUT ROWID;
 """
 
@@ -182,13 +183,13 @@ class Store:
         self, side: str, items: Iterable[tuple[int, StoredTemplate]]
     ) -> Generator[int, None, None]:
         """Store prints of a side with their numbers; yield the number of each."""
-        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
+        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"
         committed = time.monotonic()
         try:
             for number, item in items:
                 with self.writing():
                     notes = json.dumps(item.notes) if item.notes else ""
-                    beside = item.reason, int(item.dpi_assumed), notes, item.quality
+                    beside = item.reason, int(item.dpi_assumed), notes, item.quality, item.digest
                     row = side, number, self._sealed(side, number, item.data), *beside
                     self._database.execute(query, (*row, _checksum(row)))
                     if time.monotonic() - committed >= _COMMIT_EVERY_S:
@@ -250,6 +251,10 @@ class Store:
         """Return the quality of the images of a side, by number."""
         return self._items(side, "quality", "quality IS NOT NULL")
 
+    def digests(self, side: str) -> dict[int, bytes]:
+        """Return the digests of the prints of a side that have minutiae, by number."""
+        return self._items(side, "digest", "digest != x''")
+
     def _items(self, side: str, column: str, which: str) -> dict[int, Any]:
         """Return a column of those prints of a side for which a condition holds, by number."""
         query = f"SELECT number, {column} FROM item WHERE side = ? AND {which} ORDER BY number"
@@ -292,7 +297,7 @@ def are_rows_of(position: Position, stream: BinaryIO) -> bool:
 
 
 def _checksum(values: Sequence[object]) -> int:
-    """Return the CRC-32 of values of a row, of which one may be the bytes of a template."""
+    """Return the CRC-32 of values of a row, of which some may be bytes."""
     data = b"".join(value for value in values if isinstance(value, bytes))
     others = [None if isinstance(value, bytes) else value for value in values]
     return crc32(data, crc32(ascii((len(data), others)).encode()))

@@ -107,7 +107,8 @@ export async function enrol(slot, signal) {
       const done = await (await ask("enrol", fields, signal)).json();
       tally[done.enrolled ? "enrolled" : "known"] += 1;
       const outcome = done.enrolled ? `enrolled as ${called(done)}, ${count(done.minutiae, "minutia", "minutiae")}` : "enrolled before";
-      list.append(el("li", { class: done.enrolled ? "done" : "" }, `${file.name}: ${outcome}`));
+      const remarks = [done.unmatched, ...done.notes].filter(Boolean).map((words) => `; ${words}`).join("");
+      list.append(el("li", { class: done.enrolled ? "done" : "" }, `${file.name}: ${outcome}${remarks}`));
     } catch (error) {
       if (error.name === "AbortError") throw error;
       tally.failed += 1;

@@ -67,7 +67,7 @@ def test_a_template_of_another_print_is_refused(tmp_path: Path) -> None:
 
         moved = ("references", *row[1:-1])
         connection.execute(
-            "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (*moved, _checksum(moved))
+            "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", (*moved, _checksum(moved))
         )
     with (
         Store(tmp_path / "out.csv", {"what": "a run"}) as store,

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ScoringError
-from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
+from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs, find_identical_pairs
 
 PROBES = ["a.tif", "b.tif", "b.png"]
 REFERENCES = ["x.tif", "y, z.tif"]
@@ -89,3 +89,25 @@ def test_files_that_are_no_lists(tmp_path):
     for name, reason in (("pairs.csv", "not a CSV file"), ("gone.csv", "no such file"), ("", "is")):
         with pytest.raises(ScoringError, match=reason):
             ListedPairs(tmp_path / name, PROBES, REFERENCES)
+
+
+_DIGESTS = st.lists(st.sampled_from([b"", b"a", b"b", b"c"]), min_size=1, max_size=12)
+
+
+@given(_DIGESTS, _DIGESTS, st.integers(0, 5))
+def test_identical_pairs_are_those_of_one_digest(probes, references, most):
+    sides = [{k: d for k, d in enumerate(side) if d} for side in (probes, references)]
+    plan = AllPairs(len(probes), len(references), band=3, pairs_per_chunk=4)
+    expected = [
+        (i, j)
+        for i, one in enumerate(probes)
+        for j, other in enumerate(references)
+        if one and one == other
+    ]
+    assert find_identical_pairs(plan, *sides, most) == (len(expected), expected[:most])
+
+
+def test_of_listed_pairs_those_of_the_list_are_counted(tmp_path):
+    plan = read(tmp_path / "list.csv", 'a.tif,x.tif\nb.png,x.tif\nb.png,"y, z.tif"\n')
+    digests = {0: b"a", 1: b"a", 2: b"b"}, {0: b"a", 1: b"b"}
+    assert find_identical_pairs(plan, *digests, 5) == (2, [(0, 0), (2, 1)])

@@ -13,7 +13,7 @@ from typing import Any, Final
 from fpmatch._version import __version__
 from fpmatch.engine.local import available_cores
 from fpmatch.formats.registry import CODECS
-from fpmatch.kernels import compiled_kernels
+from fpmatch.kernels import build_command, compiled_kernels, outdated_kernels
 from fpmatch.matching.matchers import own_matcher_names
 from fpmatch.plugins import FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.text_table import text_table
@@ -65,6 +65,8 @@ class Installation:
         Those of the packages of each extra.
     kernels : dict of str to bool
         Whether each kernel runs compiled.
+    outdated_kernels : tuple of str
+        Those whose files are not those that they were compiled from.
     cores : int
         Cores that this process may use.
     memory, memory_limit : int or None
@@ -81,6 +83,7 @@ class Installation:
     packages: dict[str, str | None]
     extras: dict[str, dict[str, str | None]]
     kernels: dict[str, bool]
+    outdated_kernels: tuple[str, ...]
     cores: int
     memory: int | None
     memory_limit: int | None
@@ -102,7 +105,8 @@ class Installation:
             for one in plugins
             if one.problem
         ]
-        return missing + failed
+        outdated = [f"kernels out of date: `{build_command()}` compiles them"]
+        return missing + failed + outdated * bool(self.outdated_kernels)
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as JSON values."""
@@ -117,7 +121,9 @@ class Installation:
         compiled = f"{len(self.kernels) - len(slow)} of {len(self.kernels)} compiled"
         if slow:
             names = f", not {', '.join(slow)}" if len(slow) < len(self.kernels) else ""
-            compiled += f"{names}: slow; with a C compiler, install fpmatch again"
+            compiled += f"{names}: slow; with a C compiler, `{build_command()}` compiles them"
+        if self.outdated_kernels:
+            compiled += f"; out of date: {', '.join(self.outdated_kernels)}"
         engines = [name for name, usable in self.engines.items() if usable]
         rows = [
             ("fpmatch", f"{self.version}, in {self.folder}"),
@@ -154,6 +160,7 @@ def inspect_installation() -> Installation:
         packages={name: _version(name) for name in CORE},
         extras={extra: {name: _version(name) for name in names} for extra, names in EXTRAS.items()},
         kernels=compiled_kernels(),
+        outdated_kernels=tuple(outdated_kernels()),
         cores=available_cores(),
         memory=memory,
         memory_limit=limit if limit is not None and limit < (memory or limit + 1) else None,

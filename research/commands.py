@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.notes import say_outdated_kernels
 from fpmatch.errors import FpmatchError
 from fpmatch.output import atomic_write_bytes, check_writable
 
@@ -40,11 +41,13 @@ def write_json(path: Path, document: object) -> None:
 class Command(click.Command):
     """A command whose errors are one line on stderr, with exit status 2.
 
-    That the file of `json_file` can be written is checked before the command does its work.
+    Before the command does its work, it notes kernels that are out of date, and checks that the
+    file of `json_file` can be written.
     """
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
+        say_outdated_kernels()
         try:
             if ctx.params.get("json_file") is not None:
                 check_writable(ctx.params["json_file"])

@@ -42,8 +42,26 @@ install() {
     local folder=$1 name=$2 state=$3
     shift 3
     echo "Installing fpmatch into $folder (a minute or two the first time)" >&2
-    "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
+    FPMATCH_NO_COMPILE=1 "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
     echo "$state" >"$folder/.fpmatch-$name"
+}
+
+# compile_kernels: compile the kernels that changed, in place, for .venv, where there is a compiler,
+# unless .venv keeps a note that this was done.
+compile_kernels() {
+    local state
+    # shellcheck disable=SC2046  # file names of ours hold no spaces
+    state=$(fingerprint pyproject.toml setup.py fpmatch/kernels.py \
+        $(find fpmatch -name '_*_kernel.py' -o -name '*.pxd' | sort))
+    if installed .venv kernels "$state"; then return; fi
+    echo "Compiling the kernels that changed" >&2
+    mkdir -p build
+    if ! .venv/bin/python setup.py build_ext --inplace >build/kernels.log 2>&1; then
+        tail -n 20 build/kernels.log >&2
+        echo "The kernels could not be compiled; build/kernels.log has all of this output." >&2
+        return 1
+    fi
+    echo "$state" >.venv/.fpmatch-kernels
 }
 
 # install_editable run|plot|web|docs|test|dev: install this folder into .venv, compiled where there is
@@ -52,8 +70,7 @@ install() {
 install_editable() {
     make_venv .venv
     local state enough
-    # shellcheck disable=SC2046  # file names of ours hold no spaces
-    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.p*' | sort))
+    state=$(fingerprint pyproject.toml)
     case $1 in
     run) enough="run plot web docs test dev" ;;
     plot) enough="plot dev" ;;
@@ -63,13 +80,18 @@ install_editable() {
     *) enough=$1 ;;
     esac
     for name in $enough; do
-        if installed .venv "$name" "$state"; then return; fi
+        if installed .venv "$name" "$state"; then
+            compile_kernels
+            return
+        fi
     done
-    if [[ $1 == run ]]; then
-        install .venv "$1" "$state" --editable .
-    else
-        install .venv "$1" "$state" --editable ".[$1]"
-    fi
+    local extra="[$1]" build
+    if [[ $1 == run ]]; then extra=""; fi
+    build=$(.venv/bin/python -c 'import tomllib
+print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"])')
+    # shellcheck disable=SC2086  # several requirements
+    install .venv "$1" "$state" $build --editable ".$extra"
+    compile_kernels
     # pip does this for what it copies; where Python may write no bytecode, every start would
     .venv/bin/python -m compileall -q fpmatch
 }
@@ -83,6 +105,6 @@ install_interpreted() {
         $(find fpmatch -name '*.json' -o -path '*/static/*' | sort))
     if ! installed .venv-interpreted test "$state"; then
         rm -rf build/lib # would carry files into the copy that are no longer here
-        FPMATCH_NO_COMPILE=1 install .venv-interpreted test "$state" ".[test]"
+        install .venv-interpreted test "$state" ".[test]"
     fi
 }

@@ -23,6 +23,14 @@ settings.register_profile("fpmatch", deadline=None, derandomize=True, max_exampl
 settings.load_profile("fpmatch")
 
 
+def pytest_configure():
+    """Refuse to run where the kernels that would be tested are not those of the files."""
+    from fpmatch.kernels import outdated_kernels_note
+
+    if note := outdated_kernels_note():
+        raise pytest.UsageError(note)
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(20240611)

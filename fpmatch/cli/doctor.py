@@ -15,8 +15,9 @@ Examples:
   fpmatch doctor
   fpmatch doctor --json
 
-Exit status: 0 when all is well, 1 when a package that fpmatch needs is missing or a plug-in cannot
-be used (a line on stderr names each). Kernels that are not compiled work, but slowly.
+Exit status: 0 when all is well, 1 when a package that fpmatch needs is missing, a plug-in cannot be
+used or kernels are out of date (a line on stderr says so). Kernels that are not compiled work, but
+slowly; one that is out of date was compiled before its file changed.
 """
 )
 @json_option

@@ -40,6 +40,8 @@ from fpmatch.cli.scores_in import (
     scores_in_options,
     write_outputs,
 )
+from fpmatch.errors import FpmatchError
+from fpmatch.kernels import build_command, outdated_kernels
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
 from fpmatch.printable import json_text
 
@@ -202,6 +204,11 @@ def evaluate(
         raise click.UsageError(
             "--enrol goes with none of --report, --ground-truth, --crop, --scores, --baseline, "
             "--pairs and --curves"
+        )
+    if baseline is not None and outdated_kernels():
+        raise FpmatchError(
+            f"--baseline: kernels are out of date; run `{build_command()}` first, so that what is "
+            "compared is what the files say"
         )
     from fpmatch.engine.local import start_fork_server
 

@@ -103,6 +103,17 @@ class _Fpmatch(LazyGroup):
         except KeyboardInterrupt:
             raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the sub-command that is named first; note kernels out of date before it runs."""
+        found = super().resolve_command(ctx, args)
+        if not ctx.resilient_parsing and found[0] != "doctor":  # which lists them itself
+            from fpmatch.cli.notes import say_outdated_kernels
+
+            say_outdated_kernels()
+        return found
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             self._invoke(ctx)
@@ -162,7 +173,7 @@ used (with one line on stderr), 3 inconclusive.
     is_eager=True,
     expose_value=False,
     callback=_show_version,
-    help="Show the version and whether the kernels are compiled, and exit.",
+    help="Show the version and whether the kernels are compiled and up to date, and exit.",
 )
 def fpmatch() -> None:
     """Verify fingerprints: two images in; a decision, its score and the transform out."""

@@ -58,6 +58,14 @@ def say_slow_kernels() -> None:
         say_note(note)
 
 
+def say_outdated_kernels() -> None:
+    """Note in a source tree that kernels are not compiled from its files, where that is so."""
+    from fpmatch import kernels
+
+    if kernels.in_source_tree() and (note := kernels.outdated_kernels_note()):
+        say_note(note)
+
+
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     """Print each note once, with the first of the prints that it is about."""
     from fpmatch.reading import ASSUMED_DPI

@@ -54,13 +54,14 @@ def test_everything_that_is_installed_is_listed(run):
     ("states", "text"),
     [
         ([True, True], "2 of 2 compiled\n"),
-        ([True, False], "1 of 2 compiled, not b: slow; with a C compiler, install fpmatch again\n"),
-        ([False, False], "0 of 2 compiled: slow; with a C compiler, install fpmatch again\n"),
+        ([True, False], "1 of 2 compiled, not b: slow; with a C compiler, `make` compiles them\n"),
+        ([False, False], "0 of 2 compiled: slow; with a C compiler, `make` compiles them\n"),
     ],
 )
 def test_kernels_that_are_not_compiled_are_named(monkeypatch, states, text):
     found = dict(zip("ab", states, strict=True))
     monkeypatch.setattr(installation, "compiled_kernels", lambda: found)
+    monkeypatch.setattr(installation, "build_command", lambda: "make")
     assert f"\nkernels {text}" in one_space(installation.inspect_installation().as_text())
 
 

@@ -1,0 +1,195 @@
+"""Compiled kernels state what they were compiled from; `scripts/build` compiles what changed."""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
+
+import pytest
+
+from fpmatch import kernels
+from fpmatch.matching._local_kernel import COMPILED
+
+ROOT = Path(__file__).resolve().parents[1]
+SUFFIX = EXTENSION_SUFFIXES[0]
+BASH = shutil.which("bash")
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+
+
+@pytest.fixture
+def package(tmp_path):
+    """Return the package of a source tree with two kernels; the first uses a file of the other."""
+    package = tmp_path / "tree" / "fpmatch"
+    package.mkdir(parents=True)
+    shutil.copy(kernels.__file__, package)
+    (package / "__init__.py").touch()
+    (package / "__main__.py").write_text(
+        "from fpmatch.kernels import kernels_text\nprint(kernels_text())\n"
+    )
+    (package / "_base_kernel.py").write_text("def base():\n    return 1\n")
+    (package / "_base_kernel.pxd").write_text("cpdef long base()\n")
+    (package / "_sum_kernel.py").write_text(
+        "import cython\n\nif cython.compiled:\n"
+        "    from cython.cimports.fpmatch import _base_kernel as other\n"
+        "else:\n    from fpmatch import _base_kernel as other\n\n\n"
+        "def total():\n    return 10 + other.base()\n"
+    )
+    scripts = package.parent / "scripts"
+    scripts.mkdir()
+    for name in ("build", "venv.sh"):
+        shutil.copy(ROOT / "scripts" / name, scripts)
+    return package
+
+
+@pytest.fixture
+def outdated(package):
+    """Return the function that lists the kernels out of date of that package."""
+    spec = importlib.util.spec_from_file_location("kernels_of_a_tree", package / "kernels.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.outdated_kernels
+
+
+def pretend_to_compile(package, name, *used):
+    """Write a file that states what a kernel was compiled from, as a compiled one does."""
+    files = [package / one for one in (f"{name}.py", f"{name}.pxd", *used)]
+    statement = kernels.sources_statement(files, package).encode()
+    (package / f"{name}{SUFFIX}").write_bytes(b"\x7fELF\0" * 99 + statement + b"\0end\0")
+
+
+@pytest.fixture
+def compiled(package):
+    pretend_to_compile(package, "_base_kernel")
+    pretend_to_compile(package, "_sum_kernel", "_base_kernel.pxd")
+
+
+@pytest.mark.skipif(not COMPILED, reason="the kernels are not compiled")
+def test_the_kernels_that_are_tested_are_those_of_their_files():
+    assert kernels.outdated_kernels() == []
+    assert kernels.outdated_kernels_note() is None
+    assert kernels.kernels_text() == "kernels compiled"
+
+
+@pytest.mark.usefixtures("compiled")
+@pytest.mark.parametrize(
+    ("changed", "names"),
+    [
+        ("_sum_kernel.py", ["fpmatch._sum_kernel"]),
+        ("_base_kernel.py", ["fpmatch._base_kernel"]),
+        ("_base_kernel.pxd", ["fpmatch._base_kernel", "fpmatch._sum_kernel"]),
+        ("_sum_kernel.pxd", ["fpmatch._sum_kernel"]),  # which is new
+    ],
+)
+def test_a_change_of_any_source_is_seen_whatever_its_time(package, outdated, changed, names):
+    assert outdated() == []
+    with (package / changed).open("a") as file:
+        file.write("# another line\n")
+    os.utime(package / changed, (0, 0))
+    assert outdated() == names
+
+
+@pytest.mark.usefixtures("compiled")
+def test_a_source_that_is_gone_is_seen(package, outdated):
+    (package / "_base_kernel.pxd").unlink()
+    assert outdated() == ["fpmatch._base_kernel", "fpmatch._sum_kernel"]
+
+
+@pytest.mark.usefixtures("compiled")
+def test_a_compiled_kernel_that_states_nothing_is_out_of_date(package, outdated):
+    (package / f"_sum_kernel{SUFFIX}").write_bytes(b"\x7fELF of an earlier version")
+    assert outdated() == ["fpmatch._sum_kernel"]
+
+
+@pytest.mark.usefixtures("compiled")
+def test_a_kernel_not_compiled_beside_others_is_so_in_a_source_tree(package, outdated):
+    (package / f"_sum_kernel{SUFFIX}").unlink()
+    assert outdated() == ["fpmatch._sum_kernel"]
+    (package.parent / "scripts" / "build").unlink()
+    assert outdated() == []
+
+
+def test_no_kernel_is_out_of_date_where_none_is_compiled(outdated):
+    assert outdated() == []
+
+
+@pytest.fixture
+def build(package):
+    """Return a function that runs `scripts/build` in that tree, with this Python as its .venv."""
+    pytest.importorskip("setuptools", reason="setuptools is not installed")
+    tree = package.parent
+    shutil.copy(ROOT / "setup.py", tree)
+    (tree / "pyproject.toml").touch()
+    python = tree / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    python.chmod(0o755)
+    compiler = tree / "compiler"  # which takes no time to optimize
+    compiler.write_text(f'#!/bin/sh\nexec {COMPILER} "$@" -O0\n')
+    compiler.chmod(0o755)
+    installed = "source scripts/venv.sh; fingerprint pyproject.toml >.venv/.fpmatch-dev"
+    subprocess.run([str(BASH), "-c", installed], cwd=tree, check=True)
+
+    def run(**environment):
+        words = [str(BASH), "scripts/build"]
+        environment = {**os.environ, "CC": str(compiler), **environment}
+        return subprocess.run(
+            words, cwd=tree, env=environment, capture_output=True, text=True, check=False
+        )
+
+    return run
+
+
+def total(package):
+    """Return what the second kernel computes, in a new process."""
+    code = "from fpmatch import _sum_kernel as k; print(k.total(), k.__file__.endswith('.py'))"
+    words = [sys.executable, "-c", code]
+    found = subprocess.run(words, cwd=package.parent, capture_output=True, text=True, check=True)
+    number, interpreted = found.stdout.split()
+    assert interpreted == "False"
+    return int(number)
+
+
+@pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
+def test_build_compiles_what_changed_and_nothing_else(package, outdated, build):
+    first = build()
+    assert (first.returncode, first.stdout) == (0, "kernels compiled\n"), first.stderr
+    assert total(package) == 11
+    base, user = (package / f"_{name}_kernel{SUFFIX}" for name in ("base", "sum"))
+    compiled = user.stat().st_mtime_ns
+
+    source = package / "_base_kernel.py"
+    source.write_text(source.read_text().replace("1", "2"))
+    os.utime(source, (0, 0))
+    user.write_bytes(b"\x7fELF of another version, newer than what was built")
+    assert outdated() == ["fpmatch._base_kernel", "fpmatch._sum_kernel"]
+    assert build().stdout == "kernels compiled\n"
+    assert (outdated(), total(package)) == ([], 12)
+    assert user.stat().st_mtime_ns == compiled < base.stat().st_mtime_ns
+
+    (package / "_base_kernel.pxd").write_text("cpdef int base()\n")
+    assert outdated() == ["fpmatch._base_kernel", "fpmatch._sum_kernel"]
+    assert build().stdout == "kernels compiled\n"
+    assert (outdated(), total(package)) == ([], 12)
+    assert user.stat().st_mtime_ns > compiled
+
+
+@pytest.mark.skipif(not BASH, reason="no bash")
+def test_build_says_that_there_is_no_compiler(package, build):
+    refused = build(CC="no-such-compiler -O2")
+    assert (refused.returncode, refused.stdout) == (1, "")
+    reason, remedy = refused.stderr.splitlines()
+    assert reason == "scripts/build: no C compiler: no-such-compiler was not found"
+    assert "CC=... scripts/build" in remedy
+    assert not list(package.rglob(f"*{SUFFIX}"))
+
+
+@pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
+def test_build_shows_why_a_kernel_cannot_be_compiled(package, build):
+    (package / "_sum_kernel.py").write_text("def total(:\n")
+    failed = build()
+    assert failed.returncode == 1
+    assert "_sum_kernel.py:1:10" in failed.stderr
+    assert "build/kernels.log" in failed.stderr

@@ -12,7 +12,8 @@ from fpmatch.gallery.audit import ranges
 from fpmatch.gallery.entry import Failure
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import link_impressions, linked_groups
-from fpmatch.matching.finger import choose_impressions
+from fpmatch.matching.decision import find_shortage
+from fpmatch.matching.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -167,7 +168,7 @@ def check_added(
         for entry in filter(is_fresh, chain.from_iterable(check.groups)):
             if entry.id in kept:
                 continue
-            why = _why_unmatched(list(kept.values()), check.name)
+            why = _why_unmatched(gallery, entry, list(kept.values()), check.name)
             if strict and entry.label in labels:
                 refused[entry.id] = Failure(entry.source, f"refused: {why}")
             else:
@@ -178,10 +179,16 @@ def check_added(
     return refused, unmatched
 
 
-def _why_unmatched(kept: Sequence[Entry], finger: str) -> str:
+def _why_unmatched(gallery: Gallery, entry: Entry, kept: Sequence[Entry], finger: str) -> str:
     """Return the reason for an impression that does not match those that are `kept`."""
+    matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
+    sides = [gallery.template(one.id) for one in (entry, *kept[:MOST_IMPRESSIONS])]
+    probe, *references = [(side, matcher.prepare(side)) for side in sides]
+    lacking = find_shortage(matcher, curve, probe, references, LINK_SCORE)
     others = f" or any other of {len(kept)} impressions of {finger}" if len(kept) > 1 else ""
-    return f"does not match {kept[0].label}{others}: another finger, or other skin of it"
+    why = "another finger, or other skin of it" if lacking is None else lacking.message
+    verb = "does not match" if lacking is None else "cannot be compared with"
+    return f"{verb} {kept[0].label}{others}: {why}"
 
 
 def find_copies(

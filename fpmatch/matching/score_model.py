@@ -75,7 +75,7 @@ MODELS_BY_SHOWN: Final = (
     ONE_WITH_RIDGES,
     WITH_RIDGES,
 )  # by how many of the two
-SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm2
+SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm²
 FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 

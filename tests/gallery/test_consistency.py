@@ -57,6 +57,15 @@ def test_what_disagrees_with_what_was_there_is_refused(gallery):
     assert unmatched == []
 
 
+def test_a_print_with_too_little_skin_is_not_called_another_finger(gallery):
+    gallery.add(entries(("a", 1, 1)))
+    (new,) = entries(("a", 2, 2))
+    few = replace(new.template, minutiae=new.template.minutiae.take([0, 1]), field=None)
+    gallery.add([replace(new, template=few)])
+    _, unmatched = check_added(gallery, [new.label], {"a": [2]})
+    assert unmatched[0].reason.startswith("a_2 cannot be compared with a_1: 2 minutiae on ")
+
+
 def test_among_new_prints_alone_the_most_are_kept(gallery):
     new = entries(("a", 1, 2), ("a", 2, 1), ("a", 3, 1))
     gallery.add(new)

@@ -87,6 +87,7 @@ def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(page, tmp_
     assert "The reference has no ridges" in page.text("#why")
     page.set("#threshold", 1)
     assert page.text("#badge") == "INCONCLUSIVE"  # at any threshold
+    assert "The reference has no ridges" in page.text("#why")
     assert len(page.all(".viewer")) == 2
     assert not page.one("#view-over").is_enabled()
     assert "Nearly all pairs" in page.text("#why")

@@ -79,7 +79,8 @@ class ResultView {
     const { result } = this.shown;
     const match = result.transform !== null && result.score >= this.threshold;
     const asked = this.threshold === result.threshold;
-    const lacking = !match && (ALWAYS_MISSING.includes(result.missing) || (result.reachable_score === null
+    const always = ALWAYS_MISSING.includes(result.missing);
+    const lacking = !match && (always || (result.reachable_score === null
       ? result.missing !== null : result.reachable_score < this.threshold));
     this.badge.textContent = match ? "MATCH" : lacking ? "INCONCLUSIVE" : "NO MATCH";
     this.verdict.classList.toggle("match", match);
@@ -92,7 +93,7 @@ class ResultView {
       : `${result.score >= 100 ? "At most " : ""}${this.shown.odds} pairs of different fingers scores as high${extrapolated}.`;
     const enough = lacking ? `Most genuine pairs of such prints score less than ${this.threshold.toFixed(1)}.`
       : `The score does not reach ${this.threshold.toFixed(1)}.`;
-    const no = asked && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`
+    const no = (asked || always) && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`
       : enough;
     this.why.textContent = match ? rarity : `${no} ${rarity}`;
   }

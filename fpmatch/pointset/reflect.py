@@ -48,7 +48,7 @@ def match_either_way(
 
 def mirror_image(p: ArrayLike) -> NDArray[np.float64]:
     """Return points (N, 2) with y turned to -y."""
-    return as_points(p, "p") * _FLIP
+    return np.asarray(as_points(p, "p") * _FLIP)
 
 
 def _order(match: PointMatch) -> tuple[bool, float, int, float]:

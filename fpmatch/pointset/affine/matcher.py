@@ -196,7 +196,7 @@ class _Search:
         move, t2 = np.empty(6), self.target.tolerance**2
 
         def continued(order: NDArray[np.intp], *limits: Any) -> bool:
-            return kernel.propose(*(test, self.p.points, order, *corners, *limits))
+            return bool(kernel.propose(test, self.p.points, order, *corners, *limits))
 
         for _ in self.proposals.passing(continued, order, 3 * len(of_q)):
             kernel.move_of(fit, move)

@@ -148,7 +148,7 @@ class _Search:
         t2 = self.target.tolerance**2
 
         def continued(order: NDArray[np.intp], *limits: Any) -> bool:
-            return propose(*(test, order, *shapes, *limits))
+            return bool(propose(test, order, *shapes, *limits))
 
         for _ in proposals.passing(continued, order, in_q.number):
             move[:] = _move(fit)

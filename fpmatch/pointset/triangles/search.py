@@ -158,7 +158,7 @@ class Screening:
     """
 
     def __init__(self, points: NDArray[np.float64], target: Target, proposals: Proposals) -> None:
-        self._every = -(-points.shape[1] // _SAMPLE)
+        self._every = int(-(-points.shape[1] // _SAMPLE))
         self._points = np.ascontiguousarray(points[:, :: self._every])
         self._target, self._proposals = target, proposals
         self._owner = np.full(len(target.grid.order), -1, np.int32)

@@ -150,9 +150,9 @@ def wider_maps(
 ) -> tuple[bool, TransformModel] | None:
     """Return `reflect` and `model` of the first wider maps with which two sets match.
 
-    The arguments are those of a call of `match_points` without a match. Each search has a tenth of
-    its usual limit, so that None does not rule out a match; an affine map is sought in sets of up
-    to 100,000 points.
+    The arguments are those of a call of `match_points` without a match. The searches are short: at
+    most 200,000 proposals, 500,000 of affine maps, or 10 for each point of the larger set. So None
+    does not rule out a match. An affine map is sought in sets of up to 100,000 points.
 
     Examples
     --------

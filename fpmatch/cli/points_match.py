@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
 from fpmatch.output import atomic_write, check_writable
@@ -23,6 +24,7 @@ from fpmatch.pointset.match import (
     PointMatcher,
     TransformModel,
     match_points,
+    wider_maps,
 )
 from fpmatch.printable import json_text, printable
 from fpmatch.report import LABEL_WIDTH
@@ -79,7 +81,8 @@ JSON:
   rms            root mean square distance of the pairs, in the units of Q; or null
   chance         matches as good expected between independent sets; or null
   local_matches  how many local matches the search followed
-  reason         why there is no match, where the matcher can tell; else empty
+  reason         why there is no match, whether the search ended at its limit, and which options
+                 find a match; empty where there is one
   points         how many points P and Q have
   matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
   reflect, model: where one of them is given
@@ -108,7 +111,7 @@ Examples:
   fpmatch points match oblique.csv map.csv --model affine --plot match.png
   cut -f 2,3 stars.tsv | fpmatch points match - catalogue.csv
 
-Exit status: 0 match, 1 no match, 2 could not decide (bad input).
+Exit status: 0 match, 1 no match, 2 input that cannot be used.
 """,
 )
 @click.argument("p", metavar="P.csv", type=_CSV)
@@ -183,6 +186,8 @@ def points_match(
     header; separated by comma, semicolon or tab. A dash (-) reads standard input. Not every point
     needs a partner. The rotation counts from the x axis towards the y axis.
     --model affine also finds other scales along other directions, and shear.
+    After no match by the matcher triangles, short searches try whether --reflect or
+    --model affine would find one, and the reason names them.
     """
     from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
 
@@ -195,7 +200,8 @@ def points_match(
     ours, theirs = _read(p), _read(q)
     given: dict[str, Any] = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
     maps = _Maps(reflect, model)
-    match = match_points(ours.points, theirs.points, matcher=matcher, **maps._asdict(), **given)
+    with ProgressBars({"search": "searching"}) as bars:
+        match = _match(ours, theirs, maps, {"matcher": matcher, **given}, bars)
     if pairs is not None:
         _write_pairs(pairs, ours, theirs, match)
     if plot is not None:
@@ -206,6 +212,26 @@ def points_match(
     else:
         show(_as_text(ours, theirs, match))
     return 0 if match.transform is not None else 1
+
+
+def _match(
+    p: _NamedPoints, q: _NamedPoints, maps: _Maps, given: Mapping[str, Any], bars: ProgressBars
+) -> PointMatch:
+    """Match two sets; where they do not, name in the reason the options with which they do."""
+
+    def progress(tried: int, most: int) -> None:
+        bars.show("search", tried, most, f"{tried:,} transforms")
+
+    how = {**maps._asdict(), "progress": progress}
+    match = match_points(p.points, q.points, **given, **how)
+    if match.transform is not None or given["matcher"] != "triangles":
+        return match
+    wider = wider_maps(p.points, q.points, tolerance=given["tolerance"], **how)
+    if wider is None:
+        return match
+    reflect, model = wider
+    options = ["--model affine"] * (model != maps.model) + ["--reflect"] * (reflect > maps.reflect)
+    return replace(match, reason=f"{match.reason}; {' '.join(options)} finds a match")
 
 
 def _read(path: Path) -> _NamedPoints:

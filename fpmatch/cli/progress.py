@@ -39,7 +39,7 @@ class ProgressBars:
         """Move the bar of `stage`, opened where it is a new one; `text` replaces the rate."""
         if not sys.stderr.isatty():
             return
-        if stage != self._stage:
+        if stage != self._stage or done < self._done:
             self._open.close()
             bar: Any = click.progressbar(
                 length=total,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
 from fpmatch.pointset.given_set import GivenSet, check_tolerance
 from fpmatch.pointset.point_match import PointMatch, check_rho
-from fpmatch.pointset.reflect import TRIALS, match_either_way
+from fpmatch.pointset.reflect import TRIALS, match_either_way, mirror_image
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.triangles.search import MAX_CHANCE
 from fpmatch.pointset.unit_circle.matcher import (
@@ -21,7 +21,7 @@ from fpmatch.pointset.unit_circle.matcher import (
 from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,12 @@ POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
 
 TransformModel = Literal["similarity", "affine"]
 TRANSFORM_MODELS: Final[tuple[TransformModel, ...]] = get_args(TransformModel)
+
+_SHORT: Final[Mapping[TransformModel, Mapping[str, int]]] = {
+    "similarity": {"proposals_per_point": 10},
+    "affine": {"proposals": 500_000, "proposals_per_point": 10},
+}
+_MOST_POINTS_OF_SHORT_AFFINE: Final = 100_000
 
 DEFAULT_LAMBDA: Final = 0.61
 """λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
@@ -46,6 +52,7 @@ def match_points(
     area_tolerance: float | None = None,
     reflect: bool = False,
     model: TransformModel = "similarity",
+    progress: Callable[[int, int], None] | None = None,
 ) -> PointMatch:
     """Find the transform that maps points of P onto points of Q, if there is one.
 
@@ -71,13 +78,17 @@ def match_points(
     model : {"similarity", "affine"}
         The maps to seek: rotation, uniform scale and shift, or any linear map and shift, which
         the matcher "triangles" alone can find.
+    progress : callable, optional
+        Called by the matcher "triangles" with the number of transforms tried so far, and the limit
+        at which the search ends, while a search goes on. With `reflect` there are two searches.
 
     Returns
     -------
     PointMatch
         Transform, pairs, matched share, rms distance, and the expected number of matches as good
-        by chance; no transform where there is no match. The transform is a `Similarity`, or an
-        `AffineTransform` where it is mirrored or the model is affine.
+        by chance; no transform where there is no match, but a reason, which says so where the
+        search ended at its limit. The transform is a `Similarity`, or an `AffineTransform` where
+        it is mirrored or the model is affine.
 
     Raises
     ------
@@ -118,19 +129,72 @@ def match_points(
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
     if area_tolerance is not None and matcher != "paper":
         raise PointSetError("area tolerance is a parameter of the matcher paper")
-    trials = TRIALS if reflect else 1
     search: Callable[[NDArray[np.float64]], PointMatch]
-    if model == "affine":
-        affine = AffineParameters(max_chance=MAX_CHANCE / trials)
-        search = partial(match_affine, q=q, tolerance=tolerance, parameters=affine)
-    elif matcher == "triangles":
-        similar = TriangleParameters(max_chance=MAX_CHANCE / trials)
-        search = partial(match_by_triangles, q=q, tolerance=tolerance, parameters=similar)
+    if matcher == "triangles":
+        how = {"max_chance": _max_chance(reflect), "progress": progress}
+        search = _search_by_chance(q, tolerance, model, **how)
     else:
         search = _search_by_share(p, q, tolerance, matcher, rho, area_tolerance)
     match = match_either_way(search, p) if reflect else search(p)
     share = DEFAULT_RHO if rho is None else rho
     return decided(match, share) if matcher == "paper" else match
+
+
+def wider_maps(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    *,
+    tolerance: float | None = None,
+    reflect: bool = False,
+    model: TransformModel = "similarity",
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[bool, TransformModel] | None:
+    """Return `reflect` and `model` of the first wider maps with which two sets match.
+
+    The arguments are those of a call of `match_points` without a match. The searches are short: at
+    most 200,000 proposals, 500,000 of affine maps, or 10 for each point of the larger set. So None
+    does not rule out a match. An affine map is sought in sets of up to 100,000 points.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
+    >>> wider_maps(points, points * [-1, 1]), wider_maps(points, points * [3, 1])
+    ((True, 'similarity'), (False, 'affine'))
+    """
+    for wider in TRANSFORM_MODELS[TRANSFORM_MODELS.index(model) :]:
+        if wider == "affine" and max(len(p), len(q)) > _MOST_POINTS_OF_SHORT_AFFINE:
+            break
+        for mirrored in (False, True):
+            if wider == model and mirrored <= reflect:
+                continue
+            both = reflect or mirrored
+            how = {"max_chance": _max_chance(both), "progress": progress, **_SHORT[wider]}
+            try:
+                match = _search_by_chance(q, tolerance, wider, **how)(
+                    mirror_image(p) if mirrored else p
+                )
+            except PointSetError:  # the affine model refuses sets that are next to collinear
+                break
+            if match.transform is not None:
+                return both, wider
+    return None
+
+
+def _max_chance(reflect: bool) -> float:
+    """Return the chance under which a match is accepted, one of two searches with `reflect`."""
+    return MAX_CHANCE / TRIALS if reflect else MAX_CHANCE
+
+
+def _search_by_chance(
+    q: ArrayLike, tolerance: float | None, model: TransformModel, **how: Any
+) -> Callable[[ArrayLike], PointMatch]:
+    """Return the search of the matcher "triangles" with some of its parameters."""
+    if model == "affine":
+        affine = AffineParameters(**how)
+        return partial(match_affine, q=q, tolerance=tolerance, parameters=affine)
+    similar = TriangleParameters(**how)
+    return partial(match_by_triangles, q=q, tolerance=tolerance, parameters=similar)
 
 
 def _search_by_share(

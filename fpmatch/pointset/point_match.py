@@ -39,7 +39,7 @@ class PointMatch:
         Expected number of matches as good between independent sets; None where the matcher does
         not estimate it.
     reason : str
-        Why there is no match, where the matcher knows; else "".
+        Why there is no match; "" where there is one.
     """
 
     transform: Similarity | AffineTransform | None
@@ -69,6 +69,11 @@ class PointMatch:
         pairs = np.ascontiguousarray(self.pairs[self.pairs[:, 1].argsort(), ::-1])
         transform = self.transform.inverse()
         return replace(self, transform=transform, pairs=pairs, rms=self.rms * transform.scale)
+
+
+def too_few(fewest: int) -> str:
+    """Return the reason why sets of fewer points do not match."""
+    return f"sets of fewer than {fewest} points match too many others by chance"
 
 
 def rms_distance(p: NDArray[np.float64], q: NDArray[np.float64]) -> float:

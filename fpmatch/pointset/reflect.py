@@ -33,15 +33,22 @@ def match_either_way(
     what a float holds, more pairs, and then the smaller residual. Of equals the map that is not
     mirrored is taken. The chance of the result is that of two searches.
     """
-    points = as_points(p, "p")
-    plain, flipped = search(points), search(points * _FLIP)
+    plain, flipped = search(as_points(p, "p")), search(mirror_image(p))
     best = flipped if _order(flipped) < _order(plain) else plain
     if best is flipped and flipped.transform is not None:
         transform = AffineTransform.of_matrix(flipped.transform.matrix).after(_MIRROR)
         best = replace(flipped, transform=transform)
     local_matches = plain.local_matches + flipped.local_matches
     chance = None if best.chance is None else TRIALS * best.chance
-    return replace(best, chance=chance, local_matches=local_matches)
+    reason = best.reason
+    if best.transform is None and flipped.reason != plain.reason:
+        reason = f"{plain.reason}; of the mirror image, {flipped.reason}"
+    return replace(best, chance=chance, local_matches=local_matches, reason=reason)
+
+
+def mirror_image(p: ArrayLike) -> NDArray[np.float64]:
+    """Return points (N, 2) with y turned to -y."""
+    return np.asarray(as_points(p, "p") * _FLIP)
 
 
 def _order(match: PointMatch) -> tuple[bool, float, int, float]:

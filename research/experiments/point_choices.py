@@ -106,7 +106,7 @@ def measure_exit(
     """
     parameters = TriangleParameters()
     if per_point:
-        most = min(per_point * condition.n, parameters.max_proposals)
+        most = min(per_point * condition.n, parameters.most_proposals(condition.n))
         parameters = replace(parameters, max_proposals=most)
     times: dict[bool, list[float]] = {True: [], False: []}
     recognised = 0

@@ -10,10 +10,14 @@ import pytest
 from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.match import POINT_MATCHERS
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.triangles._proposal_kernel import COMPILED
 
 from .conftest import assert_refused, rows_of
 
 MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
+needs_compiled_kernels = pytest.mark.skipif(
+    not COMPILED, reason="interpreted, a search in vain takes minutes"
+)
 KEYS = [
     "match", "transform", "pairs", "matched_share", "rms", "chance", "local_matches", "reason",
     "points", "matcher", "tolerance", "rho", "area_tolerance", "p", "q",
@@ -71,7 +75,7 @@ def test_a_known_transform_is_printed(match, stars, matcher):
     assert (document["p"], document["q"]) == tuple(map(str, stars))
 
 
-@pytest.mark.parametrize("matcher", ["triangles", "paper"])
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
 def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
     words = ("--tolerance", "0.5", "--json", "--matcher", matcher)
     result, document = match(*unlike, *words, "--pairs", tmp_path / "pairs.csv")
@@ -80,7 +84,8 @@ def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
     assert document["match"] is False
     assert document["transform"] is document["rms"] is document["chance"] is None
     assert (document["pairs"], document["matched_share"], document["tolerance"]) == ([], 0, 0.5)
-    assert bool(document["reason"]) == (matcher == "paper")
+    assert document["reason"]
+    assert "finds a match" not in document["reason"]
     assert (tmp_path / "pairs.csv").read_text() == "p,q,p_x,p_y,q_x,q_y,distance\n"
 
 
@@ -97,7 +102,7 @@ def test_the_words_of_a_match_and_of_none(run, stars, unlike):
     assert [line.split()[0] for line in lines[4:]] == ["Residual", "Chance"]
     none = run("points", "match", *unlike, "--text")
     assert none.exit_code == 1
-    assert [line.split()[0] for line in none.stdout.splitlines()] == ["NO", "Points"]
+    assert [line.split()[0] for line in none.stdout.splitlines()] == ["NO", "Points", "Reason"]
 
 
 @pytest.mark.parametrize(("rho", "status"), [("0.93", 0), ("0.94", 1)])
@@ -130,7 +135,9 @@ def views(tmp_path, rng):
 def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
     truth = AffineTransform.of_parts(1.7, 1.7, 0, math.radians(40), 250, -40, mirrored=True)
     words = (*views(truth), "--matcher", matcher)
-    assert match(*words)[1]["match"] is False
+    without = match(*words)[1]
+    assert without["match"] is False
+    assert without["reason"].endswith("; --reflect finds a match") == (matcher == "triangles")
     result, document = match(*words, "--reflect")
     assert result.exit_code == 0
     assert list(document) == [*KEYS[:-2], "reflect", "model", *KEYS[-2:]]
@@ -155,7 +162,9 @@ def test_an_unmirrored_set_is_said_to_be_so(match, stars):
 def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored):
     truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=mirrored)
     words = (*views(truth), *["--reflect"] * mirrored)
-    assert match(*words)[1]["match"] is False
+    without = match(*words)[1]
+    assert without["match"] is False
+    assert without["reason"].endswith("; --model affine finds a match")
     words += ("--model", "affine")
     result, document = match(*words, "--pairs", tmp_path / "pairs.csv")
     assert result.exit_code == 0
@@ -174,6 +183,42 @@ def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored
     mirror = "mirrored (y to -y), " if mirrored else ""
     assert lines[3] == f"  Stretch     {mirror}scale 3 along x and 1.2 along y, shear 0.5"
     assert lines[4] == "  Transform   rotation 40.107° from x to y, shift +250, -40"
+
+
+def test_both_options_are_named_where_both_are_needed(match, run, views):
+    truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=True)
+    words = views(truth)
+    result, document = match(*words)
+    assert result.exit_code == 1
+    assert document["transform"] is None
+    assert document["reason"].endswith("; --model affine --reflect finds a match")
+    reason = match(*words, "--model", "affine")[1]["reason"]
+    assert reason.endswith("expected by chance; --reflect finds a match")
+    text = run("points", "match", *words, "--text").stdout
+    assert "\n  Reason      no transform that was tried" in text
+
+
+@needs_compiled_kernels
+def test_a_search_that_ends_at_its_limit_says_so(match, tmp_path, rng):
+    p, q = (write(tmp_path / name, rng.uniform(0, 100, (1500, 2))) for name in ("p.csv", "q.csv"))
+    result, document = match(p, q)
+    assert result.exit_code == 1
+    assert document["reason"].endswith("; the search ended at its limit, after 200,000 proposals")
+
+
+def test_points_that_cannot_be_used_have_status_2(run, stars, tmp_path):
+    two = write(tmp_path / "two.csv", np.array([[0.0, 1.0], [2.0, 3.0]]))
+    assert_refused(run("points", "match", two, stars[1]), "too few points: 2 of at least 3")
+    equal = write(tmp_path / "equal.csv", np.ones((20, 2)))
+    assert_refused(run("points", "match", equal, stars[1]), "all points lie on one line")
+    assert "2 input that cannot be used" in run("points", "match", "--help").output
+
+
+def test_three_points_match_nothing_and_the_reason_says_so(match, stars, tmp_path, rng):
+    three = write(tmp_path / "three.csv", rng.uniform(0, 100, (3, 2)))
+    result, document = match(three, stars[1])
+    assert result.exit_code == 1
+    assert "fewer than 4 points" in document["reason"]
 
 
 @pytest.mark.parametrize("options", [["--model", "affine"], ["--model", "affine", "--reflect"]])

@@ -53,11 +53,12 @@ def test_work_is_bounded_and_bounds_leave_uniform_sets_alone(name, model, search
     match_points(p, q, model=model)
     for search in searches:
         # one proposal more may be tested, grown and refined when the bound is reached
-        assert search.visits[0] <= search.max_visits + 32 * POINTS
-        assert search.max_visits <= search.given.most_visits(len(p))
+        work = search.proposals
+        assert work.visits[0] <= work.max_visits + 32 * POINTS
+        assert work.max_visits <= search.given.most_visits(len(p), len(q))
         if name == UNIFORM:
-            assert search.visits[0] < search.max_visits / 2
-            assert search.passed * POINTS < 50_000
+            assert work.visits[0] < work.max_visits / 2
+            assert work.passed * POINTS < 50_000
     assert searches
 
 
@@ -69,6 +70,21 @@ def test_a_part_is_found_in_every_arrangement(name):
     assert found.matched_share > 0.75
     error = np.hypot(*(found.transform.apply(p) - truth.apply(p)).T)
     assert np.median(error) < 1e-3 * np.ptp(q)
+
+
+@needs_compiled_kernels
+def test_a_long_search_does_not_map_a_crowd_onto_a_crowd():
+    p, q, _ = arranged_pair("one cluster", 20_000, "independent")
+    match = match_points(p, q)
+    assert match.transform is None
+    assert "ended at its limit" in match.reason
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("name", ARRANGEMENTS)
+def test_no_match_has_a_reason_in_every_arrangement(name):
+    match = match_points(*arranged_pair(name, 3_000, "independent")[:2])
+    assert (match.transform is None) == bool(match.reason)
 
 
 class CountedReads:

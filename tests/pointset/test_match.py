@@ -270,9 +270,18 @@ def test_lattices_are_aligned_with_lattices(matcher: PointMatcher, shape: tuple[
     assert match.rms < 1e-9
 
 
+@every_matcher
+def test_no_match_has_a_reason(matcher: PointMatcher) -> None:
+    match = match_points(even_points(1, 9), even_points(2, 9), matcher=matcher)
+    assert match.transform is None
+    assert match.reason
+
+
 def test_three_points_match_too_many_others_to_tell_anything() -> None:
     p = even_points(1, 3)
     assert match_points(p, p).transform is None
+    assert "fewer than 4 points" in match_points(p, p).reason
+    assert "fewer than 5 points" in match_points(p, p, model="affine").reason
     assert match_points(p, np.vstack([p, even_points(2, 9)])).transform is None
 
 

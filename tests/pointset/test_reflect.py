@@ -10,7 +10,15 @@ from pointset_strategies import affine_transforms, check_sound, seeds, similarit
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.affine.transform import AffineTransform
-from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, TransformModel, match_points
+from fpmatch.pointset.match import (
+    POINT_MATCHERS,
+    PointMatcher,
+    TransformModel,
+    match_points,
+    wider_maps,
+)
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.reflect import match_either_way
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 
@@ -112,6 +120,30 @@ def test_the_reason_is_that_of_the_better_of_two() -> None:
     match = match_points(p, q, matcher="paper", reflect=True)
     assert match.transform is None
     assert "of the smaller set" in match.reason
+
+
+def test_reasons_of_both_searches_are_given_where_they_differ() -> None:
+    searches = iter([PointMatch.none(reason="one"), PointMatch.none(reason="other")])
+    match = match_either_way(lambda _: next(searches), even_points(1, 5))
+    assert match.reason == "one; of the mirror image, other"
+    same = match_either_way(lambda _: PointMatch.none(reason="one"), even_points(1, 5))
+    assert same.reason == "one"
+
+
+@every_model
+def test_wider_maps_are_found_only_where_there_is_a_match(model: TransformModel) -> None:
+    p = even_points(1, 12)
+    q = even_points(2, 12)
+    assert wider_maps(p, q, model=model) is None
+    assert wider_maps(p, p * [1, -1], reflect=True, model="affine") is None
+    assert wider_maps(p, p * [1, -2], model=model) == (True, "affine")
+    assert wider_maps(p, p * [1, -2], reflect=True) == (True, "affine")
+
+
+def test_wider_maps_leave_out_sets_that_are_next_to_collinear() -> None:
+    along = np.arange(9.0)
+    near = np.column_stack([along, along**2 / 1e9])
+    assert wider_maps(near, even_points(1, 12)) is None
 
 
 def test_what_no_matcher_can_do_is_refused() -> None:

@@ -34,10 +34,10 @@ from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.pairing import optimal_pairs
-from fpmatch.pointset.point_match import PointMatch, rms_distance
+from fpmatch.pointset.point_match import PointMatch, rms_distance, too_few
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles.descriptors import density_of, ring_triangles
-from fpmatch.pointset.triangles.search import MAX_ROUNDS, Screening, SearchParameters
+from fpmatch.pointset.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -72,8 +72,8 @@ class AffineParameters(SearchParameters):
     """Most times as sparse as Q that a transform may make P."""
     least_height: float = 0.5
     """Least height of a triangle, in mean spacings of a widened set: jitter destroys flat ones."""
-    max_proposals: int = 2_000_000
-    """Pairs of triangles that are tested, at most."""
+    proposals: int = 2_000_000
+    """Pairs of triangles that are tested, at most, where the sets are small."""
 
 
 _DEFAULT: Final = AffineParameters()
@@ -108,10 +108,10 @@ def _match(
     """Match two sets of which no points coincide; the rms distance is left at 0."""
     wide_p, wide_q = _Widened(p), _Widened(q)
     if min(len(p), len(q)) < MIN_POINTS_TO_MATCH:
-        return PointMatch.none()
+        return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
     search = _Search(wide_p, wide_q, Target.of(q, tolerance), parameters)
     if not search.run():
-        return PointMatch.none(search.passed)
+        return PointMatch.none(search.proposals.passed, search.proposals.reason)
     pairs = search.pair()
     widen = AffineTransform.of_matrix(wide_p.matrix).after(p.frame.as_similarity())
     from_frame = AffineTransform.of_matrix(q.frame.as_similarity().inverse().matrix)
@@ -120,7 +120,7 @@ def _match(
         pairs=pairs,
         matched_share=len(pairs) / min(len(p), len(q)),
         rms=0.0,
-        local_matches=search.passed,
+        local_matches=search.proposals.passed,
         chance=math.exp(search.log_chance),
     )
 
@@ -177,11 +177,9 @@ class _Search:
         self.p, self.q, self.target, self.given = p, q, target, parameters
         self.move = np.empty(6)
         self.log_chance = math.inf
-        self.passed = 0
         m, n = len(p.mesh), len(q.mesh)
-        self.visits = np.zeros(1, np.int64)
-        self.max_visits = parameters.most_visits(m)
-        self.screening = Screening(p.points, target, self.visits)
+        self.proposals = Proposals(parameters, m, n)
+        self.screening = Screening(p.points, target, self.proposals)
         self._partner, self._owner = np.full(m, -1, np.int32), np.full(n, -1, np.int32)
         self._distance2 = np.empty(m)
 
@@ -190,14 +188,17 @@ class _Search:
         given, m = self.given, len(self.p.mesh)
         of_p, of_q = (side.triangles(given.least_height) for side in (self.p, self.q))
         fit = np.empty(12)
-        arguments = self._arguments(of_p, of_q, fit)
+        test, *corners = self._arguments(of_p, of_q, fit)
+        order = self.p.most_informative_first(of_p, given.share)
         log_tests = math.log(max(1, 3 * len(of_p) * len(of_q)))
         log_max = math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.q.mesh))
-        move, state = np.empty(6), np.zeros(3, np.int_)
-        max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while kernel.propose(*(*arguments, max_proposals, self.max_visits, state)):
-            self.passed += 1
+        move, t2 = np.empty(6), self.target.tolerance**2
+
+        def continued(order: NDArray[np.intp], *limits: Any) -> bool:
+            return bool(kernel.propose(test, self.p.points, order, *corners, *limits))
+
+        for _ in self.proposals.passing(continued, order, 3 * len(of_q)):
             kernel.move_of(fit, move)
             if self.screening.rejects(move, log_max - log_tests):
                 continue
@@ -207,7 +208,7 @@ class _Search:
             self._improve(move, t2, log_tests)
             if np.count_nonzero(self._partner >= 0) >= sufficient:
                 return True
-            max_proposals = min(max_proposals, int(state[2]) + given.extra_proposals)
+            self.proposals.end_after(given.extra_proposals)
         return self.log_chance < log_max
 
     def pair(self) -> Ints:
@@ -232,6 +233,8 @@ class _Search:
         chance = log_tests + overlay.log_chance(
             self._partner, distance2, inside, t2, self.target.density, DETERMINED
         )
+        if chance < math.log(self.given.max_chance):
+            chance -= self.screening.crowding(move)
         if chance >= self.log_chance:
             return False
         self.log_chance, self.move = chance, move.copy()
@@ -242,7 +245,7 @@ class _Search:
         return int(
             overlay.refine(
                 self.p.points, self.target.grid, t2, MAX_ROUNDS, self._owner, self._partner,
-                self._distance2, self.visits, move,
+                self._distance2, self.proposals.visits, move,
             )
         )  # fmt: skip
 
@@ -254,14 +257,14 @@ class _Search:
         return bool((linear * linear).sum() <= limit * area)
 
     def _arguments(self, of_p: Ints, of_q: Ints, fit: Floats) -> tuple[Any, ...]:
-        """Return the arguments of `propose` that do not change during the search."""
+        """Return the test of `propose`, and its arguments from the triangles of P on."""
         given, p, q, target = self.given, self.p, self.q, self.target
         thin = p.density / q.density
         test = kernel.AffineTest(
             *(p.points, of_p, p.mesh.ring_start, p.mesh.ring, target.points, target.grid),
-            *(*given.of_test(target, len(p.mesh)), fit, self.visits),
+            *(*given.of_test(target, len(p.mesh)), fit, self.proposals.visits),
         )
         return (
-            *(test, p.points, p.most_informative_first(of_p, given.share), of_p, of_q, q.points),
+            *(test, of_p, of_q, q.points),
             *(given.max_anisotropy, thin / given.max_crowding, thin * given.max_thinning),
         )

@@ -22,7 +22,7 @@ from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.frames import between_sets
 from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.pairing import optimal_pairs
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.point_match import PointMatch, too_few
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import SimilarityTest, propose
@@ -34,7 +34,7 @@ from fpmatch.pointset.triangles.descriptors import (
     ring_triangles,
     sort_by_shape,
 )
-from fpmatch.pointset.triangles.search import MAX_ROUNDS, Screening, SearchParameters
+from fpmatch.pointset.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -58,8 +58,6 @@ class TriangleParameters(SearchParameters):
     """Least longest side of Q's triangles, in mean spacings: jitter destroys smaller shapes."""
     near_tie: float = 0.8
     """Q's triangles are also described by sides of at least this ratio to the longest."""
-    max_proposals: int = 200_000
-    """Pairs of triangles that are tested, at most."""
 
 
 _DEFAULT: Final = TriangleParameters()
@@ -89,17 +87,17 @@ def _match(
 ) -> PointMatch:
     """Match two sets of which no points coincide, but for rounding."""
     if min(len(p), len(q)) < MIN_POINTS_TO_MATCH:
-        return PointMatch.none()
+        return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
     search = _Search(p, q, Target.of(q, tolerance), parameters)
     if not search.run():
-        return PointMatch.none(search.passed)
+        return PointMatch.none(search.proposals.passed, search.proposals.reason)
     pairs, rms = search.pair()
     return PointMatch(
         transform=between_sets(Similarity.of_move(search.move), p.frame, q.frame),
         pairs=pairs,
         matched_share=len(pairs) / min(len(p), len(q)),
         rms=math.ldexp(rms, q.frame.exponent),
-        local_matches=search.passed,
+        local_matches=search.proposals.passed,
         chance=math.exp(search.log_chance),
     )
 
@@ -115,11 +113,8 @@ class _Search:
         self.density_p = density_over_hull(p.mesh, self.p)
         self.move = np.empty(4)
         self.log_chance = math.inf
-        self.tried = 0
-        self.visits = np.zeros(1, np.int64)
-        self.max_visits = parameters.most_visits(len(p.mesh))
-        self.screening = Screening(self.p, target, self.visits)
-        self.passed = 0
+        self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
+        self.screening = Screening(self.p, target, self.proposals)
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
@@ -136,60 +131,62 @@ class _Search:
 
     def _search(self, of_p: Ints, of_q: Ints) -> bool:
         """Search one kind of triangle, (T, 3) each, until a proposal is accepted."""
-        given, m = self.given, len(self.mesh_p)
-        if self.tried >= given.max_proposals or self.visits[0] >= self.max_visits:
+        given, proposals, m = self.given, self.proposals, len(self.mesh_p)
+        if proposals.at_limit:
             return False
         outliers = (1.0 - given.share) * self.density_p
         in_p = describe_all(self.p, of_p, outliers)
         shortest = given.shortest_side * self.target.spacing
         in_q = describe_large(self.target.points, of_q, given.near_tie, shortest)
         fit = np.empty(8)
-        arguments = self._arguments(in_p, in_q, shortest, fit)
+        test, *shapes = self._arguments(in_p, in_q, shortest, fit)
+        order = in_p.negative_information[: in_p.number].argsort(kind="stable")
         log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
         sufficient = given.sufficient_share * min(m, len(self.mesh_q))
         owner, partner = np.full(len(self.mesh_q), -1, np.int32), np.full(m, -1, np.int32)
         distance2, move = np.empty(m), np.empty(4)
-        state = np.array([0, 0, self.tried], np.int_)
-        max_proposals, t2 = given.max_proposals, self.target.tolerance**2
-        while propose(*(*arguments, max_proposals, self.max_visits, state)):
-            self.passed += 1
+        t2 = self.target.tolerance**2
+
+        def continued(order: NDArray[np.intp], *limits: Any) -> bool:
+            return bool(propose(test, order, *shapes, *limits))
+
+        for _ in proposals.passing(continued, order, in_q.number):
             move[:] = _move(fit)
             if self.screening.rejects(move, log_max - log_tests):
                 continue
             inside = overlay.refine(
                 *(self.p, self.target.grid, t2, MAX_ROUNDS),
-                *(owner, partner, distance2, self.visits, move),
+                *(owner, partner, distance2, proposals.visits, move),
             )
             if inside < 0:
                 continue
             chance = log_tests + overlay.log_chance(
                 partner, distance2, inside, t2, self.target.density
             )
+            if chance < log_max:
+                chance -= self.screening.crowding(move)
             if chance < self.log_chance:
                 self.log_chance, self.move = chance, move.copy()
                 if chance >= log_max:
                     continue
                 if np.count_nonzero(partner >= 0) >= sufficient:
                     return True
-                max_proposals = min(max_proposals, int(state[2]) + given.extra_proposals)
-        self.tried = int(state[2])
+                proposals.end_after(given.extra_proposals)
         return self.log_chance < log_max
 
     def _arguments(
         self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, shortest: float, fit: Floats
     ) -> tuple[Any, ...]:
-        """Return the arguments of `propose` that do not change during the search."""
+        """Return the test of `propose`, and its arguments from the shapes of P on."""
         given, mesh, target = self.given, self.mesh_p, self.target
         shape_tolerance = given.shape_tolerance * target.tolerance
         widest = shape_tolerance / shortest
         test = SimilarityTest(
             *(self.p, in_p.corner, mesh.ring_start, mesh.ring, target.points, target.grid),
-            *(*given.of_test(target, len(mesh)), fit, self.visits),
+            *(*given.of_test(target, len(mesh)), fit, self.proposals.visits),
         )
-        return (
-            *(test, in_p.negative_information[: in_p.number].argsort(kind="stable"), in_p.shape),
-            *(in_q.corner, in_q.side, sort_by_shape(in_q, widest), shape_tolerance, widest),
-        )
+        shapes = sort_by_shape(in_q, widest)
+        return test, in_p.shape, in_q.corner, in_q.side, shapes, shape_tolerance, widest
 
 
 def _move(fit: Floats) -> tuple[float, float, float, float]:

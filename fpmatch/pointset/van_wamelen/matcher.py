@@ -37,7 +37,7 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset._grid_kernel import CellGrid
 from fpmatch.pointset.frames import between_sets, frame_of
 from fpmatch.pointset.grid import MAX_CELLS_PER_POINT
-from fpmatch.pointset.point_match import PointMatch, rms_distance, share_of
+from fpmatch.pointset.point_match import PointMatch, rms_distance, share_of, too_few
 from fpmatch.pointset.points import as_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _search_kernel as kernel
@@ -132,16 +132,21 @@ def match_van_wamelen(
     _check(rho, lambda_, tolerance, confidence)
     frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
     if min(len(given_p), len(given_q)) < MIN_POINTS:
-        return PointMatch.none()
+        return PointMatch.none(reason=too_few(MIN_POINTS))
     plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
     sorted_p, sorted_q = sort_set(given_p, frame_p), sort_set(given_q, frame_q)
     if tolerance is None:
         reach = lambda_ * sorted_q.spacing
     else:
         reach = math.ldexp(tolerance, -frame_q.exponent)
-    local_matches, move, (i, j) = _search(sorted_p, sorted_q, plan, reach, seed, max_steps)
+    steps = np.zeros(1, np.int64)
+    limits = seed, max_steps, steps
+    local_matches, move, (i, j) = _search(sorted_p, sorted_q, plan, reach, *limits)
     if not len(i):
-        return PointMatch.none(local_matches)
+        reason = f"no transform that was tried pairs {plan.enough:,} points, a share rho of P"
+        if steps[0] >= max_steps:
+            reason += "; the search ended at its limit of points and cells visited"
+        return PointMatch.none(local_matches, reason)
     in_p, in_q = sorted_p.order[i], sorted_q.order[j]
     rms = rms_distance(move.apply(sorted_p.unit[in_p]), sorted_q.unit[in_q])
     return PointMatch(
@@ -181,9 +186,18 @@ def _tries(doubt: float, rho: float) -> int:
 
 
 def _search(
-    p: _SortedSet, q: _SortedSet, plan: SearchPlan, tolerance: float, seed: int, max_steps: int
+    p: _SortedSet,
+    q: _SortedSet,
+    plan: SearchPlan,
+    tolerance: float,
+    seed: int,
+    max_steps: int,
+    steps: NDArray[np.int64],
 ) -> tuple[int, Similarity, Ints]:
-    """Return the number of local matches, the transform between frames, and the pairs (2, K)."""
+    """Return the number of local matches, the transform between frames, and the pairs (2, K).
+
+    `steps` (1,) counts the points and cells visited.
+    """
     m, n = len(p.order), len(q.order)
     rng = np.random.default_rng(seed)
     # permutations of the sets as given: the search is the same whatever the grids
@@ -195,7 +209,7 @@ def _search(
     kernel.search(
         *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q, squared),
         *(plan.bases, plan.window, plan.enough_near, plan.enough, tolerance, max_steps),
-        *(move, pair, np.zeros(n, np.int32), np.zeros(1, np.int64), found),
+        *(move, pair, np.zeros(n, np.int32), steps, found),
     )
     pairs, local_matches = found.tolist()
     similarity = Similarity.of_move(move) if pairs else Similarity()

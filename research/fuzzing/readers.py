@@ -78,6 +78,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "matching/score.py": _OWN,
     "matching/score_model.py": _OWN,
     "npy.py": ("npy", "points", "array-picture"),
+    "kernels.py": _OWN,
     "output.py": _OUT,
     "packed_template.py": ("packed-template", "compact-template"),
     "parsing.py": ("json", "calibration", "truth", "points-results", "dataset-info", "clients"),

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.ranked_trials import Trials
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.report import RatesReport, SetRates
+    from fpmatch.evaluation.scores_set import Trials
 
 MIN_FINGERS: Final = 5  # of a database
 MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known

@@ -7,10 +7,9 @@ from scipy.stats import binomtest
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.intervals import ExactBound
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run_comparison import compare_runs
-from fpmatch.evaluation.scores_set import ScoresSet
+from fpmatch.evaluation.scores_set import ScoresSet, Trials
 from fpmatch.evaluation.tables import format_comparison
 
 

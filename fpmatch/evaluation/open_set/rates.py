@@ -31,8 +31,9 @@ from fpmatch.evaluation.intervals import (
     interval_of,
 )
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH
-from fpmatch.evaluation.ranked_trials import RankedTrials, Trials
+from fpmatch.evaluation.ranked_trials import RankedTrials
 from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import pickle
 import uuid
-from collections import OrderedDict
-from contextlib import contextmanager
+from collections import OrderedDict, deque
+from contextlib import closing, contextmanager
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from fpmatch.engine.cluster import DaskCluster
@@ -26,6 +27,7 @@ HeldPiece_co = TypeVar("HeldPiece_co", covariant=True)
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
+Batch = TypeVar("Batch")
 
 SETS_HELD: Final = 2  # of pieces that a worker process keeps, the latest ones
 
@@ -66,6 +68,29 @@ def hold_pieces(engine: Engine, pieces: Sequence[Piece]) -> Iterator[Pieces[Piec
             yield held
     else:
         yield _Held(engine, pieces)
+
+
+def map_to_all(
+    held: Pieces[Piece],
+    total: int,
+    work: Callable[[None, Piece, Chunk], Result],
+    batches: Iterable[Batch],
+    chunks_of: Callable[[Batch], Iterable[tuple[int, Chunk]]],
+) -> Generator[tuple[Batch, list[Result]], None, None]:
+    """Yield batches, drawn as they are needed, with the results of their `total` chunks each."""
+    pending: deque[Batch] = deque()
+
+    def chunks() -> Iterator[tuple[int, Chunk]]:
+        for batch in batches:
+            pending.append(batch)
+            yield from chunks_of(batch)
+
+    if not total:
+        yield from ((batch, []) for batch in batches)
+        return
+    with closing(held.map(work, None, chunks())) as results:
+        while parts := list(islice(results, total)):
+            yield pending.popleft(), parts
 
 
 class _Held(Generic[Piece]):

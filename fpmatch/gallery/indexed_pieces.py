@@ -6,16 +6,16 @@ The candidates are therefore those of `fpmatch.gallery.indexed_search`, to the l
 
 from __future__ import annotations
 
-from collections import deque
 from contextlib import closing
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.engine.pieces import map_to_all
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.prepared_search import Preselection
+from fpmatch.gallery.search_pieces import by_probe
 from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
 from fpmatch.indexing.stages import preselect, unoriented_share
 from fpmatch.matching.prepare_compact import prepare_compact
@@ -128,7 +128,7 @@ class HeldIndexedSearch:
             closing(self._round(_compare, chosen, _Batch.within)) as compared,
         ):
             for batch, parts in compared:
-                similarities = (np.concatenate(found) for found in _each(parts, len(batch.probes)))
+                similarities = map(np.concatenate, by_probe(parts, len(batch.probes)))
                 yield list(zip(batch.staged, similarities, strict=True))
 
     def answered(self, answer: Any) -> Search:
@@ -141,22 +141,14 @@ class HeldIndexedSearch:
         batches: Iterable[_Batch],
         chunk_of: Callable[[_Batch, int], Any],
     ) -> Generator[tuple[_Batch, list[Any]], None, None]:
-        """Yield batches with the results of all segments."""
-        pending: deque[_Batch] = deque()
+        """Return batches with the results of all segments."""
         total = len(self._segments)
 
-        def chunks() -> Iterator[tuple[int, Any]]:
-            for batch in batches:
-                pending.append(batch)
-                for k in range(total):
-                    yield batch.copy * total + k, chunk_of(batch, k)
+        def chunks_of(batch: _Batch) -> Iterator[tuple[int, Any]]:
+            for k in range(total):
+                yield batch.copy * total + k, chunk_of(batch, k)
 
-        if not total:
-            yield from ((batch, []) for batch in batches)
-            return
-        with closing(self._held.map(work, None, chunks())) as results:
-            while parts := list(islice(results, total)):
-                yield pending.popleft(), parts
+        return map_to_all(self._held, total, work, batches, chunks_of)
 
     def _voted(
         self, batches: Iterable[_Batch], most: int, plan: SearchPlan
@@ -167,7 +159,7 @@ class HeldIndexedSearch:
             self._round(_vote, batches, lambda batch, _: (batch.probes, *limits))
         ) as voted:
             for batch, parts in voted:
-                for found in _each(parts, len(batch.probes)):
+                for found in by_probe(parts, len(batch.probes)):
                     self._choose_by_votes(batch, found, most)
                 yield batch
 
@@ -195,7 +187,7 @@ class HeldIndexedSearch:
         state = self.search.state
         with closing(self._round(_score, batches, _Batch.within)) as scored:
             for batch, parts in scored:
-                for i, found in enumerate(_each(parts, len(batch.probes))):
+                for i, found in enumerate(by_probe(parts, len(batch.probes))):
                     segment, local = batch.segments[i], batch.local[i]
                     sizes = np.concatenate([np.empty(0, np.int32), *(one[1] for one in found)])
                     scores = np.concatenate([np.empty(0, np.int32), *(one[0] for one in found)])
@@ -207,11 +199,6 @@ class HeldIndexedSearch:
                     batch.staged.append(Preselection(chosen, (len(local), len(chosen)), loss))
                     batch.segments[i], batch.local[i] = state.places(chosen)
                 yield batch
-
-
-def _each(parts: Sequence[Sequence[Any]], probes: int) -> list[list[Any]]:
-    """Return for each probe what all segments returned."""
-    return [[part[i] for part in parts] for i in range(probes)]
 
 
 def _vote(

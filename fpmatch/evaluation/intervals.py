@@ -90,6 +90,10 @@ class RateIntervals:
     rank_one: Interval | None = None
     bounds: Mapping[str, ExactBound] = field(default_factory=dict)
 
+    def of(self, rate: str) -> tuple[Interval | None, ExactBound | None]:
+        """Return the interval of the rate of this name, and its basis where it has one limit."""
+        return getattr(self, rate, None), self.bounds.get(rate)
+
 
 @dataclass(frozen=True, slots=True)
 class ReportIntervals:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_rates
-from fpmatch.evaluation.error_vs_discard import POOLED
 from fpmatch.evaluation.intervals import (
     ExactBound,
     Interval,
@@ -17,7 +16,7 @@ from fpmatch.evaluation.intervals import (
     exact_bound,
     interval_of,
 )
-from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.evaluation.rates import POOLED, fnmr_at_fmr, threshold_at_fmr
 from fpmatch.evaluation.report import split_scores
 
 if TYPE_CHECKING:

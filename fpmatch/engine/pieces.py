@@ -10,7 +10,7 @@ import pickle
 import uuid
 from collections import OrderedDict, deque
 from contextlib import closing, contextmanager
-from itertools import islice
+from itertools import cycle, islice
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from fpmatch.engine.cluster import DaskCluster
@@ -75,15 +75,21 @@ def map_to_all(
     total: int,
     work: Callable[[None, Piece, Chunk], Result],
     batches: Iterable[Batch],
-    chunks_of: Callable[[Batch], Iterable[tuple[int, Chunk]]],
+    chunk_of: Callable[[Batch, int], Chunk],
+    *,
+    copies: int = 1,
 ) -> Generator[tuple[Batch, list[Result]], None, None]:
-    """Yield batches, drawn as they are needed, with the results of their `total` chunks each."""
+    """Yield batches, drawn as they are needed, with what each of `total` pieces returns for them.
+
+    It is ``work(None, piece, chunk_of(batch, k))`` of piece k. Batches take turns on the `copies`.
+    """
     pending: deque[Batch] = deque()
 
     def chunks() -> Iterator[tuple[int, Chunk]]:
-        for batch in batches:
+        for batch, first in zip(batches, cycle(range(0, copies * total, total))):
             pending.append(batch)
-            yield from chunks_of(batch)
+            for k in range(total):
+                yield first + k, chunk_of(batch, k)
 
     if not total:
         yield from ((batch, []) for batch in batches)

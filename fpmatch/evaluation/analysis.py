@@ -5,7 +5,7 @@ It is the report as text and JSON; `fpmatch.evaluation.html.page` makes the page
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -73,7 +73,7 @@ class Analysis:
             name: part.as_json() for name, part in beside.items() if part is not None
         }
         if self.points:
-            known["fnmr_at_fmr"] = [point.as_json() for point in self.points]
+            known["fnmr_at_fmr"] = list(map(asdict, self.points))
         if self.quality is not None:
             known["quality"] = self.quality.as_json()
         return {**self.report.as_json(), **known}

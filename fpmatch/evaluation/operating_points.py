@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,10 +42,6 @@ class OperatingPoint:
     threshold: float | None
     interval: Interval | None
     bound: ExactBound | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the point as JSON values; rates as fractions."""
-        return asdict(self)
 
 
 def operating_points(

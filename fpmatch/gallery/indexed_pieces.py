@@ -21,7 +21,7 @@ from fpmatch.indexing.stages import preselect, unoriented_share
 from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -78,10 +78,9 @@ class AnsweredIndexedSearch(IndexedSearch):
 
 @dataclass(slots=True, eq=False)
 class _Batch:
-    """Prepared probes, which copy of the pieces they are sent to, and prints chosen for each."""
+    """Prepared probes, and prints chosen for each."""
 
     probes: Sequence[Any]
-    copy: int
     segments: list[Indices] = field(default_factory=list)
     local: list[Indices] = field(default_factory=list)
     votes: list[NDArray[np.uint16]] = field(default_factory=list)
@@ -121,9 +120,8 @@ class HeldIndexedSearch:
     ) -> Generator[list[tuple[Preselection, NDArray[np.float64]]], None, None]:
         """Yield what each probe of each batch is answered; as `HeldSearch.answers`."""
         plan = search_plan(loss, len(self.search), threshold)
-        numbered = (_Batch(probes, k % self._copies) for k, probes in enumerate(batches))
         with (
-            closing(self._voted(numbered, max(plan.by_terms, count), plan)) as voted,
+            closing(self._voted(map(_Batch, batches), max(plan.by_terms, count), plan)) as voted,
             closing(self._chosen(voted, max(plan.by_descriptors, count), loss)) as chosen,
             closing(self._round(_compare, chosen, _Batch.within)) as compared,
         ):
@@ -142,13 +140,8 @@ class HeldIndexedSearch:
         chunk_of: Callable[[_Batch, int], Any],
     ) -> Generator[tuple[_Batch, list[Any]], None, None]:
         """Return batches with the results of all segments."""
-        total = len(self._segments)
-
-        def chunks_of(batch: _Batch) -> Iterator[tuple[int, Any]]:
-            for k in range(total):
-                yield batch.copy * total + k, chunk_of(batch, k)
-
-        return map_to_all(self._held, total, work, batches, chunks_of)
+        total, copies = len(self._segments), self._copies
+        return map_to_all(self._held, total, work, batches, chunk_of, copies=copies)
 
     def _voted(
         self, batches: Iterable[_Batch], most: int, plan: SearchPlan

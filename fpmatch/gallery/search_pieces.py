@@ -208,10 +208,8 @@ class HeldSearch:
         references: Any = self.search.references
         sizes = np.diff(references.minutiae_start)
         total = len(self._spans)
-        scored = map_to_all(
-            self._held, total, _preselect, batches, lambda batch: ((k, batch) for k in range(total))
-        )
-        with closing(scored):
+        rounds = map_to_all(self._held, total, _preselect, batches, lambda batch, _: batch)
+        with closing(rounds) as scored:
             for batch, parts in scored:
                 scores = map(np.concatenate, by_probe(parts, len(batch)))
                 yield (
@@ -225,13 +223,12 @@ class HeldSearch:
     def _compared(
         self, chosen: Iterable[tuple[Sequence[Any], list[NDArray[np.intp] | None]]]
     ) -> Generator[list[Answer], None, None]:
-        def chunks_of(batch: tuple[Sequence[Any], list[Any]]) -> Iterator[tuple[int, Any]]:
+        def within(batch: tuple[Sequence[Any], list[Any]], k: int) -> tuple[Sequence[Any], Any]:
             probes, which = batch
-            for k, span in enumerate(self._spans):
-                yield k, (probes, [_within(one, span) for one in which])
+            return probes, [_within(one, self._spans[k]) for one in which]
 
-        compared = map_to_all(self._held, len(self._spans), _compare, chosen, chunks_of)
-        with closing(compared):
+        rounds = map_to_all(self._held, len(self._spans), _compare, chosen, within)
+        with closing(rounds) as compared:
             for (probes, which), parts in compared:
                 similarities = by_probe(parts, len(probes))
                 yield [

@@ -73,10 +73,6 @@ class IdentificationPoint:
     predicted_threshold: float
     extrapolated: bool
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the point as JSON values; rates as fractions."""
-        return asdict(self)
-
 
 @dataclass(frozen=True, slots=True)
 class OpenSetRates:
@@ -101,11 +97,11 @@ class OpenSetRates:
         return {
             "mated": self.mated,
             "nonmated": self.nonmated,
-            "fnir_at_fpir": [point.as_json() for point in self.points],
+            "fnir_at_fpir": list(map(asdict, self.points)),
             "fnir_at_rank": list(self.fnir_at_rank),
             "rank_intervals": list(self.rank_intervals),
             "rank_bounds": [one and asdict(one) for one in self.rank_bounds],
-            "det": [point.as_json() for point in self.det],
+            "det": list(map(asdict, self.det)),
         }
 
 

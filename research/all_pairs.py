@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.evaluation.impostors import ImpostorSet
-from fpmatch.evaluation.ranked_trials import Trials
+from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 

@@ -191,7 +191,7 @@ def shown(template, result, tmp_path_factory):
     """Return what Python programs hold, by its name, with names and texts that try to be HTML."""
     from fpmatch.evaluation.rates import error_rates
     from fpmatch.evaluation.report import EvaluationReport, SetResult
-    from fpmatch.evaluation.score_rows import unnamed_set
+    from fpmatch.evaluation.scores_set import unnamed_set
 
     evil = "<script>alert(1)</script>"
     rng = np.random.default_rng(5)

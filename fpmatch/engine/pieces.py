@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import pickle
 import uuid
-from collections import OrderedDict
-from contextlib import contextmanager
+from collections import OrderedDict, deque
+from contextlib import closing, contextmanager
+from itertools import cycle, islice
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from fpmatch.engine.cluster import DaskCluster
@@ -26,6 +27,7 @@ HeldPiece_co = TypeVar("HeldPiece_co", covariant=True)
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
+Batch = TypeVar("Batch")
 
 SETS_HELD: Final = 2  # of pieces that a worker process keeps, the latest ones
 
@@ -66,6 +68,35 @@ def hold_pieces(engine: Engine, pieces: Sequence[Piece]) -> Iterator[Pieces[Piec
             yield held
     else:
         yield _Held(engine, pieces)
+
+
+def map_to_all(
+    held: Pieces[Piece],
+    total: int,
+    work: Callable[[None, Piece, Chunk], Result],
+    batches: Iterable[Batch],
+    chunk_of: Callable[[Batch, int], Chunk],
+    *,
+    copies: int = 1,
+) -> Generator[tuple[Batch, list[Result]], None, None]:
+    """Yield batches, drawn as they are needed, with what each of `total` pieces returns for them.
+
+    It is ``work(None, piece, chunk_of(batch, k))`` of piece k. Batches take turns on the `copies`.
+    """
+    pending: deque[Batch] = deque()
+
+    def chunks() -> Iterator[tuple[int, Chunk]]:
+        for batch, first in zip(batches, cycle(range(0, copies * total, total))):
+            pending.append(batch)
+            for k in range(total):
+                yield first + k, chunk_of(batch, k)
+
+    if not total:
+        yield from ((batch, []) for batch in batches)
+        return
+    with closing(held.map(work, None, chunks())) as results:
+        while parts := list(islice(results, total)):
+            yield pending.popleft(), parts
 
 
 class _Held(Generic[Piece]):

@@ -1,19 +1,37 @@
-"""Analysis of an evaluation: rates, their intervals, and the comparison with other runs."""
+"""Analysis of an evaluation: rates, their intervals, and the comparison with other runs.
+
+It is the report as text and JSON; `fpmatch.evaluation.html.page` makes the page of the same.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.evaluation import tables
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
+from fpmatch.evaluation.decision import calibration_of
+from fpmatch.evaluation.error_vs_discard import SHARES
 from fpmatch.evaluation.intervals import rate_intervals
 from fpmatch.evaluation.operating_points import operating_points
 from fpmatch.evaluation.quality_analysis import analyse_quality
+from fpmatch.evaluation.rate_text import (
+    INTERVAL_TITLES,
+    RATE_TITLES,
+    bounds_note,
+    change_limits,
+    decisions_sentence,
+    defined_rates,
+    interval_table,
+    limits,
+    percent,
+    points,
+    rate_cells,
+)
 from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run_comparison import DECISION_FMRS, compare_runs, have_common_pairs
 from fpmatch.evaluation.scores import choose_matcher
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -22,13 +40,15 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.operating_points import OperatingPoint
     from fpmatch.evaluation.quality_analysis import QualityAnalysis
     from fpmatch.evaluation.report import RatesReport
-    from fpmatch.evaluation.run_comparison import RunComparison
+    from fpmatch.evaluation.run_comparison import ChangedPair, RunComparison
     from fpmatch.evaluation.scores_set import ScoresSet
+
+_PAIRS_NAMED: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Hold one matcher's evaluation, intervals of its rates, and the comparison with a baseline.
+    """One matcher's evaluation, intervals of its rates, and the comparison with a baseline.
 
     `points` are the FNMR at chosen FMRs; `quality` is None where neither quality nor overlap is
     known.
@@ -53,7 +73,7 @@ class Analysis:
             name: part.as_json() for name, part in beside.items() if part is not None
         }
         if self.points:
-            known["fnmr_at_fmr"] = [point.as_json() for point in self.points]
+            known["fnmr_at_fmr"] = list(map(asdict, self.points))
         if self.quality is not None:
             known["quality"] = self.quality.as_json()
         return {**self.report.as_json(), **known}
@@ -66,13 +86,13 @@ class Analysis:
         """Return the tables without the note on what bounds of intervals are."""
         parts = [self.report.as_text()]
         if self.intervals is not None:
-            parts.append(tables.format_intervals(self.report, self.intervals))
+            parts.append(_format_intervals(self.report, self.intervals))
         if self.points:
-            parts.append(tables.format_points(self))
+            parts.append(_format_points(self))
         if self.quality is not None and self.quality.curves:
-            parts.append(tables.format_discard(self.quality))
+            parts.append(_format_discard(self.quality))
         if self.baseline is not None:
-            parts.append(tables.format_comparison(self.baseline, self.baseline_name))
+            parts.append(format_comparison(self.baseline, self.baseline_name))
         return "\n\n".join(parts)
 
 
@@ -141,9 +161,9 @@ def text_of(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] =
     parts = [analyses[0].tables()]
     if len(analyses) > 1:
         parts = [f"matcher {one.report.matcher}\n{one.tables()}" for one in analyses]
-        parts.append(tables.format_matchers([one.report for one in analyses]))
-        parts += [tables.format_comparison(comparison, first) for comparison in comparisons]
-    parts.append(tables.bounds_note(bounds_of(analyses, comparisons)))
+        parts.append(_format_matchers([one.report for one in analyses]))
+        parts += [format_comparison(comparison, first) for comparison in comparisons]
+    parts.append(bounds_note(bounds_of(analyses, comparisons)))
     return "\n\n".join(filter(None, parts))
 
 
@@ -153,8 +173,99 @@ def bounds_of(
     """Yield the bases of the intervals of analyses and comparisons, None those of the bootstrap."""
     for one in analyses:
         if one.intervals is not None:
-            for found in (*one.intervals.sets, one.intervals.mean, one.intervals.pooled):
-                yield from found.bounds.values()
+            for rates in (*one.intervals.sets, one.intervals.mean, one.intervals.pooled):
+                yield from rates.bounds.values()
         yield from (point.bound for point in one.points)
     for comparison in (*comparisons, *(one.baseline for one in analyses if one.baseline)):
         yield from (d.bound for _, differences in comparison.shown() for d in differences)
+
+
+def _format_matchers(reports: Sequence[RatesReport]) -> str:
+    """Return a line a matcher: of several databases the mean EER, and the rates of all scores."""
+    names = defined_rates(report.pooled for report in reports)
+    several = len(reports[0].sets) > 1
+    mean, pooled = (["mean EER"], "pooled ") if several else ([], "")
+    head = ("side by side", *mean, *(pooled + RATE_TITLES[n] for n in names), "rank-1")
+    rows = (
+        (
+            *(r.matcher, *[percent(r.mean.eer)] * several),
+            *(*rate_cells(r.pooled, names), percent(r.rank_one)),
+        )
+        for r in reports
+    )
+    return text_table([head, *rows])
+
+
+def _format_intervals(report: RatesReport, intervals: ReportIntervals) -> str:
+    """Return the lines of `RatesReport.as_text` with the intervals of the rates that have one."""
+    rows = [(row.name, one) for row, one in zip(report.sets, intervals.sets, strict=True)]
+    if len(rows) > 1:
+        rows += [("mean", intervals.mean), ("pooled", intervals.pooled)]
+    names = [n for n in INTERVAL_TITLES if any(getattr(one, n) is not None for _, one in rows)]
+    cells = [(title, [one.of(name) for name in names]) for title, one in rows]
+    known = all(row.scores.trials.fingers for row in report.sets)
+    titles = [INTERVAL_TITLES[name] for name in names]
+    return interval_table(titles, cells, "fingers" if known else "comparisons")
+
+
+def _format_points(analysis: Analysis) -> str:
+    """Return a line a database and FMR: the FNMR, its interval, and the threshold."""
+    calibration = calibration_of(analysis.report.matcher)
+    rows = [("FNMR at FMR", "", "FNMR", "95 % interval", "threshold", "score")]
+    for p in analysis.distinct_points:
+        threshold, score = "-", "-"
+        if p.threshold is not None:
+            threshold = f"{p.threshold:.6g}"
+            score = f"{calibration.score(p.threshold):.1f}" if calibration else ""
+        at = f"{100 * p.fmr:.6g} %", percent(p.fnmr), limits(p.interval, p.bound)
+        rows.append((p.name, *at, threshold, score))
+    return text_table(rows if calibration else [row[:-1] for row in rows])
+
+
+def _format_discard(quality: QualityAnalysis) -> str:
+    """Return the FNMR of each database where the prints of lowest quality are discarded."""
+    head = (
+        f"FNMR at FMR {100 * quality.fmr:.6g} %, of the worst prints discarded",
+        *(f"{100 * share:.0f} %" for share in SHARES),
+    )
+    return text_table([head, *((c.name, *map(percent, c.fnmr)) for c in quality.curves)])
+
+
+def format_comparison(comparison: RunComparison, name: str) -> str:
+    """Return the rates before, in the run `name`, and now, and the decisions that changed.
+
+    The table has the EER of each database, then all rates of mean and pooled scores; of one
+    database all its rates.
+    """
+    c = comparison
+    by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""
+    lines = [
+        f"{c.now} compared with {name}{by}: {c.pooled.pairs:,} pairs in both, "
+        f"{c.identical:,} with the same similarity"
+    ]
+    cells = [
+        (
+            *(f"{one.name} {RATE_TITLES[d.rate]}", f"{one.pairs:,}"),
+            *(percent(d.before), percent(d.now), points(d.now - d.before)),
+            *(change_limits(d), d.verdict),
+        )
+        for one, differences in c.shown()
+        for d in differences
+    ]
+    lines.append(text_table([(" ", "pairs", *c.titles(), "points", "95 % interval", ""), *cells]))
+    if c.only_before or c.only_now:
+        lines.append(
+            f"left out: {c.only_before:,} pairs that only the earlier run compared, "
+            f"{c.only_now:,} that only this one did"
+        )
+    if c.decisions is not None:
+        lines.append(decisions_sentence(c.decisions))
+        lines += _named("now matching", c.decisions.gained)
+        lines += _named("no longer", c.decisions.lost)
+    return "\n".join(lines)
+
+
+def _named(label: str, pairs: Sequence[ChangedPair]) -> list[str]:
+    lines = [f"  {label}: {p.set} {p.probe} {p.reference}" for p in pairs[:_PAIRS_NAMED]]
+    rest = len(pairs) - _PAIRS_NAMED
+    return [*lines, f"  {label}: {rest} more"] if rest > 0 else lines

@@ -22,8 +22,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.random import default_rng
 
-from fpmatch.evaluation.ranked_trials import RankedTrials, Trials
+from fpmatch.evaluation.ranked_trials import RankedTrials
 from fpmatch.evaluation.rates import FMR_LIMITS, error_rates
+from fpmatch.evaluation.scores_set import Trials
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

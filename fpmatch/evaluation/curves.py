@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.evaluation.error_vs_discard import POOLED, SHARES
-from fpmatch.evaluation.rates import error_curves
+from fpmatch.evaluation.error_vs_discard import SHARES
+from fpmatch.evaluation.rates import POOLED, error_curves
 from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.output import atomic_write_bytes, check_writable, make_folder
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     Row = tuple[object, ...]
     Scores = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+Part = TypeVar("Part")
 
 DET, HISTOGRAM, DISCARD = "det.csv", "histogram.csv", "discard.csv"
 HEADS: Final = {
@@ -66,11 +68,21 @@ def write_curves(folder: str | os.PathLike[str], analyses: Sequence[Analysis]) -
     OutputError
         If a file cannot be written.
     """
-    files = prepare_curves(folder)
     rows = {DET: _det_rows, HISTOGRAM: _histogram_rows, DISCARD: _discard_rows}
+    return write_files(folder, HEADS, rows, analyses)
+
+
+def write_files(
+    folder: str | os.PathLike[str],
+    heads: Mapping[str, Row],
+    rows_of: Mapping[str, Callable[[Part], Iterable[Row]]],
+    parts: Sequence[Part],
+) -> list[Path]:
+    """Write files of these names, with the rows of each part; OutputError if one cannot be."""
+    files = writable_files(folder, heads)
     for file in files:
-        lines = [row for one in analyses for row in rows[file.name](one)]
-        atomic_write_bytes(file, csv_lines([HEADS[file.name], *lines]))
+        lines = [row for part in parts for row in rows_of[file.name](part)]
+        atomic_write_bytes(file, csv_lines([heads[file.name], *lines]))
     return files
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.rates import threshold_at_fmr
+from fpmatch.evaluation.rates import POOLED, threshold_at_fmr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 SHARES: Final = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4)
 """Shares of the prints that are discarded."""
 FMR: Final = 0.001
-POOLED: Final = "pooled"
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.extraction import Extractor
-    from fpmatch.evaluation.ranked_trials import Trials
     from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.scores_set import Trials
     from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.result import Matcher
 

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.ranked_trials import Trials
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.report import RatesReport, SetRates
+    from fpmatch.evaluation.scores_set import Trials
 
 MIN_FINGERS: Final = 5  # of a database
 MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
@@ -89,6 +89,10 @@ class RateIntervals:
     fmr10000: Interval | None = None
     rank_one: Interval | None = None
     bounds: Mapping[str, ExactBound] = field(default_factory=dict)
+
+    def of(self, rate: str) -> tuple[Interval | None, ExactBound | None]:
+        """Return the interval of the rate of this name, and its basis where it has one limit."""
+        return getattr(self, rate, None), self.bounds.get(rate)
 
 
 @dataclass(frozen=True, slots=True)

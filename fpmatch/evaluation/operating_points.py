@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_rates
-from fpmatch.evaluation.error_vs_discard import POOLED
 from fpmatch.evaluation.intervals import (
     ExactBound,
     Interval,
@@ -17,7 +16,7 @@ from fpmatch.evaluation.intervals import (
     exact_bound,
     interval_of,
 )
-from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.evaluation.rates import POOLED, fnmr_at_fmr, threshold_at_fmr
 from fpmatch.evaluation.report import split_scores
 
 if TYPE_CHECKING:
@@ -43,10 +42,6 @@ class OperatingPoint:
     threshold: float | None
     interval: Interval | None
     bound: ExactBound | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the point as JSON values; rates as fractions."""
-        return asdict(self)
 
 
 def operating_points(

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
 """The FMR at which each rate of that name gives the FNMR."""
+POOLED: Final = "pooled"
+"""The name of what all databases' scores together give."""
 ROUNDING: Final = 1e-9
 """floor(share * n + ROUNDING) loses no comparison to the rounding of `share`."""
 

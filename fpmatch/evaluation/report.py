@@ -42,7 +42,7 @@ _IDENTICAL: Final = {
 
 @dataclass(frozen=True, slots=True)
 class SetRates:
-    """Hold the error rates of one database.
+    """The error rates of one database.
 
     Parameters
     ----------
@@ -101,12 +101,7 @@ class SetRates:
         """Return the figures of the row as JSON values."""
         return {
             "name": self.name,
-            "genuine": self.genuine,
-            "impostor": self.impostor,
-            **asdict(self.rates),
-            "rank_one": self.rank_one,
-            "prints": self.prints,
-            "failures": len(self.failures),
+            **_figures(self, self.rates),
             "failure_rate": self.failure_rate,
             "extract_ms": _rounded(self.extract_ms),
             "match_us": _rounded(self.match_us),
@@ -115,7 +110,7 @@ class SetRates:
 
 @dataclass(frozen=True, slots=True)
 class SetResult(SetRates):
-    """Hold the results on one database whose images were compared.
+    """The results on one database whose images were compared.
 
     Parameters
     ----------
@@ -156,7 +151,7 @@ class SetResult(SetRates):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class RatesReport:
-    """Hold the error rates of one matcher on some databases.
+    """The error rates of one matcher on some databases.
 
     Parameters
     ----------
@@ -266,20 +261,13 @@ class RatesReport:
                 "extract_ms": _rounded(float(np.mean([row.extract_ms for row in self.sets]))),
                 "match_us": _rounded(float(np.mean([row.match_us for row in self.sets]))),
             },
-            "pooled": {
-                "genuine": self.genuine,
-                "impostor": self.impostor,
-                **asdict(self.pooled),
-                "rank_one": self.rank_one,
-                "prints": self.prints,
-                "failures": len(self.failures),
-            },
+            "pooled": _figures(self, self.pooled),
         }
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class EvaluationReport(RatesReport):
-    """Hold the results of one matcher on some databases whose images were compared.
+    """The results of one matcher on some databases whose images were compared.
 
     Parameters are those of `RatesReport`; `sets` has a `SetResult` a database.
     """
@@ -321,6 +309,18 @@ def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray
 def scores_of(report: RatesReport) -> list[ScoresSet]:
     """Return the comparisons of an evaluation, one `ScoresSet` a database."""
     return [replace(row.scores, matcher=report.matcher) for row in report.sets]
+
+
+def _figures(row: SetRates | RatesReport, rates: Rates) -> dict[str, Any]:
+    """Return what is reported of one database, and of all scores pooled, as JSON values."""
+    return {
+        "genuine": row.genuine,
+        "impostor": row.impostor,
+        **asdict(rates),
+        "rank_one": row.rank_one,
+        "prints": row.prints,
+        "failures": len(row.failures),
+    }
 
 
 def _rounded(time: float) -> float | None:

@@ -29,8 +29,8 @@ from fpmatch.evaluation.intervals import (
     exact_bound,
     interval_of,
 )
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import FMR_LIMITS, error_rates, threshold_at_fmr
+from fpmatch.evaluation.scores_set import Trials
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -9,7 +9,6 @@ import numpy as np
 
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.impression import finger_numbers
-from fpmatch.evaluation.ranked_trials import Trials
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,8 +20,27 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Trials:
+    """The comparisons of one database: similarity and the two fingers, numbered from 0.
+
+    `fingers` is 0 where the fingers are not known; `probe` and `reference` are then the same number
+    in genuine comparisons, different ones in impostor comparisons, and mean nothing else.
+    """
+
+    similarity: NDArray[np.float64]
+    probe: NDArray[np.intp]
+    reference: NDArray[np.intp]
+    fingers: int
+
+    @property
+    def genuine(self) -> NDArray[np.bool_]:
+        """Whether both prints show the same finger."""
+        return np.asarray(self.probe == self.reference)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ScoresSet:
-    """Hold the comparisons of one database by one matcher ("" where it is not known).
+    """The comparisons of one database by one matcher ("" where it is not known).
 
     Parameters
     ----------
@@ -102,3 +120,27 @@ def scores_of_set(
         quality=quality,
         overlap=np.where(compared, outcomes["overlap"], np.nan),
     )
+
+
+def unnamed_set(
+    genuine: NDArray[np.float64],
+    impostor: NDArray[np.float64],
+    *,
+    matcher: str = "",
+    name: str = "scores",
+    distances: bool = False,
+) -> ScoresSet:
+    """Return scores whose prints and fingers are not known; NaN where a comparison failed."""
+    similarity = np.concatenate([genuine, impostor])
+    kind = np.repeat(np.array([0, 1], np.intp), [genuine.size, impostor.size])
+    trials = Trials(filled(similarity), np.zeros(kind.size, np.intp), kind, 0)
+    nothing = np.empty(0, np.intp)
+    compared = np.isfinite(similarity)
+    return ScoresSet(matcher, name, (), nothing, nothing, trials, compared, distances=distances)
+
+
+def filled(similarity: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return similarities with those of failed comparisons as low as any, and not above 0."""
+    failed = np.isnan(similarity)
+    lowest = min(0.0, float(similarity[~failed].min(initial=0.0)))
+    return np.where(failed, lowest, similarity)

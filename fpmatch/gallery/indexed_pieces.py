@@ -6,22 +6,22 @@ The candidates are therefore those of `fpmatch.gallery.indexed_search`, to the l
 
 from __future__ import annotations
 
-from collections import deque
 from contextlib import closing
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.engine.pieces import map_to_all
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.prepared_search import Preselection
+from fpmatch.gallery.search_pieces import by_probe
 from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
 from fpmatch.indexing.stages import preselect, unoriented_share
 from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -78,10 +78,9 @@ class AnsweredIndexedSearch(IndexedSearch):
 
 @dataclass(slots=True, eq=False)
 class _Batch:
-    """Prepared probes, which copy of the pieces they are sent to, and prints chosen for each."""
+    """Prepared probes, and prints chosen for each."""
 
     probes: Sequence[Any]
-    copy: int
     segments: list[Indices] = field(default_factory=list)
     local: list[Indices] = field(default_factory=list)
     votes: list[NDArray[np.uint16]] = field(default_factory=list)
@@ -121,14 +120,13 @@ class HeldIndexedSearch:
     ) -> Generator[list[tuple[Preselection, NDArray[np.float64]]], None, None]:
         """Yield what each probe of each batch is answered; as `HeldSearch.answers`."""
         plan = search_plan(loss, len(self.search), threshold)
-        numbered = (_Batch(probes, k % self._copies) for k, probes in enumerate(batches))
         with (
-            closing(self._voted(numbered, max(plan.by_terms, count), plan)) as voted,
+            closing(self._voted(map(_Batch, batches), max(plan.by_terms, count), plan)) as voted,
             closing(self._chosen(voted, max(plan.by_descriptors, count), loss)) as chosen,
             closing(self._round(_compare, chosen, _Batch.within)) as compared,
         ):
             for batch, parts in compared:
-                similarities = (np.concatenate(found) for found in _each(parts, len(batch.probes)))
+                similarities = map(np.concatenate, by_probe(parts, len(batch.probes)))
                 yield list(zip(batch.staged, similarities, strict=True))
 
     def answered(self, answer: Any) -> Search:
@@ -141,22 +139,9 @@ class HeldIndexedSearch:
         batches: Iterable[_Batch],
         chunk_of: Callable[[_Batch, int], Any],
     ) -> Generator[tuple[_Batch, list[Any]], None, None]:
-        """Yield batches with the results of all segments."""
-        pending: deque[_Batch] = deque()
-        total = len(self._segments)
-
-        def chunks() -> Iterator[tuple[int, Any]]:
-            for batch in batches:
-                pending.append(batch)
-                for k in range(total):
-                    yield batch.copy * total + k, chunk_of(batch, k)
-
-        if not total:
-            yield from ((batch, []) for batch in batches)
-            return
-        with closing(self._held.map(work, None, chunks())) as results:
-            while parts := list(islice(results, total)):
-                yield pending.popleft(), parts
+        """Return batches with the results of all segments."""
+        total, copies = len(self._segments), self._copies
+        return map_to_all(self._held, total, work, batches, chunk_of, copies=copies)
 
     def _voted(
         self, batches: Iterable[_Batch], most: int, plan: SearchPlan
@@ -167,7 +152,7 @@ class HeldIndexedSearch:
             self._round(_vote, batches, lambda batch, _: (batch.probes, *limits))
         ) as voted:
             for batch, parts in voted:
-                for found in _each(parts, len(batch.probes)):
+                for found in by_probe(parts, len(batch.probes)):
                     self._choose_by_votes(batch, found, most)
                 yield batch
 
@@ -195,7 +180,7 @@ class HeldIndexedSearch:
         state = self.search.state
         with closing(self._round(_score, batches, _Batch.within)) as scored:
             for batch, parts in scored:
-                for i, found in enumerate(_each(parts, len(batch.probes))):
+                for i, found in enumerate(by_probe(parts, len(batch.probes))):
                     segment, local = batch.segments[i], batch.local[i]
                     sizes = np.concatenate([np.empty(0, np.int32), *(one[1] for one in found)])
                     scores = np.concatenate([np.empty(0, np.int32), *(one[0] for one in found)])
@@ -207,11 +192,6 @@ class HeldIndexedSearch:
                     batch.staged.append(Preselection(chosen, (len(local), len(chosen)), loss))
                     batch.segments[i], batch.local[i] = state.places(chosen)
                 yield batch
-
-
-def _each(parts: Sequence[Sequence[Any]], probes: int) -> list[list[Any]]:
-    """Return for each probe what all segments returned."""
-    return [[part[i] for part in parts] for i in range(probes)]
 
 
 def _vote(

@@ -9,16 +9,14 @@ therefore those of a search in one process, to the last bit.
 from __future__ import annotations
 
 import pickle
-from collections import deque
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.engine.engine import serial
-from fpmatch.engine.pieces import hold_pieces
+from fpmatch.engine.pieces import hold_pieces, map_to_all
 from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.indexing.loss import DEFAULT_LOSS
@@ -207,45 +205,41 @@ class HeldSearch:
                 every = None if most is None else np.arange(len(self.search))
                 yield batch, [every] * len(batch)
             return
-        pending: deque[Sequence[Any]] = deque()
         references: Any = self.search.references
         sizes = np.diff(references.minutiae_start)
-
-        def tasks() -> Iterator[tuple[int, Sequence[Any]]]:
-            for batch in batches:
-                pending.append(batch)
-                for k in range(len(self._spans)):
-                    yield k, batch
-
-        with closing(self._held.map(_preselect, None, tasks())) as results:
-            while parts := list(islice(results, len(self._spans))):
-                batch = pending.popleft()
-                scores = map(np.concatenate, zip(*parts, strict=True))
-                chosen: list[NDArray[np.intp] | None] = [
-                    greatest(found, sizes, probe, most)
-                    for probe, found in zip(batch, scores, strict=True)
-                ]
-                yield batch, chosen
+        total = len(self._spans)
+        rounds = map_to_all(self._held, total, _preselect, batches, lambda batch, _: batch)
+        with closing(rounds) as scored:
+            for batch, parts in scored:
+                scores = map(np.concatenate, by_probe(parts, len(batch)))
+                yield (
+                    batch,
+                    [
+                        greatest(of_probe, sizes, probe, most)
+                        for probe, of_probe in zip(batch, scores, strict=True)
+                    ],
+                )
 
     def _compared(
         self, chosen: Iterable[tuple[Sequence[Any], list[NDArray[np.intp] | None]]]
     ) -> Generator[list[Answer], None, None]:
-        pending: deque[list[NDArray[np.intp] | None]] = deque()
+        def within(batch: tuple[Sequence[Any], list[Any]], k: int) -> tuple[Sequence[Any], Any]:
+            probes, which = batch
+            return probes, [_within(one, self._spans[k]) for one in which]
 
-        def tasks() -> Iterator[tuple[int, tuple[Sequence[Any], list[Any]]]]:
-            for batch, which in chosen:
-                pending.append(which)
-                for k, span in enumerate(self._spans):
-                    yield k, (batch, [_within(one, span) for one in which])
+        rounds = map_to_all(self._held, len(self._spans), _compare, chosen, within)
+        with closing(rounds) as compared:
+            for (probes, which), parts in compared:
+                similarities = by_probe(parts, len(probes))
+                yield [
+                    Answer(one, np.concatenate([np.zeros(0), *shares]))
+                    for one, shares in zip(which, similarities, strict=True)
+                ]
 
-        if not self._spans:
-            for batch, which in chosen:
-                yield [Answer(one, np.zeros(0)) for _, one in zip(batch, which, strict=True)]
-            return
-        with closing(self._held.map(_compare, None, tasks())) as results:
-            while parts := list(islice(results, len(self._spans))):
-                similarities = map(np.concatenate, zip(*parts, strict=True))
-                yield list(map(Answer, pending.popleft(), similarities))
+
+def by_probe(parts: Sequence[Sequence[Any]], probes: int) -> list[list[Any]]:
+    """Return for each probe what all pieces returned."""
+    return [[part[i] for part in parts] for i in range(probes)]
 
 
 def answered_searches(

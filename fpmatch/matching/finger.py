@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import MatcherError, number_text
-from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
+from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.consolidate import consolidate, link_impressions
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import PreparedPair, Verification, may_match
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.result import PreparedPair, Verification
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -178,33 +178,26 @@ def verify_finger(
     --------
     >>> from fpmatch import Minutiae, Template
     >>> empty = Template(Minutiae.empty(), width=300, height=300)
-    >>> found = verify_finger(empty, [empty, empty])
-    >>> found.verification.match, found.scores.tolist()
+    >>> result = verify_finger(empty, [empty, empty])
+    >>> result.verification.match, result.scores.tolist()
     (False, [0.0, 0.0])
     """
-    if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    curve = load_calibration(chosen.name) if calibration is None else calibration
-    finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
-    found = finger.compare(prepared)
+    rule = Rule.of(matcher, threshold, calibration)
+    assert rule.calibration is not None  # a threshold is a score
+    finger = Finger.of(references, rule.matcher, rule.calibration)
+    prepared = rule.matcher.prepare(probe)
+    fused = finger.compare(prepared)
+    best = finger.chosen[fused.best]
     shown = [references[k] for k in finger.chosen]
-    impressions = tuple(zip(shown, finger.impressions, strict=True))
-    verification = Verification(
-        match=found.score >= threshold and may_match(chosen, found.comparison),
-        score=found.score,
-        fmr=found.fmr,
-        threshold=float(threshold),
-        matcher=chosen.name,
-        comparison=found.comparison,
-        probe=probe,
-        reference=shown[found.best],
-        smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
-        rematch=PreparedPair(
-            chosen, prepared, finger.impressions[found.best], curve, impressions=impressions
-        ),
+    pair = PreparedPair(
+        rule.matcher,
+        prepared,
+        finger.impressions[fused.best],
+        rule.calibration,
+        impressions=tuple(zip(shown, finger.impressions, strict=True)),
     )
-    return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])
+    verification = rule.decide(probe, references[best], pair, fused.comparison, fused.score)
+    return FingerVerification(verification, fused.scores, finger.chosen, best)
 
 
 def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -24,12 +25,66 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Matcher
+    from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
     Identity = Literal["pixels", "template"]
 
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """How comparisons by a matcher become decisions: by their score, or by the share `rho`.
+
+    `threshold` is the least score of a match; where `rho` decides, the score of that share.
+    """
+
+    matcher: Matcher
+    calibration: Calibration | None
+    threshold: float
+    rho: float | None
+
+    @classmethod
+    def of(
+        cls, matcher: str | Matcher, threshold: float | None, calibration: Calibration | None
+    ) -> Rule:
+        """Return the rule of `verify`, whose parameters and errors these are."""
+        if threshold is not None and not 0 <= threshold <= MAX_SCORE:
+            raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
+        chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+        rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
+        if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
+            calibration = load_calibration(chosen.name)
+        needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
+        return cls(chosen, calibration, needed if rho is None else score_of(calibration, rho), rho)
+
+    def decide(
+        self,
+        probe: Template,
+        reference: Template,
+        prepared: PreparedPair,
+        comparison: Comparison,
+        score: float,
+    ) -> Verification:
+        """Return the decision on two prints, or on a probe and a finger, that have this score."""
+        curve, rho = self.calibration, self.rho
+        enough = score >= self.threshold if rho is None else comparison.similarity > rho
+        return Verification(
+            match=enough and may_match(self.matcher, comparison),
+            score=score,
+            fmr=math.nan if curve is None else score_to_fmr(score),
+            threshold=self.threshold,
+            matcher=self.matcher.name,
+            comparison=comparison,
+            probe=probe,
+            reference=reference,
+            smallest_measured_fmr=0.0
+            if curve is None
+            else score_to_fmr(curve.largest_measured_score),
+            rho=rho,
+            rematch=prepared,
+        )
 
 
 def verify(
@@ -79,36 +134,12 @@ def verify(
     >>> result.match, result.score
     (False, 0.0)
     """
-    if threshold is not None and not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
-    if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
-        calibration = load_calibration(chosen.name)
-    pair = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), calibration)
-    comparison = chosen.compare(pair.probe, pair.reference)
-    score = score_of(calibration, comparison.similarity)
-    if rho is None:
-        needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
-        enough = score >= needed
-    else:
-        needed = score_of(calibration, rho)
-        enough = comparison.similarity > rho
-    return Verification(
-        match=enough and may_match(chosen, comparison),
-        score=score,
-        fmr=math.nan if calibration is None else score_to_fmr(score),
-        threshold=needed,
-        matcher=chosen.name,
-        comparison=comparison,
-        probe=probe,
-        reference=reference,
-        smallest_measured_fmr=0.0
-        if calibration is None
-        else score_to_fmr(calibration.largest_measured_score),
-        rho=rho,
-        rematch=pair,
-    )
+    rule = Rule.of(matcher, threshold, calibration)
+    chosen, curve = rule.matcher, rule.calibration
+    prepared = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), curve)
+    comparison = chosen.compare(prepared.probe, prepared.reference)
+    score = score_of(curve, comparison.similarity)
+    return rule.decide(probe, reference, prepared, comparison, score)
 
 
 def find_identity(

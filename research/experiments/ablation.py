@@ -19,9 +19,9 @@ import numpy as np
 from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, bootstrap_rates
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.intervals import interval_of
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import load_datasets
+from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching import score
 from fpmatch.matching.score_model import ScoreWeights
 from fpmatch.minutiae import Minutiae, Template

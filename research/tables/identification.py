@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.evaluation.intervals import ExactBound, Interval
-from fpmatch.evaluation.rate_text import percent
-from fpmatch.evaluation.tables import bounds_note, limits
+from fpmatch.evaluation.rate_text import bounds_note, limits, percent
 from fpmatch.text_table import count, markdown_table
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from fpmatch.evaluation.bootstrap import (
     bootstrap_rates,
     draw_fingers,
 )
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
+from fpmatch.evaluation.scores_set import Trials
 
 
 def trials(fingers, impressions, seed, levels=None):

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from fpmatch.evaluation.identification import identify_all
 from fpmatch.evaluation.impression import Impression
 from fpmatch.evaluation.protocol import choose_pairs
-from fpmatch.evaluation.ranked_trials import Trials
-from fpmatch.evaluation.scores_set import ScoresSet
+from fpmatch.evaluation.scores_set import ScoresSet, Trials
 
 
 def prints(fingers):

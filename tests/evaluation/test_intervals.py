@@ -16,12 +16,10 @@ from fpmatch.evaluation.intervals import (
     interval_of,
     rate_intervals,
 )
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.score_rows import unnamed_set
-from fpmatch.evaluation.scores_set import ScoresSet
-from fpmatch.evaluation.summary import summarise_scores
+from fpmatch.evaluation.score_reports import summarise_scores
+from fpmatch.evaluation.scores_set import ScoresSet, Trials, unnamed_set
 
 SIDES = ("similarity", "probe", "reference")
 

@@ -9,8 +9,8 @@ from fpmatch.evaluation.analysis import analyse
 from fpmatch.evaluation.bootstrap import bootstrap_rates
 from fpmatch.evaluation.intervals import ExactBound
 from fpmatch.evaluation.operating_points import operating_points
-from fpmatch.evaluation.score_rows import unnamed_set
-from fpmatch.evaluation.summary import summarise_scores
+from fpmatch.evaluation.score_reports import summarise_scores
+from fpmatch.evaluation.scores_set import unnamed_set
 
 
 def test_points_have_the_definition_and_lie_in_their_intervals(report):

@@ -12,7 +12,7 @@ from fpmatch.evaluation.analysis import analyse
 from fpmatch.evaluation.curves import HEADS, prepare_curves, write_curves
 from fpmatch.evaluation.quality_analysis import analyse_quality
 from fpmatch.evaluation.rates import error_curves
-from fpmatch.evaluation.summary import summarise_scores
+from fpmatch.evaluation.score_reports import summarise_scores
 
 
 @pytest.fixture(scope="module")

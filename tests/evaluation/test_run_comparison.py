@@ -6,12 +6,11 @@ import pytest
 from scipy.stats import binomtest
 
 from fpmatch.errors import DatasetError
+from fpmatch.evaluation.analysis import format_comparison
 from fpmatch.evaluation.intervals import ExactBound
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run_comparison import compare_runs
-from fpmatch.evaluation.scores_set import ScoresSet
-from fpmatch.evaluation.tables import format_comparison
+from fpmatch.evaluation.scores_set import ScoresSet, Trials
 
 
 def scored(seed, gap, fingers=12, impressions=4, noise=0.0, name="db", matcher="fake", order=None):

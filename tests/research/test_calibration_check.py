@@ -9,8 +9,8 @@ import pytest
 from fpmatch.errors import MatcherError
 from fpmatch.evaluation.comparison import NO_TEMPLATE, OUTCOME
 from fpmatch.evaluation.impostors import ImpostorSet
-from fpmatch.evaluation.ranked_trials import Trials
 from fpmatch.evaluation.run import evaluate
+from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching.calibration import Calibration
 from research.experiments.calibration_check import (
     CalibrationCheck,

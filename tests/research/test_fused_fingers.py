@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from fpmatch.evaluation.ranked_trials import Trials
-from fpmatch.evaluation.scores_set import ScoresSet
+from fpmatch.evaluation.scores_set import ScoresSet, Trials
 from fpmatch.matching.calibration import Calibration
 from research.experiments.fused_fingers import check_fusion, impostor_pairs
 from research.tables.identification import format_fusion

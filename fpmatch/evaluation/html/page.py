@@ -16,16 +16,18 @@ from fpmatch.evaluation.decision import calibration_of, matches, rho_of
 from fpmatch.evaluation.html.figures import matcher_figures, pooled_figures
 from fpmatch.evaluation.html.hardest import hardest_pairs
 from fpmatch.evaluation.html.quality_figures import quality_drawings
-from fpmatch.evaluation.rate_text import RATE_TITLES, decidability, defined_rates, percent
-from fpmatch.evaluation.report import split_scores
-from fpmatch.evaluation.tables import (
-    INTERVAL_TITLES,
+from fpmatch.evaluation.rate_text import (
+    RATE_TITLES,
     bounds_note,
     change_limits,
+    decidability,
     decisions_sentence,
+    defined_rates,
     limits,
+    percent,
     points,
 )
+from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.output import atomic_write_bytes, check_writable, make_folder
 from fpmatch.printable import printable_lines
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.analysis import Analysis
-    from fpmatch.evaluation.intervals import ExactBound, Interval, RateIntervals
     from fpmatch.evaluation.report import RatesReport
     from fpmatch.evaluation.run_comparison import RunComparison
 
@@ -107,19 +108,10 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
         failures_shown=50,
         tones={"better": "good", "worse": "bad"},
         several=len(first.sets) > 1,
-        limits_of=_limits_of,
+        limits_of=lambda rates, name: rates.of(name) if rates else (None, None),
         bounds_note=bounds_note(bounds_of(analyses, comparisons)),
     )
     return html.lstrip() + "\n"
-
-
-def _limits_of(
-    intervals: RateIntervals | None, name: str
-) -> tuple[Interval | None, ExactBound | None]:
-    """Return the interval of a rate and its bound, where there are any."""
-    if intervals is None or name not in INTERVAL_TITLES:
-        return None, None
-    return getattr(intervals, name), intervals.bounds.get(name)
 
 
 def _section(analysis: Analysis, number: int) -> dict[str, Any]:

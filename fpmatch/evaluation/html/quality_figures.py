@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.evaluation.error_vs_discard import POOLED, SHARES
+from fpmatch.evaluation.error_vs_discard import SHARES
 from fpmatch.evaluation.html import svg
 from fpmatch.evaluation.html.figures import in_percent, new_axes
+from fpmatch.evaluation.rates import POOLED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

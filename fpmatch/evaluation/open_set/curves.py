@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.plots.style import figure_bytes, plain_style
-from fpmatch.evaluation.curves import writable_files
+from fpmatch.evaluation.curves import writable_files, write_files
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH
 from fpmatch.evaluation.points.plot import check_plot
-from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.output import atomic_write_bytes
 from fpmatch.text_table import count
 
@@ -59,32 +58,24 @@ def write_identification_curves(
 
     Raises an `OutputError` if a file cannot be written.
     """
-    files = prepare_identification_curves(folder)
-    rows = {DET: _det_rows, RANK: _rank_rows}
-    for file in files:
-        lines = [
-            (report.matcher, name, report.fingers, *row)
-            for report in reports
-            for name, rates in report.rows()
-            for row in rows[file.name](rates)
-        ]
-        atomic_write_bytes(file, csv_lines([HEADS[file.name], *lines]))
-    return files
+    return write_files(folder, HEADS, {DET: _det_rows, RANK: _rank_rows}, reports)
 
 
-def _det_rows(rates: OpenSetRates) -> Iterator[Row]:
-    for one in rates.det:
-        interval = one.interval or ("", "")
-        yield (
-            *(one.fpir, one.threshold, one.fnir, *interval),
-            *(one.predicted_threshold, one.predicted_fnir),
-        )
+def _det_rows(report: IdentificationReport) -> Iterator[Row]:
+    for name, rates in report.rows():
+        for one in rates.det:
+            yield (
+                *(report.matcher, name, report.fingers),
+                *(one.fpir, one.threshold, one.fnir, *(one.interval or ("", ""))),
+                *(one.predicted_threshold, one.predicted_fnir),
+            )
 
 
-def _rank_rows(rates: OpenSetRates) -> Iterator[Row]:
-    both = zip(rates.fnir_at_rank, rates.rank_intervals, strict=True)
-    for rank, (fnir, interval) in enumerate(both, start=1):
-        yield (rank, fnir, *(interval or ("", "")))
+def _rank_rows(report: IdentificationReport) -> Iterator[Row]:
+    for name, rates in report.rows():
+        both = zip(rates.fnir_at_rank, rates.rank_intervals, strict=True)
+        for rank, (fnir, interval) in enumerate(both, start=1):
+            yield (report.matcher, name, report.fingers, rank, fnir, *(interval or ("", "")))
 
 
 def save_identification_plot(

@@ -31,8 +31,9 @@ from fpmatch.evaluation.intervals import (
     interval_of,
 )
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH
-from fpmatch.evaluation.ranked_trials import RankedTrials, Trials
+from fpmatch.evaluation.ranked_trials import RankedTrials
 from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:
@@ -72,10 +73,6 @@ class IdentificationPoint:
     predicted_threshold: float
     extrapolated: bool
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the point as JSON values; rates as fractions."""
-        return asdict(self)
-
 
 @dataclass(frozen=True, slots=True)
 class OpenSetRates:
@@ -100,11 +97,11 @@ class OpenSetRates:
         return {
             "mated": self.mated,
             "nonmated": self.nonmated,
-            "fnir_at_fpir": [point.as_json() for point in self.points],
+            "fnir_at_fpir": list(map(asdict, self.points)),
             "fnir_at_rank": list(self.fnir_at_rank),
             "rank_intervals": list(self.rank_intervals),
             "rank_bounds": [one and asdict(one) for one in self.rank_bounds],
-            "det": [point.as_json() for point in self.det],
+            "det": list(map(asdict, self.det)),
         }
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.rate_text import percent
-from fpmatch.evaluation.tables import bounds_note, limits
+from fpmatch.evaluation.rate_text import bounds_note, interval_table, percent
+from fpmatch.evaluation.rates import POOLED
 from fpmatch.text_table import count, text_table
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.open_set.rates import IdentificationPoint, OpenSetRates
 
 RANKS_SHOWN = (1, 10, 100)
-POOLED = "pooled"
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,15 +133,10 @@ class IdentificationReport:
 def _intervals(
     rows: Sequence[tuple[str, OpenSetRates]], ranks: Sequence[int], titles: Sequence[str]
 ) -> str:
-    table = [("95 % intervals", *titles)]
-    bounds: list[ExactBound | None] = []
+    cells: list[tuple[str, list[tuple[Interval | None, ExactBound | None]]]] = []
     for name, one in rows:
-        found: list[tuple[Interval | None, ExactBound | None]] = [(None, None)] * len(ranks)
-        if one.mated:
-            found = [(one.rank_intervals[r - 1], one.rank_bounds[r - 1]) for r in ranks]
-        found += [(point.interval, point.bound) for point in one.points]
-        table.append((name, *(limits(*both) for both in found)))
-        bounds += [bound for _, bound in found]
-    if all(cell == "-" for _, *cells in table[1:] for cell in cells):
-        return "95 % intervals: none, there are too few subjects"
-    return "\n".join(filter(None, [text_table(table), bounds_note(bounds)]))
+        each = list(zip(one.rank_intervals, one.rank_bounds, strict=True))  # none without mates
+        at_ranks = [each[r - 1] if each else (None, None) for r in ranks]
+        cells.append((name, [*at_ranks, *((p.interval, p.bound) for p in one.points)]))
+    note = bounds_note(bound for _, row in cells for _, bound in row)
+    return "\n".join(filter(None, [interval_table(titles, cells, "subjects"), note]))

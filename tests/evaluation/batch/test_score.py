@@ -19,7 +19,7 @@ from fpmatch.errors import (
     OutputError,
     ScoringError,
 )
-from fpmatch.evaluation import score_table
+from fpmatch.evaluation import score_file
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.store import Store
@@ -141,14 +141,14 @@ def test_a_changed_page_of_parquet_is_found(output):
     content = table.read_bytes()
     columns = parquet.ParquetFile(table).metadata.row_group(0)
     end = sum(columns.column(k).total_compressed_size for k in range(columns.num_columns))
-    expected = list(score_table._rows_of(table))
+    expected = list(score_file._rows_of(table))
     refused = 0
     for place in range(4, end, 7):
         changed = bytearray(content)
         changed[place] ^= 1 << place % 8
         table.write_bytes(changed)
         try:
-            assert list(score_table._rows_of(table)) == expected
+            assert list(score_file._rows_of(table)) == expected
         except DatasetError as error:
             refused += "\n" not in str(error)
     assert refused > end // 14

@@ -12,8 +12,8 @@ from fpmatch.evaluation.html.page import page as page_of
 from fpmatch.evaluation.html.page import prepare_page, write_page
 from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
-from fpmatch.evaluation.score_rows import unnamed_set
-from fpmatch.evaluation.summary import summarise_scores
+from fpmatch.evaluation.score_reports import summarise_scores
+from fpmatch.evaluation.scores_set import unnamed_set
 
 pytest.importorskip("matplotlib")
 VOID = {"meta", "img", "input"}

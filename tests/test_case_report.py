@@ -192,6 +192,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 PAPERS = {"a4": (8.27, 11.69), "letter": (8.5, 11.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 @pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="poppler's tools are not installed")
 @pytest.mark.parametrize("paper", sorted(PAPERS))

@@ -2,7 +2,9 @@
 
 import importlib
 import importlib.util
+import re
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +19,14 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 ROOT = Path(__file__).parents[1]
 sys.path += [str(ROOT / "benchmarks"), str(ROOT)]
 
+PACKAGE = Path(fpmatch.__file__).parent
+ROOMS_WITH_KERNELS = {path.relative_to(PACKAGE).parts[0] for path in PACKAGE.rglob("_*_kernel.py")}
+NAMES_A_KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
+
 # One core may be busy with something else: no deadline on single examples, and the same examples
-# in every run.
+# in every run. `scripts/test` takes the second profile.
 settings.register_profile("fpmatch", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("few", settings.get_profile("fpmatch"), max_examples=15)
 settings.load_profile("fpmatch")
 
 
@@ -29,6 +36,20 @@ def pytest_configure():
 
     if note := outdated_kernels_note():
         raise pytest.UsageError(note)
+
+
+@cache
+def is_of_kernels(path):
+    """Whether a file of tests is of a room with kernels, or names a kernel itself."""
+    room = path.relative_to(ROOT / "tests").parts[0]
+    return room in ROOMS_WITH_KERNELS or bool(NAMES_A_KERNEL.search(path.read_text("utf-8")))
+
+
+def pytest_collection_modifyitems(items):
+    """Mark the tests that `scripts/test --interpreted` runs besides one of each command."""
+    for item in items:
+        if is_of_kernels(item.path):
+            item.add_marker(pytest.mark.kernels)
 
 
 @pytest.fixture

@@ -1,11 +1,9 @@
 """The public surface, what importing it costs, and which room may import which."""
 
 import ast
-import importlib
-import importlib.machinery
-import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,7 +12,6 @@ import fpmatch
 
 PACKAGE = Path(fpmatch.__file__).parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
-KERNELS = sorted(PACKAGE.rglob("_*_kernel.py"))
 
 PUBLIC = {
     *("AffineTransform", "AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae"),
@@ -156,17 +153,19 @@ def room_of(module):
     return parts[1] if parts[0] == "fpmatch" and len(parts) > 1 else None
 
 
+@cache
 def modules_imported(file):
-    """Yield the full names of the modules that a file imports, for types or for real."""
+    """Return the full names of the modules that a file imports, for types or for real."""
     package = ("fpmatch", *file.relative_to(PACKAGE).parent.parts)
+    names = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else ()
             stem = ".".join([*base, *([node.module] if node.module else [])])
-            yield stem
-            yield from (f"{stem}.{alias.name}" for alias in node.names if stem == "fpmatch")
+            names |= {stem, *(f"{stem}.{alias.name}" for alias in node.names if stem == "fpmatch")}
+    return names
 
 
 @pytest.mark.parametrize("file", MODULES, ids=lambda file: str(file.relative_to(PACKAGE)))
@@ -196,15 +195,3 @@ def test_the_core_neither_prints_nor_plots():
             assert "click" not in modules, file
         if room not in {"drawing", "evaluation"}:
             assert "matplotlib" not in modules, file
-
-
-@pytest.mark.skipif(
-    "FPMATCH_EXPECT_KERNELS" not in os.environ, reason="nobody said how the kernels are built"
-)
-def test_kernels_are_built_as_expected():
-    compiled = os.environ["FPMATCH_EXPECT_KERNELS"] == "compiled"
-    suffixes = tuple(importlib.machinery.EXTENSION_SUFFIXES) if compiled else (".py",)
-    assert KERNELS
-    for kernel in KERNELS:
-        name = ".".join(["fpmatch", *kernel.relative_to(PACKAGE).with_suffix("").parts])
-        assert str(importlib.import_module(name).__file__).endswith(suffixes), name

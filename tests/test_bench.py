@@ -69,6 +69,7 @@ def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure():
     assert sorted(groups) == sorted(measure.name for measure in MEASURES)
 
 
+@pytest.mark.docs
 def test_the_figures_shown_are_those_of_today():
     shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
     relation = {True: ">=", False: "<="}

@@ -40,6 +40,13 @@ def match():
     return pair_of(SAMPLES / "101_1.tif", SAMPLES / "101_3.tif")
 
 
+@pytest.fixture
+def words_alone(monkeypatch):
+    """Let pages have empty pictures, which take most of their time."""
+    monkeypatch.setattr("fpmatch.case_report.page._picture", lambda *_: "")
+    monkeypatch.setattr("fpmatch.case_report.page.png_bytes", lambda _: b"")
+
+
 def page(pair, **options) -> str:
     files = CaseFile.of("a.tif", b"probe"), CaseFile.of("b.tif", b"reference")
     settings = settings_of(PairOptions(), pair, (500.0, None), "learned")
@@ -78,12 +85,14 @@ def test_the_warped_overlay_says_what_it_is(match):
     assert "moved by the similarity transform" in html
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_print_compared_with_itself_is_called_identical(match):
     itself = pair_of(SAMPLES / "101_1.tif", SAMPLES / "101_1.tif")
     assert "the two images have the same pixels" in page(itself)
     assert "the same pixels" not in page(match)
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_no_match_states_the_reason_and_has_no_pairs():
     pair = pair_of(SAMPLES / "101_1.tif", SAMPLES / "103_1.tif")
     html = page(pair)
@@ -91,6 +100,7 @@ def test_no_match_states_the_reason_and_has_no_pairs():
     assert pair.verification.reason in html
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_templates_have_no_quality(tmp_path):
     path = tmp_path / "a.json"
     image = make_given_print(PrintReader()(SAMPLES / "101_1.tif"), "a")
@@ -101,6 +111,7 @@ def test_templates_have_no_quality(tmp_path):
     assert "not known of a template" in html
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_nothing_that_is_shown_becomes_markup(match):
     evil = "<script>alert(1)</script>"
     mark = CaseMark("reference", 1, 2, evil)
@@ -133,6 +144,7 @@ def shown_lines(html: str) -> list[str]:
     return notes.split("\n")
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_every_line_break_in_notes_begins_a_line(match):
     text = "".join(f"  {one!a}{one}{one}" for one in BREAKS)
     html = page(match, notes=text, marks=[CaseMark("probe", 1, 1, text)])
@@ -141,11 +153,13 @@ def test_every_line_break_in_notes_begins_a_line(match):
     assert f'<td class="notes">{lines}</td>' in html
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_tabs_in_notes_stay_and_other_control_characters_are_escaped(match):
     html = page(match, notes="a\tb\x1b[2J\x00\x1c\u202ec")
     assert shown_lines(html) == [r"a&#9;b\x1b[2J\x00\x1c\u202ec"]
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_notes_of_100_kb_with_every_line_break(match):
     lines = [f"{k}: the ridge ends beside a scar" for k in range(2600)]
     text = "".join(line + BREAKS[k % len(BREAKS)] for k, line in enumerate(lines))
@@ -176,6 +190,7 @@ def pictures(html: str) -> dict[str, np.ndarray]:
     return {alt: np.asarray(Image.open(io.BytesIO(base64.b64decode(data)))) for data, alt in found}
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_an_assumed_resolution_is_named_as_one(tmp_path):
     path = tmp_path / "untold.png"
     Image.open(SAMPLES / "101_1.tif").save(path)
@@ -192,6 +207,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 PAPERS = {"a4": (8.27, 11.69), "letter": (8.5, 11.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 @pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="poppler's tools are not installed")
 @pytest.mark.parametrize("paper", sorted(PAPERS))

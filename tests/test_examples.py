@@ -20,6 +20,7 @@ from research.notebook import shown
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
+pytestmark = pytest.mark.docs
 
 
 def printed(folder, name, *words):

@@ -14,6 +14,7 @@ from research.commands import research
 SHOWN = Path(__file__).resolve().parent.parent / "docs" / "figures"
 MAX_BYTES = 400_000
 SVG = "{http://www.w3.org/2000/svg}"
+pytestmark = pytest.mark.docs
 
 
 def drawn(target, only):

@@ -1,5 +1,6 @@
 """Compiled kernels state what they were compiled from; `scripts/build` compiles what changed."""
 
+import importlib
 import importlib.util
 import os
 import shutil
@@ -17,6 +18,29 @@ ROOT = Path(__file__).resolve().parents[1]
 SUFFIX = EXTENSION_SUFFIXES[0]
 BASH = shutil.which("bash")
 COMPILER = shutil.which("cc") or shutil.which("gcc")
+PACKAGE = Path(kernels.__file__).parent
+KERNELS = sorted(PACKAGE.rglob("_*_kernel.py"))
+
+
+@pytest.mark.skipif(
+    "FPMATCH_EXPECT_KERNELS" not in os.environ, reason="nobody said how the kernels are built"
+)
+def test_kernels_are_built_as_expected():
+    suffixes = (SUFFIX,) if os.environ["FPMATCH_EXPECT_KERNELS"] == "compiled" else (".py",)
+    assert KERNELS
+    for kernel in KERNELS:
+        name = ".".join(["fpmatch", *kernel.relative_to(PACKAGE).with_suffix("").parts])
+        assert str(importlib.import_module(name).__file__).endswith(suffixes), name
+
+
+@pytest.mark.parametrize("kernel", KERNELS, ids=lambda path: path.stem)
+def test_a_kernel_has_tests_that_run_where_it_is_interpreted(kernel):
+    """Those of its room, or a file that names it: `tests/conftest.py` marks them."""
+    room = kernel.relative_to(PACKAGE).parts[0]
+    beside = ROOT.glob("tests/test_*.py")
+    assert any(ROOT.glob(f"tests/{room}/test_*.py")) or any(
+        kernel.stem in file.read_text("utf-8") for file in beside if file.name != "test_api.py"
+    )
 
 
 @pytest.fixture
@@ -152,6 +176,7 @@ def total(package):
     return int(number)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
 def test_build_compiles_what_changed_and_nothing_else(package, outdated, build):
     first = build()
@@ -186,6 +211,7 @@ def test_build_says_that_there_is_no_compiler(package, build):
     assert not list(package.rglob(f"*{SUFFIX}"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
 def test_build_shows_why_a_kernel_cannot_be_compiled(package, build):
     (package / "_sum_kernel.py").write_text("def total(:\n")

@@ -41,6 +41,7 @@ OUTPUTS = [one for one in documented_outputs() if COMPILED or len(one.commands) 
 SHOWN = {command for output in OUTPUTS for command in output.commands}
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
 MOST_LINES = 150
+pytestmark = pytest.mark.docs
 
 
 def blocks(language, page):

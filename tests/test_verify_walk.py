@@ -12,6 +12,7 @@ from fpmatch.matching._align_kernel import COMPILED
 
 ROOT = Path(__file__).resolve().parent.parent
 PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]
+pytestmark = pytest.mark.docs
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,10 @@ ROOT = Path(__file__).parents[2]
 PRINTS = str(ROOT / "sample_data")
 BEFORE_ANY_PROGRAM = "Fatal Python error: init_import_site"
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals"),
+]
 
 
 def interrupted(words: list[str], after_s: float, folder: Path) -> tuple[int, str, str]:

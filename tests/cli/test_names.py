@@ -255,7 +255,7 @@ CASES = {
     ],
     "points bench": [
         (
-            "--quick --trials 1 --independent-trials 1 --budget 0.001 --workers 1 "
+            "--quick --matcher triangles --trials 1 --independent-trials 1 --workers 1 "
             "--json {out}/b.json",
             {0},
         )
@@ -275,7 +275,11 @@ def test_every_command_has_a_case():
 @pytest.mark.parametrize(
     ("command", "words", "expected"),
     [
-        pytest.param(command, words, expected, id=f"{command}-{k}")
+        pytest.param(
+            *(command, words, expected),
+            id=f"{command}-{k}",
+            marks=() if k else pytest.mark.smoke,
+        )
         for command, cases in CASES.items()
         for k, (words, expected) in enumerate(cases)
     ],

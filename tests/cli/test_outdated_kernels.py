@@ -84,6 +84,7 @@ def test_commands_of_research_note_it(run_research, tmp_path):
     assert result.stderr == NOTE
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not COMPILED, reason="the kernels are not compiled")
 def test_a_kernel_that_is_edited_is_noted_until_it_is_as_before(prints, tmp_path):
     """As a user edits it: the whole package in a source tree, in a process of its own."""

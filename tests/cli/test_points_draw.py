@@ -10,6 +10,7 @@ import pytest
 from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
 from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair, rotated_point_pair
 from fpmatch.drawing.paper_figures.rings import choose_ring_pair
+from fpmatch.drawing.paper_figures.sheet import draw_sheets
 from fpmatch.formats.files import save_template
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
@@ -37,9 +38,13 @@ def out(tmp_path):
 
 
 @pytest.fixture
-def draw(run, out):
-    """Return a function that draws figures and returns the numbers printed as JSON."""
+def draw(run, out, monkeypatch):
+    """Return a function that draws the first figure and returns the numbers printed as JSON."""
     pytest.importorskip("matplotlib")
+    monkeypatch.setattr(
+        "fpmatch.drawing.paper_figures.figures.draw_sheets",
+        lambda sheets, file_format: draw_sheets(dict([*sheets.items()][:1]), file_format),
+    )
 
     def run_draw(*words):
         result = run("points", "draw", "-o", out, "--json", *words)
@@ -55,6 +60,7 @@ def as_printed(pair):
     return json.loads(json.dumps(numbers_drawn(pair, choose_ring_pair(pair))))
 
 
+@pytest.mark.slow
 def test_without_files_a_random_pair_is_drawn(run, out):
     pytest.importorskip("matplotlib")
     result = run("points", "draw", "-o", out)

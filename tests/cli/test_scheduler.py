@@ -16,6 +16,7 @@ from fpmatch.cli.progress import ProgressBars
 from .conftest import assert_refused, copied
 
 distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

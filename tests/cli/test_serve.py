@@ -30,6 +30,7 @@ def test_bad_options_are_one_line(run, tmp_path):
         assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
 def test_it_opens_answers_and_ends(tmp_path, kernels_line):
     pytest.importorskip("uvicorn", reason="the extra `web` is not installed")

@@ -59,6 +59,7 @@ def test_there_is_no_note_where_all_are_compiled(monkeypatch):
     assert slow_kernels_note() is None
 
 
+@pytest.mark.docs
 def test_the_note_states_the_time_as_measured():
     shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
     (measured,) = [one["value"] for one in shown["figures"] if one["name"] == BENCHMARK]

@@ -310,6 +310,7 @@ def test_a_claim_that_cannot_be_checked_is_refused(run, gallery, prints, words, 
     assert reason in result.stderr
 
 
+@pytest.mark.docs
 def test_the_reference_lists_every_field_of_the_json(run):
     page = (SAMPLES.parent / "docs" / "reference" / "result_json.md").read_text(encoding="utf-8")
     of_verify = page.split("\n## ")[0].splitlines()

@@ -49,6 +49,7 @@ def many(tmp_path):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 def test_interrupted_it_says_nothing_keeps_what_is_done_and_goes_on(tmp_path, many, kernels_line):
     gallery, pictures = tmp_path / "prints.db", len(list(many.iterdir()))

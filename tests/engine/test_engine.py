@@ -56,7 +56,9 @@ def scheduler(workers_find_the_work):
         yield started.scheduler_address
 
 
-@pytest.fixture(params=["serial", "processes", pytest.param("dask", marks=needs_dask)])
+@pytest.fixture(
+    params=["serial", "processes", pytest.param("dask", marks=[needs_dask, pytest.mark.slow])]
+)
 def engine(request, workers_find_the_work):
     scheduler = request.getfixturevalue("scheduler") if request.param == "dask" else None
     workers = {"serial": 1, "processes": 2, "dask": None}[request.param]
@@ -224,6 +226,7 @@ def test_what_workers_need_is_imported_before_they_start(tmp_path):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
     with make_engine(scheduler=scheduler) as engine:
         done = list(engine.map(chunk_work.die_once, tmp_path, range(30)))
@@ -232,6 +235,7 @@ def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
 
 
 @needs_dask
+@pytest.mark.slow
 @pytest.mark.parametrize("who", ["nobody", "somebody else", "nonsense"])
 def test_no_scheduler_is_one_line(monkeypatch, who):
     monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
@@ -246,6 +250,7 @@ def test_no_scheduler_is_one_line(monkeypatch, who):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_cluster_without_workers_is_given_up(monkeypatch):
     import distributed
 
@@ -298,6 +303,7 @@ def other_cluster():
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
     address, process = other_cluster()
     with make_engine(scheduler=address) as engine:
@@ -311,6 +317,7 @@ def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
     address, process = other_cluster()
     with make_engine(scheduler=address) as engine:
@@ -325,6 +332,7 @@ def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_worker_without_fpmatch_is_one_line(other_cluster):
     address, _ = other_cluster("without")
     with (

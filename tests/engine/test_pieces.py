@@ -54,7 +54,9 @@ def local_cluster():
         yield started
 
 
-@pytest.fixture(params=["serial", "processes", pytest.param("dask", marks=needs_dask)])
+@pytest.fixture(
+    params=["serial", "processes", pytest.param("dask", marks=[needs_dask, pytest.mark.slow])]
+)
 def engine(request):
     scheduler = None
     if request.param == "dask":
@@ -143,6 +145,7 @@ def test_what_cannot_be_sent_is_one_line():
 
 
 @needs_dask
+@pytest.mark.slow
 def test_what_a_dead_worker_had_is_done_by_another(local_cluster, tmp_path):
     address = local_cluster.scheduler_address
     with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
@@ -152,6 +155,7 @@ def test_what_a_dead_worker_had_is_done_by_another(local_cluster, tmp_path):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_chunk_that_ends_every_worker_is_given_up(local_cluster, monkeypatch):
     monkeypatch.setattr(cluster_pieces, "MOST_LOSSES", 0)
     address = local_cluster.scheduler_address
@@ -164,6 +168,7 @@ def test_a_chunk_that_ends_every_worker_is_given_up(local_cluster, monkeypatch):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_worker_that_joins_gets_pieces(local_cluster):
     address = local_cluster.scheduler_address
     with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
@@ -177,6 +182,7 @@ def test_a_worker_that_joins_gets_pieces(local_cluster):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_one_line(capfd):
     code = (
         "import time, distributed; c = distributed.LocalCluster(n_workers=1, threads_per_worker=1,"

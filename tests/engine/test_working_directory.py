@@ -95,6 +95,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["forkserver", "spawn"])
 @pytest.mark.parametrize(
     ("program", "printed"), [(GUARDLESS, "started\n10\n"), (OWN_WORK, "10 15\n")]

@@ -22,6 +22,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 def test_interrupt_ends_parent_and_workers_quickly(make_database, tmp_path):
     script = tmp_path / "interrupted.py"

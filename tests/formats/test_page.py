@@ -18,6 +18,7 @@ from fpmatch.minutiae import MAX_DPI, MIN_DPI, Template
 DOCS = Path(__file__).parents[2] / "docs" / "reference"
 PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
 SCHEMA: dict[str, Any] = json.loads((DOCS / "template.schema.json").read_text(encoding="utf-8"))
+pytestmark = pytest.mark.docs
 
 
 def test_the_table_lists_every_format_with_its_suffixes() -> None:

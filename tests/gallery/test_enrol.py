@@ -209,6 +209,7 @@ def finish(where, *runs):
         assert gallery.failures() == []
 
 
+@pytest.mark.slow
 def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
     moments = random.Random(5)
     enrolled = kills = 0
@@ -228,6 +229,7 @@ def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
     finish(where, start(where))
 
 
+@pytest.mark.slow
 def test_two_runs_share_the_work_of_one_gallery(where, start):
     finish(where, start(where), start(where))
 

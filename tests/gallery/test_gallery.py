@@ -172,6 +172,7 @@ with open_gallery(sys.argv[1], create=True) as gallery:
 """
 
 
+@pytest.mark.slow
 def test_two_processes_make_and_fill_one_gallery_at_once(where):
     """Their prints overlap, and one of them makes the gallery first."""
     writers = [
@@ -331,11 +332,13 @@ def test_a_server_that_does_not_answer_is_one_line_without_the_password():
     assert "secret" not in words
 
 
+@pytest.mark.slow
 def test_a_database_that_is_not_there_is_one_line(postgresql):
     error = refused(open_gallery, f"{postgresql}/nowhere", code="database")
     assert 'database "nowhere" does not exist' in str(error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["postgresql"], indirect=True)
 def test_a_lost_connection_is_one_line_and_is_made_anew(where):
     import psycopg

@@ -381,6 +381,7 @@ with open_gallery(sys.argv[1]) as gallery:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no signals of POSIX")
 def test_killed_at_30_random_moments_the_index_is_that_of_the_gallery(tmp_path):
     """What is on the disk while a process is stopped is what one leaves that is killed."""

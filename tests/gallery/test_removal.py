@@ -291,6 +291,7 @@ with open_gallery(sys.argv[1]) as gallery:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no limits and signals of POSIX")
 def test_a_full_disk_or_a_kill_leaves_the_gallery_whole(tmp_path: Path) -> None:
     path = tmp_path / "g.db"

@@ -183,6 +183,7 @@ def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt
     assert decrypt or readable(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_a_killed_process_loses_nothing(tmp_path, source):
     path = make(tmp_path / "g.db", encrypt=True)
     second = add_key(source).current.id
@@ -207,6 +208,7 @@ def test_a_killed_process_loses_nothing(tmp_path, source):
     assert packed(path) == PACKED
 
 
+@pytest.mark.slow
 def test_two_processes_search_and_enrol_during_a_rotation(tmp_path, source):
     path = make(tmp_path / "g.db", encrypt=True)
     code = (

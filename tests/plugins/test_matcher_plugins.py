@@ -183,6 +183,7 @@ def builds_packages():
         return False
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not builds_packages(), reason="pip and a new setuptools are not installed")
 def test_the_package_is_installed_by_pip(tmp_path, few_prints):
     package, target = shown_package(GUIDE, tmp_path / "fpmatch-counted"), tmp_path / "target"

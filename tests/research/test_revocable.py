@@ -13,6 +13,7 @@ SAMPLES = Path(__file__).parents[2] / "sample_data"
 pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample prints are not here")
 
 
+@pytest.mark.slow
 def test_one_key_links_the_prints_of_a_finger_and_two_keys_do_not():
     found = measure_revocable(extract_datasets(load_datasets([SAMPLES]), workers=1))
     (rates,) = found["sets"]

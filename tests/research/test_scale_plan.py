@@ -108,6 +108,7 @@ def test_limits_are_in_the_order_in_which_they_are_reached() -> None:
     assert (2.0**31, rows[0][2]) != rows[0][:2]
 
 
+@pytest.mark.slow
 def test_the_command_plans_and_says_what_it_assumed(tmp_path) -> None:
     given_file, made = tmp_path / "constants.json", tmp_path / "plan.json"
     given_file.write_text(json.dumps(document()))

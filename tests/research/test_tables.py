@@ -19,11 +19,13 @@ from research.tables.performance import format_ratios, format_stages
 from research.tables.synthesis import format_synthesis, preset_rows
 
 
+@pytest.mark.docs
 def test_the_pages_show_the_kept_results(run_research):
     checked = run_research("tables", "--check")
     assert (checked.exit_code, checked.output) == (0, "")
 
 
+@pytest.mark.docs
 @pytest.mark.parametrize("name", PAGES)
 def test_every_row_of_a_table_has_as_many_cells_as_its_head(name):
     results = load_results(PAGES[name])
@@ -33,6 +35,7 @@ def test_every_row_of_a_table_has_as_many_cells_as_its_head(name):
                 assert len({line.count("|") for line in block.splitlines()}) == 1
 
 
+@pytest.mark.docs
 def test_the_kept_results_are_of_the_present_features_presets_and_sensors():
     ablation = load_results(PAGES["accuracy"])["ablation"]
     assert list(ablation) == ["all", *(f"without {name}" for name in FEATURES)]

@@ -78,6 +78,7 @@ def test_the_cue_that_tells_has_the_weight(rng):
     assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_one_finger():
     once, again = cues_of_finger(5, 1, impressions=2), cues_of_finger(5, 1, impressions=2)
     assert 1 <= len(once) <= 2

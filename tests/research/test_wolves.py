@@ -192,6 +192,7 @@ def run(*words):
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path):
     wanted = ["--kind", "fragment", "--kind", "wolf image"]

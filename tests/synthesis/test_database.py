@@ -143,6 +143,7 @@ def half_way(out, files):
             process.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 @pytest.mark.parametrize(("sent", "files"), [("SIGKILL", 1), ("SIGKILL", 5), ("SIGINT", 2)])
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed, sent, files):

@@ -29,9 +29,12 @@ from fpmatch.web.settings import Settings
 from .conftest import png, served
 from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, compare
 
-pytestmark = pytest.mark.skipif(
-    not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
+    ),
+]
 
 
 def test_two_prints_that_match(page):

@@ -43,9 +43,12 @@ Promise.all(images.map(async (shown) => {
 """
 
 
-pytestmark = pytest.mark.skipif(
-    not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
+    ),
+]
 
 
 def test_the_prints_fade_into_one_another(page):

@@ -289,6 +289,7 @@ def start(words: list[str], **options: object) -> tuple[subprocess.Popen[str], i
     return server, int(server.stdout.readline().rsplit(":", 1)[1].rstrip("/\n"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there is no such limit")
 def test_with_few_open_files_others_are_answered_and_the_log_is_short():
     server, port = start(LIMITED)

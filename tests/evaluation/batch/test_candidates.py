@@ -161,6 +161,7 @@ def test_several_processes(gallery, probes, tmp_path, options, suffix):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path):
     import distributed
 
@@ -195,6 +196,7 @@ def staged(monkeypatch, tmp_path):
         monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("staged")
 def test_in_stages_the_file_is_the_same_on_all_engines(gallery, probes, tmp_path):
     gallery.add([entry_of(k, scattered(k, 20)) for k in range(100, 140)])

@@ -45,6 +45,7 @@ def test_several_processes(tmp_path, expected):
 
 
 @needs_dask
+@pytest.mark.slow
 def test_a_cluster_of_which_a_worker_is_killed(tmp_path, expected):
     import distributed
 

@@ -154,6 +154,7 @@ def test_a_changed_page_of_parquet_is_found(output):
     assert refused > end // 14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".csv", pytest.param(".parquet", marks=needs_pyarrow)])
 def test_killed_at_ten_random_moments(tmp_path, suffix):
     done = subprocess.run(

@@ -109,6 +109,7 @@ def test_an_interruption_leaves_what_was_found(cells):
     assert [cell.condition for cell in results.cells] == WHERE[:2]
 
 
+@pytest.mark.slow
 def test_two_processes_find_what_one_finds():
     where, found = [Condition("patch", 0, 2), Condition("clutter", 0, 2)], []
     for workers in (1, 2):

@@ -33,6 +33,7 @@ def test_the_lines_of_the_matchers_are_in_the_picture(tmp_path):
     assert pixels.shape[:2] == (1050, 1800)
 
 
+@pytest.mark.slow
 def test_a_model_that_did_not_run_has_no_panels_and_the_svg_is_always_the_same(tmp_path):
     pytest.importorskip("matplotlib")
     one, two = tmp_path / "one.svg", tmp_path / "two.svg"

@@ -36,7 +36,7 @@ _FIELDS: Final = tuple(one.name for one in fields(Verification))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlay:
-    """Hold a drawn overlay, of which a notebook shows a reduced copy.
+    """A drawn overlay; a notebook shows a reduced copy of it.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Overlay:
 
 @dataclass(frozen=True)
 class VerifiedPrints(Verification):
-    """Hold a verification with the pictures of the prints; a notebook shows result and overlay.
+    """A verification with the pictures of the prints; a notebook shows result and overlay.
 
     Parameters
     ----------

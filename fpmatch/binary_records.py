@@ -67,7 +67,7 @@ class ByteReader:
 
 
 class Record(NamedTuple):
-    """Hold one record: type (1 to 99), number (equal in records of one print) and bytes."""
+    """One record: type (1 to 99), number (equal in records of one print) and bytes."""
 
     type: int
     idc: int

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class IdentifiedFinger:
-    """Hold one enrolled finger that may be the probe's.
+    """One enrolled finger that may be the probe's.
 
     `score` is ``-10·log10(fmr)``, 0 to 100, of all impressions of the finger together; `number` is
     the entry of the most similar one.

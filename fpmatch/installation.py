@@ -46,7 +46,7 @@ _MEMORY_LIMITS: Final = (  # of a container, by the second and the first version
 
 @dataclass(frozen=True, slots=True)
 class PluginState:
-    """Hold a matcher or format of another package; `problem` is "" if it can be used."""
+    """A matcher or format of another package; `problem` is "" if it can be used."""
 
     name: str
     source: str  # package, version and module
@@ -55,7 +55,7 @@ class PluginState:
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """Hold what is installed; versions are None for packages that are missing.
+    """The parts that are installed; versions are None for packages that are missing.
 
     Parameters
     ----------

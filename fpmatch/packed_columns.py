@@ -43,7 +43,7 @@ _TYPES: Final = {"2s": "S2", "B": "u1", "H": "<u2", "h": "<i2", "I": "<u4", "f":
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PackedColumns:
-    """Hold the numbers of K packed templates of M minutiae and C cells, I of them inside.
+    """The numbers of K packed templates of M minutiae and C cells, I of them inside.
 
     Template k has the minutiae from ``start[k]`` to ``start[k + 1]``; its cells likewise, row by
     row. Those inside the mask follow one after another, with ridges as the layout has them.

@@ -30,7 +30,7 @@ class PluginError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class Plugins:
-    """Hold the plug-ins of a group: those that were loaded, by name, and why others were not."""
+    """The plug-ins of a group: those that were loaded, by name, and why others were not."""
 
     loaded: dict[str, Any]
     failures: dict[str, str]

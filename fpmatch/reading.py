@@ -94,7 +94,7 @@ def decode_print(
 
 @dataclass(frozen=True, eq=False)
 class GivenPrint:
-    """Hold a print that was given for comparison, the name of its file, and notes on reading it.
+    """A print that was given for comparison, the name of its file, and notes on reading it.
 
     `stages` are those of the extraction from which `quality` is computed; a print that was given
     as a template has neither these nor an `image`.

@@ -39,7 +39,7 @@ _OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
 
 
 class Key:
-    """Hold a secret key and its id, which is computed from it; the secret is never shown.
+    """A secret key and its id, which is computed from it; the secret is never shown.
 
     A key cannot be pickled: programs send each other the source of their keys.
 
@@ -85,7 +85,7 @@ class Key:
 
 
 class KeyRing:
-    """Hold some keys, the first of them the current one, and the source they were read from.
+    """Some keys, the first of them the current one, and the source they were read from.
 
     A key that is unknown is looked for in the source once more: it may have been added meanwhile.
     What is pickled is the source, not the keys.

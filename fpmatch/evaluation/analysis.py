@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Hold one matcher's evaluation, intervals of its rates, and the comparison with a baseline.
+    """One matcher's evaluation, intervals of its rates, and the comparison with a baseline.
 
     `points` are the FNMR at chosen FMRs; `quality` is None where neither quality nor overlap is
     known.

@@ -33,7 +33,7 @@ POOLED: Final = "pooled"
 
 @dataclass(frozen=True, slots=True)
 class DiscardCurve:
-    """Hold the curve of one database.
+    """The error-versus-discard curve of one database.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class DiscardCurve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QualitySample:
-    """Hold the quality of a database's prints, and the similarities of their pairs.
+    """The quality of a database's prints, and the similarities of their pairs.
 
     Parameters
     ----------

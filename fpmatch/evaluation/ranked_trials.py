@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
-    """Hold the comparisons of one database: similarity and the two fingers, numbered from 0.
+    """The comparisons of one database: similarity and the two fingers, numbered from 0.
 
     `fingers` is 0 where the fingers are not known; `probe` and `reference` are then the same number
     in genuine comparisons, different ones in impostor comparisons, and mean nothing else.
@@ -38,7 +38,7 @@ class Trials:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RankedTrials:
-    """Hold the order of scores, so that rates of draws need only the weights of the pairs.
+    """The order of scores, so that rates of draws need only the weights of the pairs.
 
     Impostors below a lowest score may be left out; of them only the total weight must be known.
     Pairs are indices by increasing score. A threshold is every distinct score from the lowest on,

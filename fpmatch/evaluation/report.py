@@ -42,7 +42,7 @@ _IDENTICAL: Final = {
 
 @dataclass(frozen=True, slots=True)
 class SetRates:
-    """Hold the error rates of one database.
+    """The error rates of one database.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class SetRates:
 
 @dataclass(frozen=True, slots=True)
 class SetResult(SetRates):
-    """Hold the results on one database whose images were compared.
+    """The results on one database whose images were compared.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class SetResult(SetRates):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class RatesReport:
-    """Hold the error rates of one matcher on some databases.
+    """The error rates of one matcher on some databases.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ class RatesReport:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class EvaluationReport(RatesReport):
-    """Hold the results of one matcher on some databases whose images were compared.
+    """The results of one matcher on some databases whose images were compared.
 
     Parameters are those of `RatesReport`; `sets` has a `SetResult` a database.
     """

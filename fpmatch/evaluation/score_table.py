@@ -54,7 +54,7 @@ _PEEKED: Final = 1000  # rows by which the columns of a file without names are r
 
 @dataclass(frozen=True, slots=True)
 class ScoreTable:
-    """Hold the rows of a file of scores, with line numbers, and the place of each known column.
+    """The rows of a file of scores, with line numbers, and the place of each known column.
 
     `names` are those of all columns, as in the file; `note` says how a file without a line of names
     is understood.

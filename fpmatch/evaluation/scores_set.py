@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoresSet:
-    """Hold the comparisons of one database by one matcher ("" where it is not known).
+    """The comparisons of one database by one matcher ("" where it is not known).
 
     Parameters
     ----------

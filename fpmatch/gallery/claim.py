@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedClaim:
-    """Hold the decision on a claimed identity, and the impressions enrolled under it.
+    """The decision on a claimed identity, and the impressions enrolled under it.
 
     `damaged` is the number of those that could not be read, which are not among `entries`.
     """

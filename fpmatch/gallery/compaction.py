@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Compaction:
-    """Hold sizes in bytes before and after: of the database, and of the prepared prints."""
+    """Sizes in bytes before and after: of the database, and of the prepared prints."""
 
     database_before: int
     database_after: int

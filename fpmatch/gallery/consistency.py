@@ -34,7 +34,7 @@ HIGHEST_LINK_SCORE: Final = 55.0
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Hold the best-scoring pair of two groups that do not match, `one` of the larger group."""
+    """The best-scoring pair of two groups that do not match, `one` of the larger group."""
 
     one: Entry
     other: Entry
@@ -49,7 +49,7 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True)
 class FingerCheck:
-    """Hold the groups of impressions of one finger that match each other, the largest first.
+    """The groups of impressions of one finger that match each other, the largest first.
 
     `disagreements` are the best-scoring pairs of each further group and the first.
     """

@@ -61,7 +61,7 @@ PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Hold numbers of prints enrolled now and before, the failures, and notes on prints.
+    """Numbers of prints enrolled now and before, the failures, and notes on prints.
 
     `added` has, of each subject that was enrolled before from other files, how many of the prints
     were added to it; `unmatched` are those of them that match nothing of their finger and are

@@ -38,7 +38,7 @@ MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared 
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """Hold the outcome of a search.
+    """The outcome of a search.
 
     The candidates come best first; of equal scores, the more similar, then the one enrolled first.
     After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for

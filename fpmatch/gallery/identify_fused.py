@@ -58,7 +58,7 @@ class Subjects(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ComparedFinger:
-    """Hold the comparison of a probe, by its number from 0, with a finger of a subject.
+    """The comparison of a probe, by its number from 0, with a finger of a subject.
 
     `score` is that of all `impressions` of the finger together; `number` is the entry of the most
     similar one.
@@ -72,7 +72,7 @@ class ComparedFinger:
 
 @dataclass(frozen=True, slots=True)
 class SubjectCandidate:
-    """Hold one subject whose fingers may be the probes'; rank 1 scores highest.
+    """One subject whose fingers may be the probes'; rank 1 scores highest.
 
     `fmr` is the rate at which other subjects score as high, and `score` is ``-10·log10(fmr)``, 0 to
     100. `expected_false` is `fmr` times the number of subjects.
@@ -88,7 +88,7 @@ class SubjectCandidate:
 
 @dataclass(frozen=True, slots=True)
 class FusedIdentification:
-    """Hold the outcome of a search by several fingers; candidates come best first.
+    """The outcome of a search by several fingers; candidates come best first.
 
     Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
     then the one enrolled first. `compared` is the most prints that a probe was compared with before
@@ -256,7 +256,7 @@ def identify_fused(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Finger:
-    """Hold a finger: of each probe, whether it may be of it, the score and the best entry."""
+    """A finger of a subject: whether each probe may be of it, its score and its best entry."""
 
     may: NDArray[np.bool_]
     scores: NDArray[np.float64]

@@ -34,7 +34,7 @@ _SHARED: Final = {PRINT, START}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintSegment:
-    """Hold what the stages of a search need of the same prints; numbers of entries ascend.
+    """Some prints in the forms that the stages of a search need; numbers of entries ascend.
 
     The first needs terms, the second bit descriptors, the third compact templates.
     """

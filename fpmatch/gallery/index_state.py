@@ -62,7 +62,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class IndexState:
-    """Hold an index, as `fpmatch.gallery.index_files.IndexList` describes it, and its segments.
+    """An index, as `fpmatch.gallery.index_files.IndexList` describes it, and its segments.
 
     The ranges of the numbers of the parts ascend and do not overlap. `folder` is where the list is,
     if it is in a file, and `base` its revision and segments when it was read or written last.

@@ -39,7 +39,7 @@ LEAST_PIECES: Final = 4  # fewer segments are held by several workers
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexedPiece:
-    """Hold a segment of an index, and which of its entries were removed."""
+    """A segment of an index, and which of its entries were removed."""
 
     matcher: Matcher
     segment: PrintSegment

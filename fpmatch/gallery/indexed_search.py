@@ -54,7 +54,7 @@ class IndexedPrints:
 
 
 class IndexedSearch(Search):
-    """Hold the prints of a gallery by its index, whose segments are read at the first search."""
+    """The prints of a gallery by its index, whose segments are read at the first search."""
 
     def __init__(
         self, index: GalleryIndex, damaged: Mapping[int, str], prepare: Callable[[], Search]

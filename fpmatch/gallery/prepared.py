@@ -58,7 +58,7 @@ COLUMNS: Final = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prepared:
-    """Hold the prepared prints of a gallery.
+    """The prepared prints of a gallery.
 
     For each, `numbers` holds the number of its entry, ascending, `fingers` the lowest number of an
     entry of its finger, and `digests` the beginning of the SHA-256 of its template, shape (N, 16).

@@ -34,7 +34,7 @@ COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Hold one enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
+    """One enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
 
     `number` is that of the entry; of a finger, that of its most similar impression, to which
     `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
@@ -56,7 +56,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Preselection:
-    """Hold the places of the prints to compare, ascending, and how many each stage passed on.
+    """The places of the prints to compare, ascending, and how many each stage passed on.
 
     At most the share `loss` of the mates that comparing all would find is expected to be missing.
     """
@@ -68,7 +68,7 @@ class Preselection:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Hold the prints of a gallery, prepared for a matcher.
+    """The prints of a gallery, prepared for a matcher.
 
     Where its methods take `each`, which is as the built-in `map`, it calls a function for each part
     of the prints.

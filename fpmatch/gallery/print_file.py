@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PrintFile:
-    """Hold the file of an image or a template, and its resolution (None: that in the file).
+    """The file of an image or a template, and its resolution (None: that in the file).
 
     `label` is that of a manifest, a pattern or the folders; None where only the file's name may
     contain one. `name` is the file's, or the path by which a manifest or a folder of folders has

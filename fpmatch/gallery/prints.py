@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a print, whether its resolution was assumed, and notes on reading it.
+    """The template of a print, whether its resolution was assumed, and notes on reading it.
 
     `quality` is that of the image, 0 to 100; None where it was not measured. `why_empty` is the
     reason for a template without minutiae, where one is known.

@@ -30,7 +30,7 @@ _TEMPLATE: Final = ENTRY.c.template
 
 @dataclass(frozen=True, slots=True)
 class Rotation:
-    """Hold how many templates a rotation has sealed, and with which key; "plain" for none.
+    """The number of templates that a rotation has sealed, and its key; "plain" for none.
 
     `damaged` has, by number, why an entry could not be read; it was left as it is.
     """

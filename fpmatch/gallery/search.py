@@ -110,7 +110,7 @@ def _warn(text: str) -> None:
 
 
 class ConsolidatedFingers:
-    """Hold the fingers of an open gallery, each prepared when it is first a candidate."""
+    """The fingers of an open gallery, each prepared when it is first a candidate."""
 
     def __init__(
         self, gallery: Gallery, search: Search, calibration: Calibration | None = None

@@ -44,7 +44,7 @@ COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
 
 
 class Answer(NamedTuple):
-    """Hold which prints were compared with a probe (None: all), and their similarities to it."""
+    """The prints that were compared with a probe (None: all), and their similarities to it."""
 
     which: NDArray[np.intp] | None
     similarities: NDArray[np.float64]
@@ -72,7 +72,7 @@ class AnsweredSearch(Search):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchPiece:
-    """Hold the prints of a search from number `first` on."""
+    """The prints of a search from number `first` on."""
 
     first: int
     prints: Search

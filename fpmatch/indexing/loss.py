@@ -39,7 +39,7 @@ LEAST_PASSED_ON: Final = (1000, 20)
 
 @dataclass(frozen=True, slots=True)
 class SearchPlan:
-    """Hold how a gallery is searched in stages.
+    """The numbers by which a gallery is searched in stages.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class SearchPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LossTable:
-    """Hold the shares of a gallery that have to be passed on.
+    """The shares of a gallery that have to be passed on.
 
     Parameters
     ----------

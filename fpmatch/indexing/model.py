@@ -27,7 +27,7 @@ LEAST_SHARE: Final = 1e-7  # of all edges that have a term, taken for one never 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexModel:
-    """Hold what is learned on synthetic prints by ``python -m research train index``.
+    """The statistics of edges that ``python -m research train index`` learns on synthetic prints.
 
     The lengths of edges are nearly independent of what else a term consists of, so that the share
     of all edges that have a term is the product of two.

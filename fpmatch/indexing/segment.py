@@ -49,7 +49,7 @@ def _of(dtype: str, what: str | int) -> dict[str, Column]:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """Hold the index of up to 65,536 prints.
+    """The index of up to 65,536 prints.
 
     Prints are in the order of their entries' numbers. The postings of term t are those from
     ``term_start[t]`` to ``term_start[t + 1]``, in the order of the prints: the print's number

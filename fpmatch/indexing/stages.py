@@ -25,7 +25,7 @@ _REMOVED = _BINS - 1  # more than any print can have
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """Hold prints of an index, in the order of the segments, then of their prints.
+    """Prints of an index, in the order of the segments, then of their prints.
 
     Parameters
     ----------

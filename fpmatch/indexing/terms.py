@@ -105,7 +105,7 @@ _NO_CODES: Final = np.empty((0, 0), np.uint8)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeTerms:
-    """Hold the terms that a probe looks up, ascending, for `Segment.votes`.
+    """The terms that a probe looks up, ascending, for `Segment.votes`.
 
     Each edge of the probe is read from both ends. A reading looks up its own term and those that
     errors of its length and directions turn it into.

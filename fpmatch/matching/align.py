@@ -83,7 +83,7 @@ class AlignmentParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Hold the alignment of print A, of N minutiae, with print B."""
+    """The alignment of print A, of N minutiae, with print B."""
 
     transform: NDArray[np.float64]  # (s·cos θ, s·sin θ, tx, ty) at 500 dpi with y pointing up
     partner: NDArray[np.int32]  # (N,): the partner in B, or -1; one-to-one

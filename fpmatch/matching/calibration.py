@@ -34,7 +34,7 @@ MALFORMED: Final = (ArithmeticError, AttributeError, LookupError, TypeError, Val
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Hold where a calibration comes from.
+    """The origin of a calibration.
 
     Parameters
     ----------

@@ -73,7 +73,7 @@ def expand(data: bytes) -> Template:
 
 @dataclass(frozen=True, eq=False)
 class CompactTemplates(PackedArrays):
-    """Hold the compact templates of many prints: of print k, those bytes from its start on."""
+    """The compact templates of many prints in one array of bytes, and where each starts."""
 
     content_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
     content: NDArray[np.uint8] = field(metadata=of_each(CONTENT, "|u1"))

@@ -37,7 +37,7 @@ ROUNDS: Final = 8  # in which every impression is fitted to the others
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """Hold that impressions `a` and `b`, a < b, match, and their paired minutiae, shape (K, 2)."""
+    """Two impressions `a` and `b`, a < b, that match, and their paired minutiae, shape (K, 2)."""
 
     a: int
     b: int
@@ -52,7 +52,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Consolidated:
-    """Hold a template made of several impressions, at 500 dpi.
+    """A template made of several impressions, at 500 dpi.
 
     By impression, `poses` map its pixels to those of the template.
     """

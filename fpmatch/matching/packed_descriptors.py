@@ -34,7 +34,7 @@ _NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
 
 @dataclass(frozen=True, eq=False)
 class PackedDescriptors(PackedArrays):
-    """Hold the bit descriptors of prints in flat arrays.
+    """The bit descriptors of prints in flat arrays.
 
     Print k has the bytes from ``content_start[k]`` to ``content_start[k + 1]``, which contain those
     of its `size` minutiae that have a neighbour (see `_descriptor_kernel`). They lie ``2 ** step``

@@ -43,7 +43,7 @@ CELL: Final = "cell_start"
 
 @dataclass(frozen=True, eq=False)
 class PackedTemplates(PackedArrays):
-    """Hold prepared prints in flat arrays, whose entries are of minutiae, of cells, or of prints.
+    """Prepared prints in flat arrays, with an entry for each minutia, each cell or each print.
 
     Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``, and its cells
     likewise, row by row. Its `shape` has rows and columns, first row and first column of the cells,

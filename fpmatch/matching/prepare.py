@@ -40,7 +40,7 @@ class PreparationParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedTemplate:
-    """Hold one template of N minutiae ready for comparison, in px at 500 dpi with y pointing up.
+    """One template of N minutiae ready for comparison, in px at 500 dpi with y pointing up.
 
     By its content, `key`, two templates are put in order, so that a comparison does not depend on
     which of them is the probe.

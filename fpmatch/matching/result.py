@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Hold how much of two prints was compared, and how well the ridges agree."""
+    """The amount of two prints that was compared, and the agreement of their ridges."""
 
     minutiae: int  # of both prints in the common region, paired or not
     area_mm2: float  # of the common region
@@ -50,7 +50,7 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Hold a matcher's own result, before calibration.
+    """A matcher's own result, before calibration.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def as_explaining(matcher: Matcher) -> Explaining | None:
 
 @dataclass(frozen=True)
 class Verification:
-    """Hold the decision on two templates and the evidence for it.
+    """The decision on two templates and the evidence for it.
 
     The evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) is
     completed when one of these is first read: a decision alone costs one comparison.
@@ -307,7 +307,7 @@ class Verification:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedPair:
-    """Hold two prints as the matcher prepared them, to compute what a decision does not need."""
+    """Two prints as the matcher prepared them, to compute what a decision does not need."""
 
     matcher: Matcher
     probe: Any

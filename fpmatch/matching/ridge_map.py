@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RidgeMap:
-    """Hold the agreement of the ridges of two prints, cell by cell.
+    """The agreement of the ridges of two prints, cell by cell.
 
     The cells are squares of one of the prints, of about two ridge periods. Each is compared, with
     the cells that touch it, where the mesh of pairs maps it, shifted by up to half a ridge period.

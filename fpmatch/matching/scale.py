@@ -31,7 +31,7 @@ REFINEMENTS: Final = 2  # times that a scale is measured with the resolutions co
 
 @dataclass(frozen=True, slots=True)
 class ScaleMeasurement:
-    """Hold how much larger the reference is than the probe, at the resolutions that they claim.
+    """The size of the reference relative to the probe, at the resolutions that they claim.
 
     `ratio` is that of lengths in millimetres, with its standard `error`; `differs` where it is
     certainly not 1.

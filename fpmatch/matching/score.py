@@ -72,7 +72,7 @@ WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Hold the evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
+    """The evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
 
     The common region is where both prints lie. The first sixteen entries are the kernel's.
     """

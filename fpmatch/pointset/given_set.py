@@ -58,7 +58,7 @@ class GivenSet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Hold the set that another is overlaid on, and how near a pair must be."""
+    """The set that another is overlaid on, and how near a pair must be."""
 
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area

@@ -41,7 +41,7 @@ _COLUMNS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class RevocableTemplate:
-    """Hold a print under a key: `protect` makes it, `compare` compares two of the same key.
+    """A print under a key: `protect` makes it, `compare` compares two of the same key.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ STAGE: Final = "synth"
 
 @dataclass(frozen=True, slots=True)
 class DatabaseMade:
-    """Hold what `make_database` made, and the size of the result."""
+    """The result of `make_database`, and its size."""
 
     folder: Path
     fingers: int  # requested ones, all complete

@@ -24,7 +24,7 @@ _SEPARATORS: Final = re.compile(r"[/\\]")
 
 @dataclass(frozen=True, slots=True)
 class Upload:
-    """Hold an uploaded file: its name, which is only shown and never made a path, and its bytes."""
+    """An uploaded file: its name, which is only shown and never made a path, and its bytes."""
 
     name: str
     data: bytes = field(repr=False)
@@ -32,7 +32,7 @@ class Upload:
 
 @dataclass(frozen=True, slots=True)
 class PrintOptions:
-    """Hold how an upload is to be read, and the sizes that are refused."""
+    """The options for reading an upload, and the sizes that are refused."""
 
     limits: Limits
     dpi: float | None = None

@@ -119,7 +119,7 @@ def _length(ring: Ring, in_frame: float) -> str:
 
 
 class SubTriangle(NamedTuple):
-    """Hold the triangle that one point of a ring forms with the side across the centre.
+    """The triangle that one point of a ring forms with the side across the centre.
 
     `corners` are the places in the ring of p_l, p_r and p_{r+1}: the line from p_l through the
     centre leaves the ring between the latter two. `shares` are δ1, δ2, δ3, the barycentric

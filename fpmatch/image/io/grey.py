@@ -29,7 +29,7 @@ ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully tra
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyImage:
-    """Hold one impression as it was read.
+    """One impression as it was read.
 
     Parameters
     ----------

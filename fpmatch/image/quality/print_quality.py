@@ -40,7 +40,7 @@ BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Hold one fault of a print."""
+    """One fault of a print."""
 
     code: str  # no ridges, too small, partial, too dry, too wet, blurred or wrong resolution
     message: str  # what is wrong, and what to do about it
@@ -52,7 +52,7 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class PrintQuality:
-    """Hold the quality of a print; ``str()`` gives it on one line.
+    """The quality of a print; ``str()`` gives it on one line.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ MIN_POINTS: Final = 4  # the fewest among which one can have a closed one-ring
 
 @dataclass(frozen=True, slots=True)
 class PreparedPositions:
-    """Hold the positions of a template's minutiae at 500 dpi, and its own resolution."""
+    """The positions of a template's minutiae at 500 dpi, and its own resolution."""
 
     at_500_dpi: PreparedPoints
     dpi: float

@@ -66,7 +66,7 @@ BASE_DOUBT: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class SearchPlan:
-    """Hold the numbers that follow from the sizes of the sets, ρ and λ."""
+    """The numbers that follow from the sizes of the sets, ρ and λ."""
 
     neighbours: int  # k: of a pivot in the local test
     window: int  # k3, odd: ranks of Q's list tried for each base neighbour

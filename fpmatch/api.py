@@ -1,4 +1,4 @@
-"""Functions for Python programs, which take prints as people have them: files, pictures, arrays."""
+"""The public functions on prints, given as files, pictures, arrays or templates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one family of errors that fpmatch raises for bad input.
+"""The family of errors that fpmatch raises for bad input.
 
 Every message is one line that names the thing at fault and the reason, ready to be shown to a
 person. Programming errors (a wrong type, say) stay the built-in exceptions they are.

@@ -1,4 +1,4 @@
-"""Functions for Python programs that enrol prints in a gallery and search it."""
+"""The public functions that enrol prints in a gallery and search it."""
 
 from __future__ import annotations
 

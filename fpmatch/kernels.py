@@ -1,4 +1,4 @@
-"""Which inner loops, the modules ``_*_kernel.py``, run compiled, and from what, importing none.
+"""Which kernels (modules ``_*_kernel.py``) run compiled, and from which sources; imports none.
 
 ``setup.py`` runs this file, too: it imports the standard library only.
 """

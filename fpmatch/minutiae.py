@@ -1,4 +1,4 @@
-"""`Minutiae` and `Template`: the one currency between the rooms of fpmatch.
+"""`Minutiae` and `Template`: the types that all rooms exchange.
 
 Conventions, the same everywhere:
 

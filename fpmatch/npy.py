@@ -1,4 +1,4 @@
-"""Numbers from `.npy` files, as ``np.save`` writes arrays, without trust in what they state.
+"""Numbers from `.npy` files, as ``np.save`` writes arrays; nothing that they state is trusted.
 
 Nothing is unpickled, and no memory is allocated for numbers that the file does not contain.
 """

@@ -1,4 +1,4 @@
-"""Files appear whole or not at all: written beside their place, then moved there.
+"""Write files whole or not at all: into another file first, which is then moved into place.
 
 Files and folders are private: only the user who runs fpmatch may read them, whatever the umask,
 since they contain biometric data, names, or results about persons. `public` files contain none:

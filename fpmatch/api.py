@@ -229,13 +229,13 @@ def verify(
     """
     options: dict[str, Any] = {"threshold": threshold, "calibration": calibration}
     if isinstance(probe, Template) and isinstance(reference, Template):
-        found = verify_templates(probe, reference, matcher=matcher, **options)
-        return VerifiedPrints(**{name: getattr(found, name) for name in _FIELDS})
+        verified = verify_templates(probe, reference, matcher=matcher, **options)
+        return VerifiedPrints(**{name: getattr(verified, name) for name in _FIELDS})
     from fpmatch.pair import with_resolutions  # noqa: PLC0415  (not needed for templates)
 
     sides = ours, theirs = _given(probe, dpi, enhance), _given(reference, dpi, enhance)
-    found = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
-    values = {name: getattr(found, name) for name in _FIELDS}
+    verified = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
+    values = {name: getattr(verified, name) for name in _FIELDS}
     first, second = (None if one.image is None else one.image.pixels for one in sides)
     return with_resolutions(VerifiedPrints(**values, images=(first, second)), ours, theirs)
 

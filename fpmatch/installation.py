@@ -135,7 +135,7 @@ class Installation:
             ("engines", ", ".join(engines)),
             ("packages", _versions(self.packages)),
         ]
-        rows += [(f"extra {name}", _versions(found)) for name, found in self.extras.items()]
+        rows += [(f"extra {name}", _versions(versions)) for name, versions in self.extras.items()]
         for kind, plugins in (("matchers", self.matchers), ("formats", self.formats)):
             shown = [f"{one.name} ({one.source})" for one in plugins if not one.problem]
             rows.append((f"{kind} added", ", ".join(shown) or "none"))
@@ -191,8 +191,8 @@ def _version(name: str) -> str | None:
     return None
 
 
-def _versions(found: dict[str, str | None]) -> str:
-    return ", ".join(f"{name} {one or 'missing'}" for name, one in found.items())
+def _versions(versions: dict[str, str | None]) -> str:
+    return ", ".join(f"{name} {one or 'missing'}" for name, one in versions.items())
 
 
 def _memory() -> int | None:

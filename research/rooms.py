@@ -88,7 +88,8 @@ def task_of(room: str) -> str:
 
 def format_rooms() -> str:
     """Return the table of rooms, folders first: what each does, and what it may import."""
-    folders, modules = [], []
+    folders: list[list[str]] = []
+    modules: list[list[str]] = []
     for room, others in MAY_IMPORT.items():
         if not room.startswith("_"):
             is_folder = _place(room).stem == "__init__"

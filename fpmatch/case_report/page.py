@@ -249,7 +249,7 @@ def _css_string(text: str) -> str:
     >>> _css_string("a<b")
     'a\\3c b'
     """
-    return _NOT_PLAIN.sub(lambda found: f"\\{ord(found[0]):x} ", text)
+    return _NOT_PLAIN.sub(lambda match: f"\\{ord(match[0]):x} ", text)
 
 
 def _picture(pair: ComparedPair, view: View, own: Sequence[ExaminerMark]) -> str:

@@ -77,11 +77,11 @@ class Key:
 
     def cipher(self, purpose: bytes, salt: bytes) -> AESGCM:
         """Return the cipher of the derived key, which is kept for the next call."""
-        found = self._ciphers.get((purpose, salt))
-        if found is None:
+        cipher = self._ciphers.get((purpose, salt))
+        if cipher is None:
             aead, _, _ = _library()
-            found = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
-        return found
+            cipher = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
+        return cipher
 
 
 class KeyRing:

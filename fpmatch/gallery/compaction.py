@@ -1,4 +1,4 @@
-"""Compaction of a gallery: no free space in its database, no outdated prepared prints."""
+"""Compaction of a gallery: free its unused space, and delete its outdated prepared prints."""
 
 from __future__ import annotations
 

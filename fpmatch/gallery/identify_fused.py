@@ -1,4 +1,4 @@
-"""Identification by several fingers: the subjects whose fingers match those of the probes best.
+"""Identification by several fingers: find the subjects whose fingers match the probes best.
 
 Each probe is searched alone. The subjects that are among the best of any probe are compared by all
 their fingers, and the scores of a subject's fingers are fused (`fpmatch.matching.fused_fingers`).
@@ -220,7 +220,7 @@ def identify_fused(
     alone = [identify(one, probe, **limits) for one, probe in zip(searches, probes, strict=True)]
     listed = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)
-    found = []
+    ranked = []
     listed_fingers = subjects.fingers_of(listed)
     given = search, probes, alone, named, listed_fingers, chosen, skipped
     with Threads(workers) as threads:
@@ -232,8 +232,8 @@ def identify_fused(
             compared = tuple(fingers[f].compared(i) for i, f in pairs)
             total_score = math.fsum(one.score for one in compared)
             order = -score, -total_score, min(one.number for one in compared)
-            found.append((order, subject, score, compared))
-    found.sort()
+            ranked.append((order, subject, score, compared))
+    ranked.sort()
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
@@ -242,7 +242,7 @@ def identify_fused(
             SubjectCandidate(
                 rank, subject, score, fmr := score_to_fmr(score), fmr * total, compared
             )
-            for rank, (_, subject, score, compared) in enumerate(found[:count], start=1)
+            for rank, (_, subject, score, compared) in enumerate(ranked[:count], start=1)
             if score >= threshold
         ),
         matcher=search.matcher.name,

@@ -147,8 +147,8 @@ class Search:
             return np.empty(0, np.intp)
         wanted = np.unique(np.array([*numbers], np.int64))
         places = np.searchsorted(self.numbers, wanted)
-        found: NDArray[np.intp] = places[np.append(self.numbers, -1)[places] == wanted]
-        return found
+        enrolled: NDArray[np.intp] = places[np.append(self.numbers, -1)[places] == wanted]
+        return enrolled
 
     def with_prints(self, templates: Sequence[Template]) -> Search:
         """Return a search of some templates, too, as a gallery stores them.
@@ -193,11 +193,11 @@ class Search:
             if which is None:
                 firsts = range(0, len(self), COMPARED_AT_ONCE)
                 ends = [(k, min(k + COMPARED_AT_ONCE, len(self))) for k in firsts]
-                found = each(lambda span: compare(probe, references, *span), ends)
+                compared = each(lambda span: compare(probe, references, *span), ends)
             else:
                 parts = parts_of(which, COMPARED_AT_ONCE)
-                found = each(lambda part: compare(probe, references.take(part)), parts)
-            return np.concatenate([np.zeros(0), *found])
+                compared = each(lambda part: compare(probe, references.take(part)), parts)
+            return np.concatenate([np.zeros(0), *compared])
         places = range(len(self)) if which is None else which.tolist()
         return np.array([self.matcher.compare(probe, references[k]).similarity for k in places])
 

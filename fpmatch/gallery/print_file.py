@@ -63,10 +63,10 @@ def number_impressions(labels: Sequence[Label]) -> list[Label]:
     """
     taken = set(labels)
     numbers: dict[Label, count[int]] = defaultdict(lambda: count(1))
-    found = []
+    numbered = []
     for label in labels:
         one = label
         while not one.impression or (one is not label and one in taken):
             one = replace(label, impression=str(next(numbers[label.of_finger])))
-        found.append(one)
-    return found
+        numbered.append(one)
+    return numbered

@@ -1,9 +1,9 @@
 """Searches for many probes on all cores or machines: each worker holds prints of the gallery.
 
 The prints of a `Search` are divided into ranges, the pieces, which workers hold (see
-`fpmatch.engine.pieces`). A probe is sent to all of them; what they return is put together before
-anything is decided: which prints are compared, and which fingers are candidates. The candidates are
-therefore those of a search in one process, to the last bit.
+`fpmatch.engine.pieces`). A probe is sent to all of them. Their results are put together before it
+is decided which prints are compared, and which fingers are candidates. So the candidates are the
+same as in a search in one process, to the last bit.
 """
 
 from __future__ import annotations
@@ -222,8 +222,8 @@ class HeldSearch:
                 batch = pending.popleft()
                 scores = map(np.concatenate, zip(*parts, strict=True))
                 chosen: list[NDArray[np.intp] | None] = [
-                    greatest(found, sizes, probe, most)
-                    for probe, found in zip(batch, scores, strict=True)
+                    greatest(scored, sizes, probe, most)
+                    for probe, scored in zip(batch, scores, strict=True)
                 ]
                 yield batch, chosen
 

@@ -56,8 +56,8 @@ class IndexModel:
     def share(self) -> NDArray[np.float64]:
         """Share of all edges that have each term, shape (TERMS,)."""
         product = np.multiply.outer(self.lengths, self.directions)
-        found: NDArray[np.float64] = np.maximum(product.ravel(), LEAST_SHARE)
-        return found
+        shares: NDArray[np.float64] = np.maximum(product.ravel(), LEAST_SHARE)
+        return shares
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> IndexModel:

@@ -164,13 +164,13 @@ class Segment:
 
         Votes are divided by the square root of the print's size.
         """
-        found = np.zeros(len(self), np.uint16)
+        counted = np.zeros(len(self), np.uint16)
         cursor = np.empty(len(probe.term), np.uint32)
         table = np.empty(TABLE, np.uint32)
         p = probe
         looked_up = p.term, p.weight, p.reading, p.shift
-        count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, found)
-        return found
+        count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, counted)
+        return counted
 
 
 COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(Segment)}

@@ -108,13 +108,13 @@ class Finger:
 
     def compare(self, probe: Any) -> FingerComparison:
         """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
-        found = [self.matcher.compare(probe, one) for one in self.impressions]
+        comparisons = [self.matcher.compare(probe, one) for one in self.impressions]
         whole = [self.matcher.compare(probe, one) for one in self.consolidated]
-        scores = self.calibration.scores([one.similarity for one in (*found, *whole)])
-        best = int(np.argmax([one.similarity for one in found]))
-        alone, together = np.split(scores, [len(found)])
+        scores = self.calibration.scores([one.similarity for one in (*comparisons, *whole)])
+        best = int(np.argmax([one.similarity for one in comparisons]))
+        alone, together = np.split(scores, [len(comparisons)])
         score = fused_score(scores, self.weights)
-        return FingerComparison(score, alone, together, best, found[best])
+        return FingerComparison(score, alone, together, best, comparisons[best])
 
 
 def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
@@ -187,24 +187,26 @@ def verify_finger(
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     curve = load_calibration(chosen.name) if calibration is None else calibration
     finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
-    found = finger.compare(prepared)
+    outcome = finger.compare(prepared)
     shown = [references[k] for k in finger.chosen]
     impressions = tuple(zip(shown, finger.impressions, strict=True))
     verification = Verification(
-        match=found.score >= threshold and may_match(chosen, found.comparison),
-        score=found.score,
-        fmr=found.fmr,
+        match=outcome.score >= threshold and may_match(chosen, outcome.comparison),
+        score=outcome.score,
+        fmr=outcome.fmr,
         threshold=float(threshold),
         matcher=chosen.name,
-        comparison=found.comparison,
+        comparison=outcome.comparison,
         probe=probe,
-        reference=shown[found.best],
+        reference=shown[outcome.best],
         smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
         rematch=PreparedPair(
-            chosen, prepared, finger.impressions[found.best], curve, impressions=impressions
+            chosen, prepared, finger.impressions[outcome.best], curve, impressions=impressions
         ),
     )
-    return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])
+    return FingerVerification(
+        verification, outcome.scores, finger.chosen, finger.chosen[outcome.best]
+    )
 
 
 def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:

@@ -134,11 +134,11 @@ class PackedDescriptors(PackedArrays):
         if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
             raise IndexError(f"a print outside of {len(self)}")
         tables = probe if isinstance(probe, Prefilter) else prefilter_of(probe.bit_descriptors)
-        found = np.empty(len(numbers), np.int32)
-        DescriptorReader(self).score(tables, np.ascontiguousarray(numbers), found)
-        if (found < 0).any():
+        scores = np.empty(len(numbers), np.int32)
+        DescriptorReader(self).score(tables, np.ascontiguousarray(numbers), scores)
+        if (scores < 0).any():
             raise MatcherError("damaged", code="damaged")
-        return found
+        return scores
 
 
 COLUMNS: Final = PackedDescriptors.columns()

@@ -99,8 +99,8 @@ def ridge_map(
 
     The reference is B, or A where `swapped`.
     """
-    correlator, found = correlate(a, b, alignment)
-    if not found:
+    correlator, compared = correlate(a, b, alignment)
+    if not compared:
         return None
     region, reference = a.region, a if swapped else b
     cells = np.empty((3, *region.code.shape))

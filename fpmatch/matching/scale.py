@@ -129,11 +129,11 @@ def _refined(verification: Verification, ratio: float) -> ScaleMeasurement | Non
         rescaled = _at_scale(v.probe, ratio)
         if rescaled is None:
             return None
-        found = measure_scale(rescaled, v.reference, v.rematch.pairs(rescaled))
-        if found is None:
+        refined = measure_scale(rescaled, v.reference, v.rematch.pairs(rescaled))
+        if refined is None:
             return None
-        ratio *= found.ratio
-        measured = _assessed(ratio, ratio / found.ratio * found.error)
+        ratio *= refined.ratio
+        measured = _assessed(ratio, ratio / refined.ratio * refined.error)
     return measured if measured is not None and measured.differs else None
 
 

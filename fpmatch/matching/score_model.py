@@ -192,11 +192,11 @@ class ScoreWeights:
         by_model = {
             name: terms @ one.genuine_median for name, one in zip(MODELS, self.models, strict=True)
         }
-        found = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
+        typical = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
         small = by_model[SMALL_WITH_RIDGES]
         both = shown == len(MODELS_BY_SHOWN) - 1
-        found = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(found, small), found)
-        return np.asarray(np.where(both & (area <= self.small_area), small, found))
+        typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
+        return np.asarray(np.where(both & (area <= self.small_area), small, typical))
 
     @property
     def standard(self) -> NDArray[np.float64]:

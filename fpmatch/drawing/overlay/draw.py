@@ -1,4 +1,4 @@
-"""The overlay of two prints: superposed, beside each other, or their ridge agreement."""
+"""The overlay of two prints: superposed, side by side, or their ridge agreement."""
 
 from __future__ import annotations
 

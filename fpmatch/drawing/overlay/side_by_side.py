@@ -1,4 +1,4 @@
-"""The page of two prints beside each other: each as it was taken, the pairs numbered."""
+"""The page of two prints side by side: each as it was taken, the pairs numbered."""
 
 from __future__ import annotations
 

@@ -171,10 +171,10 @@ def choose_ring_pair(pair: PointPair, index: int | None = None) -> RingPair:
     such ring, it is not closed, or it has no partner in Q.
     """
     if index is not None:
-        found = _ring_pair(pair, index)
-        if isinstance(found, str):
-            raise PointSetError(f"{pair.p.source}: point {index}: {found}")
-        return found
+        chosen = _ring_pair(pair, index)
+        if isinstance(chosen, str):
+            raise PointSetError(f"{pair.p.source}: point {index}: {chosen}")
+        return chosen
     closed = (_ring_pair(pair, int(i)) for i in pair.p.mesh.interior.nonzero()[0])
     rings = [ring for ring in closed if isinstance(ring, RingPair)]
     if not rings:

@@ -40,7 +40,7 @@ SHOWN: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
 
 @dataclass(frozen=True)
 class PrintSet:
-    """Hold the templates of a folder, and whose they are; None where an image gave none."""
+    """The templates of a folder, and their fingers; None where an image gave none."""
 
     name: str
     dpi: float | None
@@ -50,7 +50,7 @@ class PrintSet:
 
 @dataclass(frozen=True)
 class SetScores:
-    """Hold the similarities of all pairs of a folder."""
+    """The similarities of all pairs of a folder."""
 
     prints: PrintSet
     similarity: np.ndarray

@@ -45,7 +45,7 @@ PROBES = 8
 
 @dataclass(frozen=True)
 class Kind:
-    """Hold the prints of one database, and their fingers."""
+    """The prints of one database, and their fingers."""
 
     name: str
     prints: Sequence[PreparedTemplate]
@@ -54,7 +54,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Others:
-    """Hold prints of other fingers, among which mates are ranked."""
+    """Prints of other fingers, among which mates are ranked."""
 
     packed: PackedTemplates
     segment: Segment

@@ -70,7 +70,7 @@ MAX_LOSS = 0.01
 
 @dataclass(frozen=True)
 class Kind:
-    """Hold prints of one kind, of which several are of one finger."""
+    """Prints of one kind, of which several are of one finger."""
 
     name: str
     templates: Sequence[Template]
@@ -93,7 +93,7 @@ class Kind:
 
 @dataclass
 class Cost:
-    """Hold the processor time of the stages of some searches, in seconds."""
+    """The processor time of the stages of some searches, in seconds."""
 
     terms: float = 0.0
     descriptors: float = 0.0
@@ -123,7 +123,7 @@ def triangulation() -> float:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Hold what a search finds: scores of the second stage and similarities of the third."""
+    """The results of a search: scores of the second stage and similarities of the third."""
 
     by_size: SizeNormalization
     scores: np.ndarray

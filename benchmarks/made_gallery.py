@@ -45,7 +45,7 @@ ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("byte
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Hold bytes of many prints one after another: of print k, those from ``start[k]`` on."""
+    """Bytes of many prints one after another: print k starts at ``start[k]``."""
 
     start: np.ndarray
     content: np.ndarray

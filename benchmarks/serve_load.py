@@ -35,7 +35,7 @@ BUSY = 503
 
 @dataclass(frozen=True)
 class Answer:
-    """Hold one answer: its status and content, and its time."""
+    """One answer: its status and content, and its time."""
 
     status: int
     content: Any
@@ -44,7 +44,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Load:
-    """Hold what was requested, and what came back."""
+    """The requests of a run, and their answers."""
 
     clients: int
     workers: int

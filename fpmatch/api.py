@@ -1,4 +1,4 @@
-"""Functions for Python programs, which take prints as people have them: files, pictures, arrays."""
+"""The public functions on prints, given as files, pictures, arrays or templates."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _FIELDS: Final = tuple(one.name for one in fields(Verification))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlay:
-    """Hold a drawn overlay, of which a notebook shows a reduced copy.
+    """A drawn overlay; a notebook shows a reduced copy of it.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Overlay:
 
 @dataclass(frozen=True)
 class VerifiedPrints(Verification):
-    """Hold a verification with the pictures of the prints; a notebook shows result and overlay.
+    """A verification with the pictures of the prints; a notebook shows result and overlay.
 
     Parameters
     ----------
@@ -229,13 +229,13 @@ def verify(
     """
     options: dict[str, Any] = {"threshold": threshold, "calibration": calibration}
     if isinstance(probe, Template) and isinstance(reference, Template):
-        found = verify_templates(probe, reference, matcher=matcher, **options)
-        return VerifiedPrints(**{name: getattr(found, name) for name in _FIELDS})
+        verified = verify_templates(probe, reference, matcher=matcher, **options)
+        return VerifiedPrints(**{name: getattr(verified, name) for name in _FIELDS})
     from fpmatch.pair import with_resolutions  # noqa: PLC0415  (not needed for templates)
 
     sides = ours, theirs = _given(probe, dpi, enhance), _given(reference, dpi, enhance)
-    found = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
-    values = {name: getattr(found, name) for name in _FIELDS}
+    verified = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
+    values = {name: getattr(verified, name) for name in _FIELDS}
     first, second = (None if one.image is None else one.image.pixels for one in sides)
     return with_resolutions(VerifiedPrints(**values, images=(first, second)), ours, theirs)
 

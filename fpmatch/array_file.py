@@ -1,4 +1,4 @@
-"""Named arrays in one file, all of whose bytes are checked before an array is used.
+"""Named arrays in one file; all its bytes are checked before an array is used.
 
 A file consists of the name of the format; the length of the header; the header, JSON with names,
 types and shapes; the content, which is the arrays one after the other, each from a multiple of 64

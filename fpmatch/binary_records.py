@@ -67,7 +67,7 @@ class ByteReader:
 
 
 class Record(NamedTuple):
-    """Hold one record: type (1 to 99), number (equal in records of one print) and bytes."""
+    """One record: type (1 to 99), number (equal in records of one print) and bytes."""
 
     type: int
     idc: int
@@ -75,22 +75,22 @@ class Record(NamedTuple):
 
     def fields(self) -> dict[int, bytes]:
         """Return the fields of a text record by number."""
-        found: dict[int, bytes] = {}
+        by_number: dict[int, bytes] = {}
         at = 0
         for _ in range(MAX_FIELDS):
             tag = _TAG.match(self.data, at)
             number = int(tag[2]) if tag else 0
             if tag and number >= IMAGE_FIELD and self.type not in _WITHOUT_IMAGE:
-                found[number] = self.data[tag.end() : -1]
+                by_number[number] = self.data[tag.end() : -1]
                 break
             end = self.data.find(GS, at)
             if tag:
                 value = self.data[tag.end() :] if end < 0 else self.data[tag.end() : end]
-                found.setdefault(number, value.rstrip(FS))
+                by_number.setdefault(number, value.rstrip(FS))
             if end < 0:
                 break
             at = end + 1
-        return found
+        return by_number
 
     def images(self) -> list[bytes]:
         """Return the images of a text record, none if it has no image field.
@@ -124,12 +124,12 @@ def contents(data: bytes, error: Callable[[str], FpmatchError]) -> list[tuple[in
         raise error("the first record does not list the others (field 1.003)")
     if listed.count(RS) > MAX_RECORDS:
         raise error(f"more than {MAX_RECORDS} records")
-    found = []
+    others = []
     for items in table(listed)[1:]:
         if len(items) < 2 or not all(item.isdigit() and len(item) < 4 for item in items[:2]):
             raise error("the list of records (field 1.003) is malformed")
-        found.append((int(items[0]), int(items[1])))
-    return found
+        others.append((int(items[0]), int(items[1])))
+    return others
 
 
 def read_records(data: bytes, error: Callable[[str], FpmatchError]) -> list[Record]:
@@ -138,11 +138,11 @@ def read_records(data: bytes, error: Callable[[str], FpmatchError]) -> list[Reco
     if start is None:
         raise error("it does not begin with a record of type 1")
     reader = ByteReader(data, error)
-    found = [Record(1, 0, reader.take(int(start[1])))]
+    records = [Record(1, 0, reader.take(int(start[1])))]
     for kind, idc in contents(data, error):
         length = _length(reader, kind, error)
-        found.append(Record(kind, idc, reader.take(length)))
-    return found
+        records.append(Record(kind, idc, reader.take(length)))
+    return records
 
 
 def _length(reader: ByteReader, kind: int, error: Callable[[str], FpmatchError]) -> int:

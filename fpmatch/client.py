@@ -166,8 +166,8 @@ class ServerClient:
     def prints(self, subject: str) -> list[dict[str, Any]]:
         """Return the enrolled prints of a subject."""
         response = self._request("GET", "/gallery/prints", query={"subject": subject})
-        found: list[dict[str, Any]] = _document(response)["prints"]
-        return found
+        entries: list[dict[str, Any]] = _document(response)["prints"]
+        return entries
 
     def remove(self, number: int) -> None:
         """Remove one enrolled print, by its number."""

@@ -1,4 +1,4 @@
-"""The one family of errors that fpmatch raises for bad input.
+"""The family of errors that fpmatch raises for bad input.
 
 Every message is one line that names the thing at fault and the reason, ready to be shown to a
 person. Programming errors (a wrong type, say) stay the built-in exceptions they are.
@@ -37,8 +37,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """
     from difflib import get_close_matches  # noqa: PLC0415  (only after an error)
 
-    found = get_close_matches(str(name), list(known), n=1)
-    return f" Did you mean {found[0]!r}?" if found else ""
+    closest = get_close_matches(str(name), list(known), n=1)
+    return f" Did you mean {closest[0]!r}?" if closest else ""
 
 
 def number_text(value: float) -> str:

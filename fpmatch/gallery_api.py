@@ -1,4 +1,4 @@
-"""Functions for Python programs that enrol prints in a gallery and search it."""
+"""The public functions that enrol prints in a gallery and search it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class IdentifiedFinger:
-    """Hold one enrolled finger that may be the probe's.
+    """One enrolled finger that may be the probe's.
 
     `score` is ``-10·log10(fmr)``, 0 to 100, of all impressions of the finger together; `number` is
     the entry of the most similar one.
@@ -108,14 +108,14 @@ def identify(
         "threshold": threshold,
         "loss": DEFAULT_LOSS if loss is None else loss,
     }
-    found, entries = identify_entries(gallery, search, template, **limits)
+    result, entries = identify_entries(gallery, search, template, **limits)
     for number, why in gallery.damaged.items():
         warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)
     given = Path(probe) if isinstance(probe, str | os.PathLike) else None
-    gallery.record("identify", probe=given, candidates=[one.number for one in found.candidates])
+    gallery.record("identify", probe=given, candidates=[one.number for one in result.candidates])
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
-        for one, entry in zip(found.candidates, entries, strict=True)
+        for one, entry in zip(result.candidates, entries, strict=True)
     ]
 
 

@@ -46,7 +46,7 @@ _MEMORY_LIMITS: Final = (  # of a container, by the second and the first version
 
 @dataclass(frozen=True, slots=True)
 class PluginState:
-    """Hold a matcher or format of another package; `problem` is "" if it can be used."""
+    """A matcher or format of another package; `problem` is "" if it can be used."""
 
     name: str
     source: str  # package, version and module
@@ -55,7 +55,7 @@ class PluginState:
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """Hold what is installed; versions are None for packages that are missing.
+    """The parts that are installed; versions are None for packages that are missing.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class Installation:
             ("engines", ", ".join(engines)),
             ("packages", _versions(self.packages)),
         ]
-        rows += [(f"extra {name}", _versions(found)) for name, found in self.extras.items()]
+        rows += [(f"extra {name}", _versions(versions)) for name, versions in self.extras.items()]
         for kind, plugins in (("matchers", self.matchers), ("formats", self.formats)):
             shown = [f"{one.name} ({one.source})" for one in plugins if not one.problem]
             rows.append((f"{kind} added", ", ".join(shown) or "none"))
@@ -191,8 +191,8 @@ def _version(name: str) -> str | None:
     return None
 
 
-def _versions(found: dict[str, str | None]) -> str:
-    return ", ".join(f"{name} {one or 'missing'}" for name, one in found.items())
+def _versions(versions: dict[str, str | None]) -> str:
+    return ", ".join(f"{name} {one or 'missing'}" for name, one in versions.items())
 
 
 def _memory() -> int | None:

@@ -1,4 +1,4 @@
-"""Which inner loops, the modules ``_*_kernel.py``, run compiled, and from what, importing none.
+"""Which kernels (modules ``_*_kernel.py``) run compiled, and from which sources; imports none.
 
 ``setup.py`` runs this file, too: it imports the standard library only.
 """
@@ -50,7 +50,8 @@ def outdated_kernels() -> list[str]:
     outdated = {
         name
         for name, stated in sources.items()
-        if not stated or any(digests[source] != found for source, found in stated.items())
+        if not stated
+        or any(digests[source] != compiled_from for source, compiled_from in stated.items())
     }
     return sorted(outdated | uncompiled)
 
@@ -71,7 +72,7 @@ def sources_statement(files: Iterable[Path], package: Path) -> str:
         The folder of this package.
     """
     stated = sorted((file.relative_to(package).as_posix(), digest(file)) for file in files)
-    return " ".join([_STATED.decode(), *(f"{name} {found}" for name, found in stated)])
+    return " ".join([_STATED.decode(), *(f"{name} {value}" for name, value in stated)])
 
 
 def digest(file: Path) -> str:
@@ -133,15 +134,15 @@ def build_command() -> str:
 
 def _compiled_files() -> dict[str, str | None]:
     """Return the file that each kernel is loaded from if it is compiled, by its module's name."""
-    found: dict[str, str | None] = {}
+    by_name: dict[str, str | None] = {}
     for folder, folders, names in os.walk(_PACKAGE):  # `Path.rglob` takes several times as long
         folders[:] = [one for one in folders if one != "__pycache__"]
         prefix = f"{_PACKAGE.name}{folder[len(str(_PACKAGE)) :]}".replace(os.sep, ".")
         for kernel in (name[:-3] for name in names if _KERNEL.fullmatch(name)):
             files = (kernel + suffix for suffix in EXTENSION_SUFFIXES)
             compiled = next((file for file in files if file in names), None)
-            found[f"{prefix}.{kernel}"] = compiled and f"{folder}{os.sep}{compiled}"
-    return dict(sorted(found.items()))
+            by_name[f"{prefix}.{kernel}"] = compiled and f"{folder}{os.sep}{compiled}"
+    return dict(sorted(by_name.items()))
 
 
 def _sources(compiled: str) -> dict[str, str]:

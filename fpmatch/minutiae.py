@@ -1,4 +1,4 @@
-"""`Minutiae` and `Template`: the one currency between the rooms of fpmatch.
+"""`Minutiae` and `Template`: the types that all rooms exchange.
 
 Conventions, the same everywhere:
 
@@ -60,7 +60,7 @@ class MinutiaKind(IntEnum):
 
 
 class Minutia(NamedTuple):
-    """Hold one minutia: position in pixels, direction in radians, kind, and quality, 0 to 100."""
+    """One minutia: position in pixels, direction in radians, kind, and quality, 0 to 100."""
 
     x: float
     y: float
@@ -97,7 +97,7 @@ def check_dpi(dpi: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Minutiae:
-    """Hold N minutiae as a struct of arrays.
+    """N minutiae as a struct of arrays.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ class Minutiae:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Template:
-    """Hold what is kept of one impression: its minutiae and the frame they lie in.
+    """The features of one impression that are kept: its minutiae and the frame they lie in.
 
     Parameters
     ----------

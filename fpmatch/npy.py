@@ -1,4 +1,4 @@
-"""Numbers from `.npy` files, as ``np.save`` writes arrays, without trust in what they state.
+"""Numbers from `.npy` files, as ``np.save`` writes arrays; nothing that they state is trusted.
 
 Nothing is unpickled, and no memory is allocated for numbers that the file does not contain.
 """
@@ -62,10 +62,10 @@ def decode_npy(data: bytes) -> NDArray[np.float64]:
     if len(shape) != 2:
         dimensions = "1 dimension" if len(shape) == 1 else f"{len(shape)} dimensions"
         raise FpmatchError(f"expected an array of shape (N, K), found {dimensions}")
-    stated, found = math.prod(shape) * dtype.itemsize, len(data) - stream.tell()
-    if stated != found:
+    stated, present = math.prod(shape) * dtype.itemsize, len(data) - stream.tell()
+    if stated != present:
         words = "x".join(map(str, shape))
-        raise FpmatchError(f"an array of {words} {dtype.name} has {stated} bytes, found {found}")
+        raise FpmatchError(f"an array of {words} {dtype.name} has {stated} bytes, found {present}")
     flat = np.frombuffer(data, dtype, offset=stream.tell())
     array = flat.reshape(shape, order="F" if by_columns else "C")
     return np.array(array, dtype=np.float64, order="C")

@@ -1,8 +1,8 @@
-"""Files appear whole or not at all: written beside their place, then moved there.
+"""Write files whole or not at all: into another file first, which is then moved into place.
 
 Files and folders are private: only the user who runs fpmatch may read them, whatever the umask,
 since they contain biometric data, names, or results about persons. `public` files contain none:
-their rights follow the umask. On Windows, rights are those of the folder.
+their rights follow the umask. On Windows, files have the rights of the folder.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Many packed templates read at once, in flat arrays, as far as they are plain.
+"""Read many packed templates at once into flat arrays, where they are plain.
 
 A template is plain if it shows its ridges, the box around their cells is as small as can be, and no
-number is outside its bounds. Others are read one at a time, by `fpmatch.packed_template.unpack`,
-which states what is wrong with one that is damaged.
+number is outside its bounds. `fpmatch.packed_template.unpack` reads the others one at a time, and
+states what is wrong with a damaged one.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _TYPES: Final = {"2s": "S2", "B": "u1", "H": "<u2", "h": "<i2", "I": "<u4", "f":
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PackedColumns:
-    """Hold the numbers of K packed templates of M minutiae and C cells, I of them inside.
+    """The numbers of K packed templates of M minutiae and C cells, I of them inside.
 
     Template k has the minutiae from ``start[k]`` to ``start[k + 1]``; its cells likewise, row by
     row. Those inside the mask follow one after another, with ridges as the layout has them.
@@ -99,9 +99,9 @@ def plain_columns(
     while True:
         chosen, heads, fields, field = (a[plain] for a in (chosen, heads, fields, field))
         last = end[chosen] - CRC.size
-        found, plain = _read(content, start[chosen], last, heads, fields, field, layout)
+        columns, plain = _read(content, start[chosen], last, heads, fields, field, layout)
         if plain.all():
-            return found, chosen
+            return columns, chosen
 
 
 def _are_whole(
@@ -139,8 +139,8 @@ def _have_plain_heads(heads: Any, layout: Layout, most: int) -> NDArray[np.bool_
     plain = (heads["f0"] == layout.magic) & (heads["f1"] == layout.version)
     plain &= (heads["f2"] == RIDGES) & (dpi >= MIN_DPI) & (dpi <= MAX_DPI)
     plain &= (heads["f4"] > 0) & (heads["f5"] > 0) & (heads["f6"] <= most)
-    found: NDArray[np.bool_] = plain & (np.maximum(*_bits(heads)) <= MOST_BITS)
-    return found
+    within: NDArray[np.bool_] = plain & (np.maximum(*_bits(heads)) <= MOST_BITS)
+    return within
 
 
 def _have_plain_fields(
@@ -153,8 +153,8 @@ def _have_plain_fields(
     plain = (rows * columns <= MOST_CELLS) & (top + height <= rows) & (first + width <= columns)
     plain &= (FIELD_HEAD.size + height * width / 8 <= left) & (height * width > 0)
     side = _side(step, dpi)
-    found: NDArray[np.bool_] = plain & (side >= LEAST_STEP_PX) & (side <= MOST_STEP_PX)
-    return found
+    within: NDArray[np.bool_] = plain & (side >= LEAST_STEP_PX) & (side <= MOST_STEP_PX)
+    return within
 
 
 def _side(step: NDArray[np.float64], dpi: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -191,7 +191,7 @@ def _read(
     inside = read_cells(content, *place, mask, orientation, after, tight)
     plain &= (after >= 0) & (tight > 0)
     ridges = [content[a:b] for a, b in zip(after.tolist(), last.tolist(), strict=True)]
-    found = PackedColumns(
+    packed = PackedColumns(
         start=start,
         columns=columns,
         dpi=_dpi(heads),
@@ -202,10 +202,10 @@ def _read(
         orientation=orientation[:inside],
         ridges=np.concatenate([np.empty(0, np.uint8), *ridges]),
     )
-    return found, plain
+    return packed, plain
 
 
 def _starts(lengths: NDArray[Any]) -> NDArray[np.int64]:
     """Return where parts of these lengths begin, one after another, and where the last one ends."""
-    found: NDArray[np.int64] = np.concatenate([[0], np.cumsum(lengths, dtype=np.int64)])
-    return found
+    starts: NDArray[np.int64] = np.concatenate([[0], np.cumsum(lengths, dtype=np.int64)])
+    return starts

@@ -26,7 +26,7 @@ V = TypeVar("V", bound=Verification)
 
 @dataclass(frozen=True, slots=True)
 class PairOptions:
-    """Hold how two prints are to be compared; `rho` and `area_tolerance` are of matcher "paper"."""
+    """The options of a comparison; `rho` and `area_tolerance` are for the matcher "paper"."""
 
     matcher: str = DEFAULT_MATCHER
     fmr: float | None = None
@@ -48,7 +48,7 @@ class PairOptions:
 
 @dataclass(frozen=True, eq=False)
 class ComparedPair:
-    """Hold two prints and the decision on them."""
+    """Two prints and the decision on them."""
 
     probe: GivenPrint
     reference: GivenPrint

@@ -30,7 +30,7 @@ class PluginError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class Plugins:
-    """Hold the plug-ins of a group: those that were loaded, by name, and why others were not."""
+    """The plug-ins of a group: those that were loaded, by name, and why others were not."""
 
     loaded: dict[str, Any]
     failures: dict[str, str]
@@ -66,10 +66,12 @@ def load_plugin(group: str, name: str) -> Any:
         packages = ", ".join(sorted(point.dist.name for point in points if point.dist))
         raise PluginError(f"several packages have one of this name: {packages}", code="ambiguous")
     place = f"{points[0].module}:{points[0].attr or ''}"
-    found = _load(group, place)
-    if found.name != name:
-        raise PluginError(f"{place} is named {found.name!r}, its entry point {name!r}", code="name")
-    return found
+    plugin = _load(group, place)
+    if plugin.name != name:
+        raise PluginError(
+            f"{place} is named {plugin.name!r}, its entry point {name!r}", code="name"
+        )
+    return plugin
 
 
 @cache
@@ -116,10 +118,10 @@ def _load(group: str, place: str) -> Any:
     if not module or not name:
         raise PluginError(f"{place} is no package.module:OBJECT", code="place")
     try:
-        found: Any = importlib.import_module(module)
+        plugin: Any = importlib.import_module(module)
         for part in name.split("."):
-            found = getattr(found, part)
-        found = found() if isinstance(found, type) else found
+            plugin = getattr(plugin, part)
+        plugin = plugin() if isinstance(plugin, type) else plugin
     except (Exception, SystemExit) as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         hint = ""
@@ -127,7 +129,7 @@ def _load(group: str, place: str) -> Any:
             hint = " (install its package or put its folder on PYTHONPATH: nothing is imported "
             hint += "from the working directory)"
         raise PluginError(f"{place} cannot be loaded: {why}{hint}", code="plug-in") from error
-    lacking = [part for part in _PARTS[group] if not hasattr(found, part)]
+    lacking = [part for part in _PARTS[group] if not hasattr(plugin, part)]
     if lacking:
         raise PluginError(f"{place} has no {lacking[0]!r}", code="shape")
-    return found
+    return plugin

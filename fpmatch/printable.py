@@ -127,15 +127,15 @@ def as_encodable(text: str, stream: TextIO | None = None) -> str:
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
-def _escape(found: re.Match[str]) -> str:
-    code = ord(found[0])
+def _escape(match: re.Match[str]) -> str:
+    code = ord(match[0])
     if _FIRST_BYTE <= code <= _LAST_BYTE:
         return f"\\x{code - _BYTES:02x}"
-    return _NAMED.get(found[0]) or (f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}")
+    return _NAMED.get(match[0]) or (f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}")
 
 
-def _unescape(found: re.Match[str]) -> str:
-    byte, code, letter = found.groups()
+def _unescape(match: re.Match[str]) -> str:
+    byte, code, letter = match.groups()
     if letter:
         return {"n": "\n", "r": "\r", "t": "\t"}[letter]
     number = int(byte or code, 16)
@@ -144,10 +144,10 @@ def _unescape(found: re.Match[str]) -> str:
     return chr(number)
 
 
-def _json_escape(found: re.Match[str]) -> str:
-    code = ord(found[0])
-    if _SURROGATE.match(found[0]):
-        return _escape(found).replace("\\", "\\\\")
+def _json_escape(match: re.Match[str]) -> str:
+    code = ord(match[0])
+    if _SURROGATE.match(match[0]):
+        return _escape(match).replace("\\", "\\\\")
     if code < 0x10000:
         return f"\\u{code:04x}"
     code -= 0x10000

@@ -94,7 +94,7 @@ def decode_print(
 
 @dataclass(frozen=True, eq=False)
 class GivenPrint:
-    """Hold a print that was given for comparison, the name of its file, and notes on reading it.
+    """A print that was given for comparison, the name of its file, and notes on reading it.
 
     `stages` are those of the extraction from which `quality` is computed; a print that was given
     as a template has neither these nor an `image`.
@@ -128,7 +128,7 @@ class GivenPrint:
 
 
 def make_given_print(
-    found: GreyImage | TemplateRecord,
+    content: GreyImage | TemplateRecord,
     name: str,
     *,
     dpi: float | None = None,
@@ -141,18 +141,18 @@ def make_given_print(
     to the recorder that `GivenPrint.quality` needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
-    if isinstance(found, TemplateRecord):
-        view, several = found.views[0], len(found.views) > 1
+    if isinstance(content, TemplateRecord):
+        view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
-        notes = (f"the first of its {len(found.views)} prints is used",) if several else ()
+        notes = (f"the first of its {len(content.views)} prints is used",) if several else ()
         template, image, stages = view.at(given_dpi).template, None, None
     else:
-        known, notes, image = found.dpi is not None, (), found
+        known, notes, image = content.dpi is not None, (), content
         stages = QualityRecorder() if recorder is None else None
-        resolution = given_dpi or found.dpi or STANDARD_DPI
-        template = extract(found, resolution, enhance=enhance, recorder=stages or recorder)
+        resolution = given_dpi or content.dpi or STANDARD_DPI
+        template = extract(content, resolution, enhance=enhance, recorder=stages or recorder)
     assumed = () if known or given_dpi is not None else (ASSUMED_DPI,)
-    return GivenPrint(name, template, image, (*found.notes, *notes, *assumed), stages)
+    return GivenPrint(name, template, image, (*content.notes, *notes, *assumed), stages)
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
@@ -163,11 +163,11 @@ def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tup
     >>> group_by_note([("a.tif", ["odd", "torn"]), ("b.tif", []), ("c.tif", ["odd"])])
     {'odd': ('a.tif', 'c.tif'), 'torn': ('a.tif',)}
     """
-    found: dict[str, list[Name]] = {}
+    by_note: dict[str, list[Name]] = {}
     for name, notes in prints:
         for note in notes:
-            found.setdefault(note, []).append(name)
-    return {note: tuple(names) for note, names in found.items()}
+            by_note.setdefault(note, []).append(name)
+    return {note: tuple(names) for note, names in by_note.items()}
 
 
 def _contains_minutiae_only(head: bytes) -> bool:

@@ -50,7 +50,7 @@ def as_rows(
     identical: Identity | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
-    v, found = verification, verification.evidence
+    v, evidence = verification, verification.evidence
     scored = not math.isnan(v.score)
     score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
     rows: list[tuple[str, str]] = []
@@ -68,14 +68,14 @@ def as_rows(
         reach = f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})"
         caution = reach if v.fmr < v.smallest_measured_fmr else ""
         rows.append(("FMR", f"{score_as_high(rate)}{caution}"))
-    pairs = count(len(found.pairs), "pair")
+    pairs = count(len(evidence.pairs), "pair")
     sides = f"{len(v.probe.minutiae)} of the probe and {len(v.reference.minutiae)} of the reference"
     rows.append(("Minutiae", f"{pairs} among {sides}"))
-    if found.transform is not None:
-        paired = f"{found.agreement:.0%} of the minutiae where the prints overlap are paired"
-        overlap = f"{found.overlap:.0%} of the smaller print"
+    if evidence.transform is not None:
+        paired = f"{evidence.agreement:.0%} of the minutiae where the prints overlap are paired"
+        overlap = f"{evidence.overlap:.0%} of the smaller print"
         ridges = []
-        if (c := found.compared) is not None:
+        if (c := evidence.compared) is not None:
             overlap += f", {c.area_mm2:.0f} mm²"
             words = "not compared"
             if c.ridge_agreement is not None:
@@ -86,8 +86,8 @@ def as_rows(
             ("Agreement", paired),
             ("Overlap", overlap),
             *ridges,
-            ("Transform", transform_in_words(found.transform)),
-            ("Residual", f"{found.rms_px:.1f} px rms"),
+            ("Transform", transform_in_words(evidence.transform)),
+            ("Residual", f"{evidence.rms_px:.1f} px rms"),
         ]
     if v.reason:
         rows.append(("Missing" if v.shortage else "Reason", v.reason))
@@ -116,7 +116,7 @@ def as_dict(
     gives no estimate.
     """
     t = verification.transform
-    found = t is not None and math.isfinite(verification.rms_px)
+    residual_known = t is not None and math.isfinite(verification.rms_px)
     score, fmr, threshold = (
         None if math.isnan(value) else float(value)
         for value in (verification.score, verification.fmr, verification.threshold)
@@ -134,7 +134,7 @@ def as_dict(
         "transform": None
         if t is None
         else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty},
-        "rms_px": float(verification.rms_px) if found else None,
+        "rms_px": float(verification.rms_px) if residual_known else None,
         "compared": None if verification.compared is None else asdict(verification.compared),
         "scale": None if verification.scale is None else asdict(verification.scale),
         "missing": None if verification.shortage is None else verification.shortage.code,

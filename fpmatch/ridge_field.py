@@ -22,7 +22,7 @@ _MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RidgeField:
-    """Hold the coarse ridge orientation field of a print, on square cells.
+    """The coarse ridge orientation field of a print, on square cells.
 
     Cell ``[i, j]`` is centred at pixel ``((j + 0.5) * step, (i + 0.5) * step)``.
 

@@ -29,7 +29,7 @@ _TIMES: Final = re.compile(r"\d[\d.,]*(?= (?:s|ms|a second)\b)")
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """Hold where a page shows the output of commands, and the commands."""
+    """The place where a page shows the output of commands, and the commands."""
 
     page: Path
     mark: str

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import fpmatch
+from research.rooms import MAY_IMPORT, allowed
 
 PACKAGE = Path(fpmatch.__file__).parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
@@ -21,56 +22,6 @@ PUBLIC = {
     *("score_to_fmr", "verify", "as_template", "identify", "evaluate", "open_gallery", "Gallery"),
     *("IdentifiedFinger", "Minutia", "Overlay", "VerifiedPrints", "enrol"),
 }
-
-# What each room may import of the others, besides errors, minutiae, output and what those import.
-MAY_IMPORT = {
-    "_version": set(),
-    "errors": set(),
-    "minutiae": {"ridge_field"},
-    "ridge_field": set(),
-    "output": set(),
-    "text_table": set(),
-    "printable": set(),
-    "parsing": set(),
-    "npy": set(),
-    "array_file": {"output", "parsing"},
-    "plugins": set(),
-    "kernels": set(),
-    "installation": {"engine", "formats", "kernels", "matching", "plugins"},
-    "pointset": {"npy"},
-    "binary_records": set(),
-    "encryption": {"output"},
-    "image": {"binary_records"},
-    "matching": {"array_file", "packed_columns", "packed_template", "plugins", "pointset"},
-    "packed_columns": {"_template_column_kernel", "formats", "packed_template"},
-    "packed_template": {"_template_column_kernel", "binary_records", "formats"},
-    "_template_column_kernel": set(),
-    "formats": {"binary_records", "encryption", "npy", "plugins"},
-    "drawing": {"matching"},
-    "indexing": {"array_file", "matching", "parsing", "pointset"},
-    "engine": set(),
-    "synthesis": {"pointset", "engine"},
-    "reading": {"formats", "image"},
-    "pair": {"matching", "reading", "report"},
-    "gallery": {"audit", "encryption", "engine", "formats", "image", "indexing", "reading"},
-    "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
-    "report": {"matching", "drawing", "image", "pointset"},
-    "audit": {"output"},
-    "case_report": {"drawing", "matching", "pair", "reading", "report"},
-    "api": {"drawing", "image", "matching", "pair", "reading", "report"},
-    "gallery_api": {"api", "engine", "gallery"},
-    "client": {"formats", "output"},
-    "revocable": {"array_file", "encryption", "matching"},
-    "web": {"audit", "case_report", "engine", "gallery", "pair"},
-    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web", "revocable"},
-    "__main__": {"cli"},
-}
-# Modules that must hear of no minutiae: the first is their currency, the second bare points.
-NO_MINUTIAE = {
-    *("_version", "errors", "printable", "output", "binary_records", "npy", "pointset"),
-    *("array_file", "encryption", "ridge_field"),
-}
-WRITES_FILES = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
 
 def test_all_is_exactly_the_public_surface():
@@ -133,18 +84,6 @@ def test_the_command_verifies_with_what_it_needs_alone():
 
 def test_worker_processes_import_no_commands():
     assert "click" not in imported_by("from fpmatch.cli import main")
-
-
-def allowed(room):
-    """Return every room that `room` may import, directly or by way of another."""
-    rooms = {room, "_version", "errors", "parsing", "printable", "text_table"}
-    if room not in NO_MINUTIAE:
-        rooms |= {"minutiae", "ridge_field"}
-    if room in WRITES_FILES:
-        rooms.add("output")
-    for other in MAY_IMPORT[room]:
-        rooms |= allowed(other)
-    return rooms
 
 
 def room_of(module):

@@ -106,6 +106,12 @@ def paths_to_code():
     return [re.findall(r"`([^`]+)`", row.split("|")[2]) for row in page.splitlines() if "`" in row]
 
 
+def test_the_readme_leads_to_the_contents_and_to_the_paths_to_code():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "](docs/index.md)" in readme
+    assert "](docs/reference/where_is_what.md)" in readme
+
+
 @pytest.mark.parametrize("steps", paths_to_code(), ids=" ".join)
 def test_each_step_of_a_path_to_code_names_the_next(steps):
     files = [step for step in steps if "/" in step or step.endswith(".md")]

@@ -1,1 +1,1 @@
-"""Audit: who requested what and when, a chain of lines in a file or a gallery."""
+"""Audit: who requested what and when, as a chain of lines in a file or a gallery."""

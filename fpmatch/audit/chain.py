@@ -30,7 +30,7 @@ class AuditError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class AuditState:
-    """Hold the number of lines of an audit, the hash of the last, and which are incomplete."""
+    """The number of lines of an audit, the hash of the last, and the incomplete lines."""
 
     events: int = 0
     last: str = START

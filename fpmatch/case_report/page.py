@@ -51,7 +51,7 @@ class CaseReportError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class CaseFile:
-    """Hold what identifies the file of one print: its name, size in bytes and SHA-256."""
+    """The identity of the file of one print: its name, size in bytes and SHA-256."""
 
     name: str
     size: int
@@ -65,7 +65,7 @@ class CaseFile:
 
 @dataclass(frozen=True, slots=True)
 class CaseMark:
-    """Hold a mark that an examiner set: a place on one side, in pixels, and a note."""
+    """A mark that an examiner set: a place on one side, in pixels, and a note."""
 
     side: str
     x: float
@@ -91,7 +91,7 @@ class _Minutia:
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """Hold what the page shows of one print."""
+    """One print as the page shows it."""
 
     name: str
     file: CaseFile
@@ -249,7 +249,7 @@ def _css_string(text: str) -> str:
     >>> _css_string("a<b")
     'a\\3c b'
     """
-    return _NOT_PLAIN.sub(lambda found: f"\\{ord(found[0]):x} ", text)
+    return _NOT_PLAIN.sub(lambda match: f"\\{ord(match[0]):x} ", text)
 
 
 def _picture(pair: ComparedPair, view: View, own: Sequence[ExaminerMark]) -> str:

@@ -47,10 +47,10 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
 
 def is_interrupt(error: BaseException) -> bool:
     """Return whether an error is Ctrl-C, or was raised because of it, as Python itself may do."""
-    found: BaseException | None = error
-    while found is not None and not isinstance(found, KeyboardInterrupt):
-        found = found.__cause__ or found.__context__
-    return found is not None
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause is not None
 
 
 def _end_at_interrupt() -> None:

@@ -29,7 +29,7 @@ def doctor(as_json: bool) -> int:
     """
     from fpmatch.installation import inspect_installation
 
-    found = inspect_installation()
-    show(json_text(found.as_dict()) if as_json else found.as_text())
-    say_errors(found.problems)
-    return 1 if found.problems else 0
+    installation = inspect_installation()
+    show(json_text(installation.as_dict()) if as_json else installation.as_text())
+    say_errors(installation.problems)
+    return 1 if installation.problems else 0

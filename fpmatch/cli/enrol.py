@@ -209,7 +209,7 @@ def enrol(
         for source in sources:
             runs.append(enrol_gallery(opened, source, **options))
         if others:
-            found = work.enrol(
+            enrolled = work.enrol(
                 opened,
                 prints,
                 pattern=names,
@@ -222,7 +222,7 @@ def enrol(
                 opener=partial(open_print, reader) if scheduler else None,
                 **options,
             )
-            runs.append(found)
+            runs.append(enrolled)
         done = work.joined(runs)
         sizes = len(opened), opened.subjects()
         name, private = opened.name, opened.private

@@ -231,11 +231,11 @@ def evaluate(
     prepare_outputs(report_folder, curves)
     earlier = None if baseline is None else read_scores(baseline)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
-    found = run.load_datasets(places, protocol, **labels, pairs=pairs)
-    datasets = dataset.with_unique_names(found)
+    loaded = run.load_datasets(places, protocol, **labels, pairs=pairs)
+    datasets = dataset.with_unique_names(loaded)
     plan = None
     if enrolled is not None:
-        others = run.load_datasets([*found, *impostors], **labels)[len(found) :]
+        others = run.load_datasets([*loaded, *impostors], **labels)[len(loaded) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
     graded = any(one is not None for one in (scores, report_folder, curves))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []

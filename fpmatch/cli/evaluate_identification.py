@@ -1,4 +1,4 @@
-"""`fpmatch evaluate --protocol identification`: searches, a third of which have a mate."""
+"""`fpmatch evaluate --protocol identification`: searches, a third with a mate."""
 
 from __future__ import annotations
 

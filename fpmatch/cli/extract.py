@@ -152,8 +152,8 @@ def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
     scores = sorted(one.quality.score for one in done if one.quality is not None)
     quality = f", quality {scores[0]}" if scores else ""
     quality += f" to {scores[-1]}" if len(set(scores)) > 1 else ""
-    found = count(minutiae, "minutia", "minutiae")
-    return f"{len(done)} of {count(images, 'template')}, {found}{quality}: {output}"
+    counted = count(minutiae, "minutia", "minutiae")
+    return f"{len(done)} of {count(images, 'template')}, {counted}{quality}: {output}"
 
 
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:

@@ -110,9 +110,9 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
     with open_gallery(gallery) as opened:
         opened.record("list", subject=subject, failures=failures)
         if failures:
-            found = opened.failures()
-            rows: Iterable[dict[str, Any]] = map(asdict, found)
-            lines: Iterable[str] = (f"{one.source}: {one.reason}" for one in found)
+            failed = opened.failures()
+            rows: Iterable[dict[str, Any]] = map(asdict, failed)
+            lines: Iterable[str] = (f"{one.source}: {one.reason}" for one in failed)
         else:
             entries = opened.entries(subject=subject)
             rows, lines = ((entry.as_dict() for entry in entries), map(_entry_line, entries))

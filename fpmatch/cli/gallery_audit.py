@@ -112,8 +112,8 @@ def audit(
             for line in _lines(place, gallery):
                 show_line(line.decode("ascii", "backslashreplace").removesuffix("\n"))
         else:
-            found = (event for event in _events(place, gallery) if _is_wanted(event, **wanted))
-            for text in json_lines(found) if as_json else map(_as_text, found):
+            events = (event for event in _events(place, gallery) if _is_wanted(event, **wanted))
+            for text in json_lines(events) if as_json else map(_as_text, events):
                 show(text)
 
 

@@ -107,12 +107,12 @@ class _Fpmatch(LazyGroup):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the sub-command that is named first; note kernels out of date before it runs."""
-        found = super().resolve_command(ctx, args)
-        if not ctx.resilient_parsing and found[0] != "doctor":  # which lists them itself
+        resolved = super().resolve_command(ctx, args)
+        if not ctx.resilient_parsing and resolved[0] != "doctor":  # which lists them itself
             from fpmatch.cli.notes import say_outdated_kernels
 
             say_outdated_kernels()
-        return found
+        return resolved
 
     def invoke(self, ctx: click.Context) -> Any:
         try:

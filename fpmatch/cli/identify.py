@@ -306,16 +306,16 @@ def identify(
             limits |= {"listed": listed, "consolidate": consolidate, "calibration": curve}
             source = probe_source(places, files, dpi=dpi, polarity=polarity, reader=read)
             each = identify_far(opened, search, source, make_engine(None, scheduler), **limits)
-        for found in each:
-            if isinstance(found, FpmatchError):
-                failures.append(found)
+        for answer in each:
+            if isinstance(answer, FpmatchError):
+                failures.append(answer)
                 continue
-            done.append(found)
+            done.append(answer)
             if not as_json:
-                show(_as_text(found))
+                show(_as_text(answer))
         name, damaged = opened.name, opened.damaged
     say_damaged(name, damaged)
-    say_notes(group_by_note((found.probe, found.notes) for found in done))
+    say_notes(group_by_note((answer.probe, answer.notes) for answer in done))
     say_errors(failures)
     if as_json and done:
         document = {
@@ -327,25 +327,25 @@ def identify(
             "fingers": done[0].result.fingers,
             "loss": done[0].result.loss,
             "listed": listed,
-            "probes": [found.as_dict() for found in done],
+            "probes": [answer.as_dict() for answer in done],
             "failures": list(map(str, failures)),
         }
         show(json_text(document))
     return 2 if not done else 1 if failures else 0
 
 
-def _as_text(found: Found) -> str:
+def _as_text(answer: Found) -> str:
     from fpmatch.drawing.words import odds
 
-    result = found.result
+    result = answer.result
     of_all = f" of {result.enrolled}" if result.preselected else ""
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
-    head = f"{printable(found.probe)}: {compared} in {found.seconds:.2f} s{in_stages(result)}"
+    head = f"{printable(answer.probe)}: {compared} in {answer.seconds:.2f} s{in_stages(result)}"
     if not result.candidates:
         return f"{head}, no candidate"
     lines = [head, _COLUMNS]
     extrapolated = False
-    for candidate, entry in zip(result.candidates, found.entries, strict=True):
+    for candidate, entry in zip(result.candidates, answer.entries, strict=True):
         beyond = candidate.fmr < result.smallest_measured_fmr
         extrapolated |= beyond
         rate = f"{odds(candidate.fmr)}{' *' if beyond else ''}"

@@ -62,7 +62,7 @@ def identify_by_fingers(
         raise click.UsageError(f"--finger names all prints: {len(files)}, not {names_given}")
     known = [file.label.finger if file.label else "" for file in files]
     reader = folder_reader(files, **reading)
-    found = [extract_print(file, reader=reader) for file in files]
+    extracted = [extract_print(file, reader=reader) for file in files]
     with open_gallery(gallery) as opened:
         say_slow_kernels()
         with ProgressBars({"prepare": "preparing prints"}) as bars:
@@ -79,7 +79,7 @@ def identify_by_fingers(
         result, entries = identify_entries_fused(
             opened,
             search,
-            [one.template for one in found],
+            [one.template for one in extracted],
             positions=positions or known,
             calibration=curve,
             engine=None if scheduler is None else make_engine(None, scheduler),
@@ -93,7 +93,9 @@ def identify_by_fingers(
         name, damaged = opened.name, opened.damaged
     say_damaged(name, damaged)
     say_notes(
-        group_by_note((file.path, one.all_notes) for file, one in zip(files, found, strict=True))
+        group_by_note(
+            (file.path, one.all_notes) for file, one in zip(files, extracted, strict=True)
+        )
     )
     names = [str(file.path) for file in files]
     document = {

@@ -63,7 +63,7 @@ def inspect(
     if dpi is not None:
         check_dpi(dpi)
     image_reader = PolarityReader(reader, find_polarities(files, dpi=dpi, reader=reader), dpi)
-    found: list[Inspection] = []
+    inspections: list[Inspection] = []
     failures = 0
     for file in files:
         try:
@@ -72,9 +72,9 @@ def inspect(
             failures += 1
             say_errors([error])
             continue
-        found.append(inspection)
+        inspections.append(inspection)
         if not as_json:
             show_line(inspection.as_text())
     if as_json:
-        show(json_text([inspection.as_dict() for inspection in found]))
-    return 0 if not failures else 1 if found else 2
+        show(json_text([inspection.as_dict() for inspection in inspections]))
+    return 0 if not failures else 1 if inspections else 2

@@ -147,5 +147,5 @@ def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
     path, dpi = values[side], values[f"{side}_dpi"]
     dpi = values["dpi"] if dpi is None else dpi
     reader = PrintReader(values["raw"], quiet=True, angles=values["angles"])
-    found = reader(path, polarity=values["polarity"], dpi=dpi)
-    return make_given_print(found, str(path), dpi=dpi, enhance=values["enhance"])
+    content = reader(path, polarity=values["polarity"], dpi=dpi)
+    return make_given_print(content, str(path), dpi=dpi, enhance=values["enhance"])

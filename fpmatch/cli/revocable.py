@@ -73,8 +73,8 @@ def protect(
 
     check_writable(output)
     key = load_keys().current
-    found = PrintReader(quiet=True, angles=angles)(source, polarity=polarity, dpi=dpi)
-    given = make_given_print(found, str(source), dpi=dpi, enhance=enhance)
+    content = PrintReader(quiet=True, angles=angles)(source, polarity=polarity, dpi=dpi)
+    given = make_given_print(content, str(source), dpi=dpi, enhance=enhance)
     say_notes({note: [source] for note in given.notes})
     template.protect(given.template, key).save(output)
     show_line(f"{printable(str(output))}: revocable template under key {key.id}")

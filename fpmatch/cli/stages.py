@@ -44,9 +44,9 @@ def stages(
     from fpmatch.image.recorder import StageRecorder
     from fpmatch.reading import PrintReader, make_given_print
 
-    found = PrintReader(raw, quiet=True).image(image, polarity=polarity, dpi=dpi)
+    content = PrintReader(raw, quiet=True).image(image, polarity=polarity, dpi=dpi)
     recorder = StageRecorder()
-    given = make_given_print(found, str(image), dpi=dpi, enhance=enhance, recorder=recorder)
+    given = make_given_print(content, str(image), dpi=dpi, enhance=enhance, recorder=recorder)
     say_notes_on([given])
     write_stages(recorder.stages, output)
     minutiae = count(len(given.template.minutiae), "minutia", "minutiae")

@@ -126,8 +126,8 @@ def verify(
         written = {"case_number": case_number, "notes": notes, "warp": warp}
         _write_case_report(case_report, pair, values, written)
     if as_json:
-        found = pair.verification.ridge_map if ridge_map else None
-        cells = {"ridge_map": None if found is None else found.as_dict()} if ridge_map else {}
+        ridges = pair.verification.ridge_map if ridge_map else None
+        cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
         show(json_text(pair.as_dict() | cells))
     else:
         show(as_text(pair.verification, pair.quality, identical=pair.identical))
@@ -188,8 +188,8 @@ def _verify_claim(
             calibration=calibration,
             dpi_assumed=probe.dpi_assumed,
         )
-        found, best = checked.result.verification, checked.best.id
-        claim = {"subject": subject, "finger": finger, "best": best, "match": found.match}
+        decision, best = checked.result.verification, checked.best.id
+        claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}
         opened.record("verify", probe=values["probe"], **claim)
         name = opened.name
         say_damaged(name, opened.damaged)

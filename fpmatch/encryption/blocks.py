@@ -3,7 +3,7 @@ r"""Large files sealed in blocks, each with its place: none can be changed, move
 A file is, with a random salt of its own::
 
     8 bytes "\x89FPB\r\n\x1a" and the version, 1; 8 bytes key id; 16 bytes salt;
-    blocks of 262,144 bytes, of which the last may have less, each followed by a tag of 16 bytes
+    blocks of 262,144 bytes (the last may have fewer), each followed by a tag of 16 bytes
 
 The key of AES-256-GCM is derived from the key by HKDF-SHA256, with the purpose and the salt, for
 this file alone. The nonce of a block is its number, 8 bytes little-endian, then a byte that is 1 in

@@ -39,7 +39,7 @@ _OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
 
 
 class Key:
-    """Hold a secret key and its id, which is computed from it; the secret is never shown.
+    """A secret key and its id, which is computed from it; the secret is never shown.
 
     A key cannot be pickled: programs send each other the source of their keys.
 
@@ -77,15 +77,15 @@ class Key:
 
     def cipher(self, purpose: bytes, salt: bytes) -> AESGCM:
         """Return the cipher of the derived key, which is kept for the next call."""
-        found = self._ciphers.get((purpose, salt))
-        if found is None:
+        cipher = self._ciphers.get((purpose, salt))
+        if cipher is None:
             aead, _, _ = _library()
-            found = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
-        return found
+            cipher = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
+        return cipher
 
 
 class KeyRing:
-    """Hold some keys, the first of them the current one, and the source they were read from.
+    """Some keys, the first of them the current one, and the source they were read from.
 
     A key that is unknown is looked for in the source once more: it may have been added meanwhile.
     What is pickled is the source, not the keys.

@@ -1,1 +1,1 @@
-"""Where the work of whole batches is done: in this process, in several, or on a cluster."""
+"""Engines that do the work of batches: in this process, in several, or on a cluster."""

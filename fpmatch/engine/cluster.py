@@ -174,12 +174,12 @@ class DaskCluster:
 
     def _check_worker_has_fpmatch(self, error: BaseException) -> None:
         """Raise an EngineError if a worker could not even begin with its work."""
-        found: BaseException | None = error
-        while found is not None:
-            if isinstance(found, ImportError) and (found.name or "").startswith("fpmatch"):
-                why = f"a worker cannot import fpmatch {__version__}: {first_line(found)}"
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, ImportError) and (cause.name or "").startswith("fpmatch"):
+                why = f"a worker cannot import fpmatch {__version__}: {first_line(cause)}"
                 raise self.error(why) from error
-            found = found.__cause__
+            cause = cause.__cause__
 
     @contextmanager
     def connected(self) -> Iterator[None]:

@@ -110,10 +110,10 @@ def _mapped(name: str, identity: Identity) -> np.memmap[Any, np.dtype[np.uint8]]
 
 def _owner_of(array: NDArray[Any]) -> NDArray[Any]:
     """Return the array of which this one is a part, itself where it is of none."""
-    found = array
-    while isinstance(found.base, np.ndarray):
-        found = found.base
-    return found if found.flags.c_contiguous else array
+    owner = array
+    while isinstance(owner.base, np.ndarray):
+        owner = owner.base
+    return owner if owner.flags.c_contiguous else array
 
 
 def _file_of(mapped: NDArray[Any]) -> BinaryIO | None:

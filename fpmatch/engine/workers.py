@@ -65,7 +65,7 @@ def run_chunks(
 
 @dataclass(frozen=True, slots=True)
 class Attempt(Generic[Result]):
-    """Hold what the work on one item gave, and its CPU time in milliseconds.
+    """The result of the work on one item, and its CPU time in milliseconds.
 
     `result` is None if the work raised an `FpmatchError`, whose message is then the `reason`.
     """

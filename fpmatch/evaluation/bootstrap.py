@@ -46,7 +46,7 @@ _SHARE_KEPT: Final = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Replicates:
-    """Hold the rates of every draw of fingers; NaN where a draw left no pairs of a kind.
+    """The rates of every draw of fingers; NaN where a draw left no pairs of a kind.
 
     `sets` has shape (databases, draws, rates): the EER, then the FNMR at some FMRs; `pooled` has
     shape (draws, rates), of all databases' scores under one threshold.

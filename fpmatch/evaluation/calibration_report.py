@@ -26,7 +26,7 @@ CHECKED_SCORES: Final = (20.0, 30.0)
 
 @dataclass(frozen=True, slots=True)
 class CalibrationReport:
-    """Hold what a calibration is based on.
+    """The comparisons that a calibration is based on, and the FMR that they measure.
 
     Its comparisons measure the FMR up to `largest_measured_score`, where its 95 % interval over
     fingers is `fmr_interval`; above, it is extrapolated. `package` holds scores of the package's

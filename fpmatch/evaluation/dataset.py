@@ -38,7 +38,7 @@ _FORMS: Final = "--pattern finds fingers in other names, and a manifest lists an
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """Hold one database: its name is from ``dataset.toml``, else the folder's or the file's.
+    """One database: its name is from ``dataset.toml``, else the folder's or the file's.
 
     `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
     where it is not known. Impressions are sorted by finger and number. `place` is the manifest or

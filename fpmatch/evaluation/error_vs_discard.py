@@ -32,7 +32,7 @@ FMR: Final = 0.001
 
 @dataclass(frozen=True, slots=True)
 class DiscardCurve:
-    """Hold the curve of one database.
+    """The error-versus-discard curve of one database.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class DiscardCurve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QualitySample:
-    """Hold the quality of a database's prints, and the similarities of their pairs.
+    """The quality of a database's prints, and the similarities of their pairs.
 
     Parameters
     ----------

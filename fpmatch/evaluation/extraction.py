@@ -38,7 +38,7 @@ _READER: Final = PrintReader()
 
 @dataclass(frozen=True, slots=True)
 class Extraction:
-    """Hold the template of one image, None where extraction failed or found no minutiae.
+    """The template of one image, None where extraction failed or found no minutiae.
 
     `reason` is then the reason, else "". `quality` is that of the image, 0 to 100; None where it
     was not measured.
@@ -54,7 +54,7 @@ class Extraction:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedSet:
-    """Hold a database with the extractions of its impressions, in their order."""
+    """A database with the extractions of its impressions, in their order."""
 
     dataset: Dataset
     extractions: tuple[Extraction, ...]

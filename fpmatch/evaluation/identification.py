@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identification:
-    """Hold the results of searching each probe of a database, in the impressions' order.
+    """The results of searching each probe of a database, in the impressions' order.
 
     `rank` holds the ranks of the probes' own fingers among `fingers`, from 1 on, and `finger` these
     fingers as indices into the database's.

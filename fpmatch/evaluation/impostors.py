@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImpostorSet:
-    """Hold one database's impostor comparisons, none of a print without template."""
+    """One database's impostor comparisons, none of a print without template."""
 
     name: str
     trials: Trials

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, order=True)
 class Impression:
-    """Hold the file of one print, its finger, and which impression of the finger it is.
+    """The file of one print, its finger, and which impression of the finger it is.
 
     In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
     print's in the database, by default the file's, as `csv_cell` makes it; `dpi` its own

@@ -55,7 +55,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ExactBound:
-    """Hold what an interval with one limit is based on: the method, and the independent trials.
+    """The basis of an interval with one limit: the method, and the independent trials.
 
     A trial is a `unit`: "finger", "pair of fingers", "subject" or, where the fingers are not known,
     "comparison". The limit is `CONFIDENCE` sure where in none of the `units`, or in each of them,
@@ -77,7 +77,7 @@ class ExactBound:
 
 @dataclass(frozen=True, slots=True)
 class RateIntervals:
-    """Hold the interval of each rate; None where there is no rate or no interval.
+    """The interval of each rate; None where there is no rate or no interval.
 
     ZeroFMR and ZeroFNMR have none: each depends on one extreme score, which the bootstrap cannot
     vary. `bounds` has the basis of those intervals that are not of the bootstrap, by rate.
@@ -97,7 +97,7 @@ class RateIntervals:
 
 @dataclass(frozen=True, slots=True)
 class ReportIntervals:
-    """Hold the intervals of a `RatesReport`, and number and seed of bootstrap replicates."""
+    """The intervals of a `RatesReport`, and number and seed of bootstrap replicates."""
 
     bootstrap: int
     seed: int

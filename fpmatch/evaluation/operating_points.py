@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class OperatingPoint:
-    """Hold the FNMR of a database at the lowest threshold with at most the false match rate `fmr`.
+    """The FNMR of a database at the lowest threshold with at most the false match rate `fmr`.
 
     `threshold` is the least score that matches, of distances the greatest; None where no pair
     matches. `fnmr` is None where there are too few impostor pairs, `interval`, the 95 % interval of

@@ -55,7 +55,7 @@ class ListedPair(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PairList:
-    """Hold a list of pairs, all of which state whether they are genuine, or none."""
+    """A list of pairs, all of which state whether they are genuine, or none."""
 
     path: str
     rows: tuple[ListedPair, ...]

@@ -28,7 +28,7 @@ PROTOCOLS: Final = ("extended", "fvc")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """Hold the pairs to compare, as indices into a database's impressions.
+    """The pairs to compare, as indices into a database's impressions.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ OVERLAP_EDGES: Final = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class ErrorBin:
-    """Hold the genuine pairs whose value is at least `low` and less than `high`.
+    """The genuine pairs whose value is at least `low` and less than `high`.
 
     `lost` counts those that do not match. The last bin includes its upper limit.
     """
@@ -53,7 +53,7 @@ class ErrorBin:
 
 @dataclass(frozen=True, slots=True)
 class QualityAnalysis:
-    """Hold how errors depend on quality and overlap; parts that are not known are empty.
+    """The errors by quality and by overlap; parts that are not known are empty.
 
     `curves` are error versus discard curves, one a database and, of several, one of all. The bins
     are those of all genuine pairs: the quality of a pair is that of its worse print, its overlap

@@ -37,7 +37,7 @@ ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Hold the error rates of a test, as fractions; None where the pairs do not allow one.
+    """The error rates of a test, as fractions; None where the pairs do not allow one.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ NO_RATES: Final = Rates(None, None, None, None, None, None)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorCurves:
-    """Hold FMR and FNMR at every distinct score in increasing order, then at infinity; shape (N,).
+    """FMR and FNMR at every distinct score in increasing order, then at infinity; shape (N,).
 
     FMR falls from 1 to 0, FNMR rises from 0 to 1.
     """

@@ -48,7 +48,7 @@ NO_CHANGE: Final = Interval(0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class RateDifference:
-    """Hold a rate before and now, over the pairs that both runs compared.
+    """A rate before and now, over the pairs that both runs compared.
 
     `interval` is the 95 % interval of ``now - before``; None where there are too few fingers.
     `bound` is its basis where no draw changes the rate though the order of the scores changed: 0 of
@@ -84,7 +84,7 @@ class ChangedPair:
 
 @dataclass(frozen=True, slots=True)
 class DecisionChange:
-    """Hold how decisions on genuine pairs changed, all databases under one threshold.
+    """The changed decisions on genuine pairs, all databases under one threshold.
 
     Either run has its threshold at the false match rate `fmr`. `gained` and `lost` are the pairs
     that only the later, and only the earlier run accepts. `mcnemar_p` is the p-value of McNemar's
@@ -100,7 +100,7 @@ class DecisionChange:
 
 @dataclass(frozen=True, slots=True)
 class SetComparison:
-    """Hold the comparison of two runs over one database, or over all: pairs and rates."""
+    """The comparison of two runs over one database, or over all: pairs and rates."""
 
     name: str
     pairs: int
@@ -123,7 +123,7 @@ class SetComparison:
 
 @dataclass(frozen=True, slots=True)
 class RunComparison:
-    """Hold the comparison of the runs of two matchers.
+    """The comparison of the runs of two matchers.
 
     Pairs that just one of them compared are left out; `identical` counts those whose similarity is
     the same in both, to the last bit. `decisions` is None where there are too few pairs for a
@@ -166,7 +166,7 @@ class RunComparison:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Common:
-    """Hold the pairs that both runs compared, in one order."""
+    """The pairs that both runs compared, in one order."""
 
     now: ScoresSet
     rows: NDArray[np.intp]  # of `now`

@@ -35,7 +35,7 @@ TEMPLATES_AT_ONCE: Final = 1024  # that a worker makes, and that are committed
 
 @dataclass(frozen=True, slots=True)
 class GalleryMade:
-    """Hold what `make_gallery` made."""
+    """The result of `make_gallery`."""
 
     gallery: str
     fingers: int  # requested ones, all enrolled

@@ -7,7 +7,7 @@ Files look like this::
     x,y,angle_deg,kind,quality
     101,57.5,278.4,ending,90
 
-Directions, in degrees, are those of ISO/IEC 19794-2: for an ending, from the minutia back along its
+Directions, in degrees, follow ISO/IEC 19794-2: for an ending, from the minutia back along its
 ridge; for a bifurcation, along the valley between its two close branches. Kinds are other, ending
 and bifurcation; quality runs from 0 to 100. The ridge field is not kept.
 """

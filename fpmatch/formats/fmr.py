@@ -87,12 +87,12 @@ class RecordReader(ByteReader):
     ) -> TemplateRecord:
         """Return the record of as many `views`, the rest of `declared` bytes, each from `view`."""
         self.options.limits.check_views(views)
-        found = tuple(view() for _ in range(views))
+        all_views = tuple(view() for _ in range(views))
         if declared != self.at:
             self.notes.append(f"the header declares {declared} bytes, the record has {self.at}")
         if self.data[self.at :].strip(b"\x00"):  # many writers pad with zeros
             self.notes.append(f"{count(self.left, 'byte')} after the record passed over")
-        return TemplateRecord(name, found, tuple(self.notes))
+        return TemplateRecord(name, all_views, tuple(self.notes))
 
     def view(self, frame: Frame, *, size: int = 6, quality: int | None, **about: Any) -> View:
         """Read count, minutiae of `size` bytes and extended data of a view.
@@ -102,10 +102,10 @@ class RecordReader(ByteReader):
         """
         if size not in MINUTIA:
             raise TemplateError(f"a minutia has {size} bytes, where 5 or 6 are expected")
-        found = self.number()
-        self.options.limits.check_minutiae(found)
+        minutia_count = self.number()
+        self.options.limits.check_minutiae(minutia_count)
         self.options.limits.check_size(frame.width, frame.height)
-        rows = np.frombuffer(self.take(found * size), MINUTIA[size])
+        rows = np.frombuffer(self.take(minutia_count * size), MINUTIA[size])
         minutiae, quality_known = self._minutiae(rows)
         extended = self._extended()
         dpi_known = frame.per_cm_x > 0 and frame.per_cm_y > 0

@@ -5,9 +5,9 @@ fpmatch writes them like this::
     x,y,theta,type,quality
     101,57.5,278.4,E,90
 
-Positions are pixels from the top left, y down. Angles of a column theta are degrees in fpmatch's
-own convention, that of ISO/IEC 19794-2, as are those of a column whose name contains the unit
-(angle_deg, direction_rad); for another name, `ReadingOptions.angles` must define them. Types are U,
+Positions are pixels from the top left, y down. Angles in a column theta are degrees in fpmatch's
+own convention (ISO/IEC 19794-2), and so are angles in a column whose name contains the unit
+(angle_deg, direction_rad). For another name, `ReadingOptions.angles` must define them. Types are U,
 E and B, or other, ending and bifurcation, or 0, 1 and 2; quality runs from 0 to 100.
 
 On reading, type and quality may be missing, the columns may have any order and any of the names
@@ -58,15 +58,15 @@ class _Header(NamedTuple):
     line: int
     delimiter: str
     names: list[str]
-    found: dict[str, str]  # the name of column x, y, theta, type, quality
+    given: dict[str, str]  # the name that the file gives to column x, y, theta, type, quality
 
     def convention(self) -> AngleConvention | None:
         """Return the convention that the name of the angles implies."""
-        match = _ANGLE.fullmatch(self.found["theta"])
+        match = _ANGLE.fullmatch(self.given["theta"])
         unit = match["unit"] if match else None
         if unit is not None:
             return AngleConvention(_UNITS[unit])
-        return OWN_DEGREES if self.found["theta"] == "theta" else None
+        return OWN_DEGREES if self.given["theta"] == "theta" else None
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -89,7 +89,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if header is None:
         raise TemplateError(f"line 1: expected the columns {','.join(COLUMNS)}, each once")
     shown = ", ".join(header.names)
-    if "theta" not in header.found:
+    if "theta" not in header.given:
         raise TemplateError(
             f"line {header.line}: found the columns {shown}; minutiae also need one of angles, "
             "theta, angle, direction or orientation"
@@ -103,7 +103,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         for number, line in enumerate(lines[header.line :], start=header.line + 1)
         if line.strip() and not line.lstrip().startswith("#")
     )
-    columns = [header.found.get(name, name) for name in COLUMNS]
+    columns = [header.given.get(name, name) for name in COLUMNS]
     absent = {columns[3]: "u", columns[4]: "100"}
     x, y, angle, kind, quality = read_table(
         rows, header.names, columns, _KNOWN_TYPES, options, absent
@@ -115,10 +115,10 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         Template(minutiae, width, height, options.assumed_dpi),
         dpi_known=False,
         size_known=False,
-        quality_known="quality" in header.found,
+        quality_known="quality" in header.given,
     )
     notes = range_notes(angle, convention)
-    if options.angles is None and header.found["theta"] != "theta":
+    if options.angles is None and header.given["theta"] != "theta":
         notes.append(f"angles taken for {convention} (--angles sets it)")
     return TemplateRecord(CODEC.name, (view,), tuple(notes))
 
@@ -157,7 +157,7 @@ def _recognises(data: bytes) -> bool:
     first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:HEADER_BYTES]
     try:
         header = _find_header(first.decode("utf-8", "replace").splitlines()[:1])
-        return header is not None and "theta" in header.found
+        return header is not None and "theta" in header.given
     except TemplateError:
         return True  # which then says why
 

@@ -1,7 +1,7 @@
 """Sealed templates: fpmatch's JSON format under authenticated encryption.
 
 A file is a sealed record (`fpmatch.encryption.records`) with the bytes of a JSON template. The keys
-are those of the environment variable ``FPMATCH_KEY``, which the option ``--key`` of commands sets.
+come from the environment variable ``FPMATCH_KEY``, which the option ``--key`` of commands sets.
 """
 
 from __future__ import annotations

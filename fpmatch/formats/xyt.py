@@ -90,7 +90,7 @@ def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
 
 def _rows(data: bytes, options: ReadingOptions) -> Iterator[list[int]]:
     """Yield the numbers of each line that is not blank."""
-    found = 0
+    rows = 0
     for number, line in enumerate(data.split(b"\n"), start=1):
         if not line.strip():
             continue
@@ -99,8 +99,8 @@ def _rows(data: bytes, options: ReadingOptions) -> Iterator[list[int]]:
         row = [int(value) for value in line.split()]
         if not -FULL_TURN <= row[2] <= FULL_TURN:
             raise TemplateError(f"line {number}: an angle of {row[2]}")
-        found += 1
-        options.limits.check_minutiae(found)
+        rows += 1
+        options.limits.check_minutiae(rows)
         yield row
 
 

@@ -59,8 +59,8 @@ _POSTGRESQL_TRIGGERS: Final = (
 
 def is_on(connection: sa.Connection) -> bool:
     """Return whether a gallery keeps an audit now."""
-    found = _last(connection)
-    return found is not None and _event(found[1]).get("action") != OFF
+    last = _last(connection)
+    return last is not None and _event(last[1]).get("action") != OFF
 
 
 def lock(connection: sa.Connection) -> None:
@@ -110,13 +110,13 @@ def ranges(numbers: Iterable[int]) -> str:
     >>> ranges([3, 1, 2, 7])
     '1-3,7'
     """
-    found: list[list[int]] = []
+    spans: list[list[int]] = []
     for number in sorted(numbers):
-        if found and number == found[-1][1] + 1:
-            found[-1][1] = number
+        if spans and number == spans[-1][1] + 1:
+            spans[-1][1] = number
         else:
-            found.append([number, number])
-    return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in found)
+            spans.append([number, number])
+    return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in spans)
 
 
 def labels_of(
@@ -131,7 +131,7 @@ def labels_of(
     column = ENTRY.c.content if contents else ENTRY.c.id
     chosen: list[Any] = list(contents or numbers)
     names = (ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression, ENTRY.c.content)
-    found = []
+    labels = []
     for k in range(0, len(chosen), _NUMBERS_PER_QUERY):
         part = column.in_(chosen[k : k + _NUMBERS_PER_QUERY])
         query = sa.select(*names).where(part).order_by(ENTRY.c.id)
@@ -139,8 +139,8 @@ def labels_of(
             shown = [part if isinstance(part, str) else repr(part) for part in parts]  # if damaged
             label = dict(zip(("subject", "finger", "impression"), shown, strict=True))
             picture = {"sha256": content.hex()} if contents else {}
-            found.append({"number": number, **label, **picture})
-    return found
+            labels.append({"number": number, **label, **picture})
+    return labels
 
 
 def audit_lines(gallery: Database) -> Iterator[bytes]:

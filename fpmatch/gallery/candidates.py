@@ -30,14 +30,14 @@ def identify_entries(
     of `identify`, and GalleryError if the gallery cannot be read.
     """
     search = search.current(gallery)
-    found = _Entries(gallery, search)
+    cached = _Entries(gallery, search)
 
     def subject_of(number: int) -> str | None:
-        entry = found.entry(number)
+        entry = cached.entry(number)
         return None if entry is None else entry.label.subject
 
     while True:
-        skipped = found.skipped()
+        skipped = cached.skipped()
         result = identify(
             search,
             probe,
@@ -45,8 +45,8 @@ def identify_entries(
             skipped=skipped,
             **options,
         )
-        entries = [found.entry(candidate.number) for candidate in result.candidates]
-        if found.skipped() == skipped:
+        entries = [cached.entry(candidate.number) for candidate in result.candidates]
+        if cached.skipped() == skipped:
             return result, [entry for entry in entries if entry is not None]
 
 
@@ -90,11 +90,11 @@ class GallerySubjects:
 
     def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
         """Return the subjects of the entries of some numbers, with all their fingers."""
-        found: dict[str, dict[str, list[int]]] = {}
+        subjects: dict[str, dict[str, list[int]]] = {}
         for entry in self._gallery.entries_of_subjects(numbers):
-            fingers = found.setdefault(entry.label.subject, {})
+            fingers = subjects.setdefault(entry.label.subject, {})
             fingers.setdefault(entry.label.finger, []).append(entry.id)
-        return found
+        return subjects
 
 
 def identify_entries_fused(
@@ -105,13 +105,13 @@ def identify_entries_fused(
     Damaged entries are treated, and errors raised, as by `identify_entries`.
     """
     search = search.current(gallery)
-    found = _Entries(gallery, search)
+    cached = _Entries(gallery, search)
     while True:
-        skipped = found.skipped()
+        skipped = cached.skipped()
         result = identify_fused(
             search, probes, GallerySubjects(gallery), skipped=skipped, **options
         )
         numbers = {f.number for one in result.candidates for f in one.fingers}
-        entries = {number: found.entry(number) for number in sorted(numbers)}
-        if found.skipped() == skipped:
+        entries = {number: cached.entry(number) for number in sorted(numbers)}
+        if cached.skipped() == skipped:
             return result, {n: entry for n, entry in entries.items() if entry is not None}

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedClaim:
-    """Hold the decision on a claimed identity, and the impressions enrolled under it.
+    """The decision on a claimed identity, and the impressions enrolled under it.
 
     `damaged` is the number of those that could not be read, which are not among `entries`.
     """
@@ -98,9 +98,9 @@ def check_claim(
         for entry in gallery.entries(subject=subject)
         if finger is None or entry.label.finger == finger
     ]
-    found = [(entry, gallery.find_template(entry.id)) for entry in entries]
+    templates = [(entry, gallery.find_template(entry.id)) for entry in entries]
     damaged = len(gallery.damaged) - before
-    sound = {entry: template for entry, template in found if template is not None}
+    sound = {entry: template for entry, template in templates if template is not None}
     if not sound:
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
         if damaged:

@@ -1,7 +1,7 @@
-"""Packed templates, as galleries keep them: about 2,700 bytes, whose pictures of ridges are exact.
+"""Stored templates: the packed templates of a gallery, about 2,700 bytes, with exact ridges.
 
-The layout is that of `fpmatch.packed_template`: it begins with "fm", and the pictures of the ridges
-follow with 64 bits a cell, the highest bit first.
+The layout is that of `fpmatch.packed_template`. It begins with "fm", and each picture of the ridges
+has 64 bits, the highest bit first.
 """
 
 from __future__ import annotations

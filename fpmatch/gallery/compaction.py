@@ -1,4 +1,4 @@
-"""Compaction of a gallery: no free space in its database, no outdated prepared prints."""
+"""Compaction of a gallery: free its unused space, and delete its outdated prepared prints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Compaction:
-    """Hold sizes in bytes before and after: of the database, and of the prepared prints."""
+    """Sizes in bytes before and after: of the database, and of the prepared prints."""
 
     database_before: int
     database_after: int

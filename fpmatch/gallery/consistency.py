@@ -34,7 +34,7 @@ HIGHEST_LINK_SCORE: Final = 55.0
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Hold the best-scoring pair of two groups that do not match, `one` of the larger group."""
+    """The best-scoring pair of two groups that do not match, `one` of the larger group."""
 
     one: Entry
     other: Entry
@@ -49,7 +49,7 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True)
 class FingerCheck:
-    """Hold the groups of impressions of one finger that match each other, the largest first.
+    """The groups of impressions of one finger that match each other, the largest first.
 
     `disagreements` are the best-scoring pairs of each further group and the first.
     """
@@ -109,8 +109,8 @@ def check_fingers(
     progress("check", 0, total)
     gallery.record("check", entries=ranges(entry.id for entries in several for entry in entries))
     for entries in several:
-        found = [(entry, gallery.find_template(entry.id)) for entry in entries]
-        sound = {entry: template for entry, template in found if template is not None}
+        templates = [(entry, gallery.find_template(entry.id)) for entry in entries]
+        sound = {entry: template for entry, template in templates if template is not None}
         if len(sound) > 1:
             yield _check(sound, matcher, curve)
         done += len(entries)
@@ -126,7 +126,7 @@ def find_added(
     those of its given entries that came after one that is not given. So the result is the same for
     a run that was interrupted and continued.
     """
-    found: dict[str, list[int]] = {}
+    added: dict[str, list[int]] = {}
     names = list(subjects)
     for k in range(0, len(names), SUBJECTS_PER_QUERY):
         rows = gallery.contents_of(names[k : k + SUBJECTS_PER_QUERY])
@@ -136,8 +136,8 @@ def find_added(
             if content not in ours:
                 existing.add(subject)
             elif subject in existing:
-                found.setdefault(subject, []).append(number)
-    return found
+                added.setdefault(subject, []).append(number)
+    return added
 
 
 def check_added(
@@ -203,13 +203,13 @@ def find_copies(
     if not labels or gallery.has_over(max(SEARCHED_UP_TO, SEARCHED_PER_PRINT * len(labels))):
         return []
     first: dict[bytes, int] = {}
-    found = []
+    copies = []
     for number, digest in gallery.minutiae_digests(counts):
         earlier = first.setdefault(digest, number) if digest else number
         if earlier != number and (entry := gallery.find_entry(number)) and entry.label in labels:
             other = gallery.find_entry(earlier)
-            found += [] if other is None else [(entry, other.label)]
-    return found
+            copies += [] if other is None else [(entry, other.label)]
+    return copies
 
 
 def find_damaged(
@@ -241,7 +241,7 @@ def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration
         prepared, matcher, curve, least_score=needed, least_pairs=1, among=among
     )
     groups = linked_groups(len(entries), links)
-    found = []
+    disagreements = []
     for group in groups[1:]:
         pairs = [(i, j) for i in groups[0] for j in group if i in among or j in among]
         scored = [
@@ -249,9 +249,9 @@ def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration
             for i, j in pairs or [(groups[0][0], group[0])]
         ]
         score, i, j = max(scored, key=lambda one: (one[0], -one[1], -one[2]))
-        found.append(Disagreement(entries[i], entries[j], score))
+        disagreements.append(Disagreement(entries[i], entries[j], score))
     grouped = tuple(tuple(entries[k] for k in group) for group in groups)
-    return FingerCheck(grouped, tuple(found))
+    return FingerCheck(grouped, tuple(disagreements))
 
 
 def _link_score(count: int) -> float:

@@ -145,8 +145,8 @@ class Database:
         if self.file is None:
             return ""
         with self.reading() as connection:
-            found = str(connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar())
-        return "" if found == "ok" else printable(found.splitlines()[-1].strip())
+            answer = str(connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar())
+        return "" if answer == "ok" else printable(answer.splitlines()[-1].strip())
 
     @contextmanager
     def _translating_errors(self) -> Iterator[None]:

@@ -61,7 +61,7 @@ PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Hold numbers of prints enrolled now and before, the failures, and notes on prints.
+    """Numbers of prints enrolled now and before, the failures, and notes on prints.
 
     `added` has, of each subject that was enrolled before from other files, how many of the prints
     were added to it; `unmatched` are those of them that match nothing of their finger and are
@@ -154,11 +154,13 @@ def enrol(
         new = run.new(prints)
         if opener is None:
             make = extractor or partial(extract_print, reader=folder_reader(prints, engine=place))
-            found = attempt_each(place, make, new)
+            attempted = attempt_each(place, make, new)
         else:
-            found = _of_files(attempt_each(place, extractor or extract_opened, map(opener, new)))
+            attempted = _of_files(
+                attempt_each(place, extractor or extract_opened, map(opener, new))
+            )
         index = EnrolmentIndex(gallery, engine=place, progress=progress)
-        with closing(found) as attempts:
+        with closing(attempted) as attempts:
             for batch in _batches(attempts):
                 run.commit(batch)
                 index.extend(len(run.labels), run.total - run.done)
@@ -231,8 +233,8 @@ class _Run:
     def new(self, prints: Sequence[PrintFile]) -> Iterator[PrintFile]:
         """Yield the prints that are not enrolled and can be; their requests are `extracting`."""
         for k in range(0, len(prints), PRINTS_PER_QUERY):
-            found = [(file, self._request(file)) for file in prints[k : k + PRINTS_PER_QUERY]]
-            requested = [(file, request) for file, request in found if request is not None]
+            given = [(file, self._request(file)) for file in prints[k : k + PRINTS_PER_QUERY]]
+            requested = [(file, request) for file, request in given if request is not None]
             conflicts = self.gallery.find_conflicts([request for _, request in requested])
             for (file, request), conflict in zip(requested, conflicts, strict=True):
                 if conflict is None:

@@ -124,7 +124,7 @@ class NamePattern:
 
 @dataclass(frozen=True, slots=True)
 class EnrolmentRequest:
-    """Hold what is known of a print before its template is extracted.
+    """The label, the file and the resolution of a print whose template is not yet extracted.
 
     `content` is the SHA-256 of its file, by which it is recognised under any name; `dpi` is None
     for the resolution in the file. Raises GalleryError as `Label.check` does.
@@ -140,7 +140,7 @@ class EnrolmentRequest:
 
 @dataclass(frozen=True, slots=True)
 class NewEntry:
-    """Hold an impression to be enrolled; `source` is the name of its file."""
+    """An impression to be enrolled; `source` is the name of its file."""
 
     label: Label
     source: str
@@ -150,7 +150,7 @@ class NewEntry:
 
 @dataclass(frozen=True, slots=True)
 class PackedEntry:
-    """Hold an impression to be enrolled whose template is packed, as a gallery stores it.
+    """An impression to be enrolled whose template is packed, as a gallery stores it.
 
     `content` is the SHA-256 of the file `source`; `dpi` and `minutiae`, their number, are those of
     the template.
@@ -166,7 +166,7 @@ class PackedEntry:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Hold one enrolled impression without its template.
+    """One enrolled impression without its template.
 
     `id` is never given twice, and later entries have greater ones. `content` is the SHA-256 of the
     file `source`; `minutiae` is the number of minutiae.
@@ -203,7 +203,7 @@ def entry_names(entries: Sequence[Entry]) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Hold the file of a print that could not be enrolled, or does not match, and why."""
+    """The file of a print that could not be enrolled, or does not match, and why."""
 
     source: str
     reason: str
@@ -211,7 +211,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class GallerySummary:
-    """Hold counts and sizes of a gallery; `dpi` counts impressions by resolution.
+    """Counts and sizes of a gallery; `dpi` counts impressions by resolution.
 
     `damaged` is the number of entries that are no impressions: a column of them is impossible.
     `keys` are the ids of the keys in use, that of new entries first; none if it is not encrypted.

@@ -50,11 +50,11 @@ def erase_traces(gallery: GalleryReader, before: str) -> None:
 def _renew(gallery: GalleryReader, before: str) -> None:
     """Copy the prepared prints of the content `before` that are still enrolled."""
     ending = f"-{__version__}-{before}{PREPARED}"
-    found = [path for path in _files(gallery) if path.name.endswith(ending)]
-    if not found:
+    files = [path for path in _files(gallery) if path.name.endswith(ending)]
+    if not files:
         return
     content, sealing, fingers = gallery.content_hash(), gallery.sealing(), gallery.fingers()
-    for path in found:
+    for path in files:
         with suppress(FpmatchError):  # then the next search prepares all
             matcher = get_matcher(path.name.removesuffix(ending))
             old = load_prepared(path, matcher, sealing)

@@ -40,14 +40,14 @@ def prints_by_folder(root: Path, *, certain: bool = False) -> list[PrintFile]:
     by FVC's names is refused: it is a database. Raises DatasetError if the prints lie otherwise,
     ImageReadError (code "empty folder") if there are none.
     """
-    found = prints_below(root)
-    if not found:
+    prints = prints_below(root)
+    if not prints:
         raise ImageReadError("the folder holds no images", path=root, code="empty folder")
     if not certain:
-        _check_no_databases(found)
-    above = {folder for file in found for folder in file.path.parent.parents}
+        _check_no_databases(prints)
+    above = {folder for file in prints for folder in file.path.parent.parents}
     labelled = []
-    for file in found:
+    for file in prints:
         parts = file.path.parent.relative_to(root).parts
         if not 1 <= len(parts) <= 2 or file.path.parent in above:
             why = "the prints must all be in folders, one a finger, or one a subject and finger"
@@ -57,10 +57,10 @@ def prints_by_folder(root: Path, *, certain: bool = False) -> list[PrintFile]:
     return labelled
 
 
-def _check_no_databases(found: Iterable[PrintFile]) -> None:
+def _check_no_databases(prints: Iterable[PrintFile]) -> None:
     """Raise a DatasetError where a folder has prints of several fingers by FVC's names."""
     subjects: dict[Path, str] = {}
-    for file in found:
+    for file in prints:
         folder, named = file.path.parent, NamePattern().label(file.path)
         if named is not None and subjects.setdefault(folder, named.subject) != named.subject:
             why = (
@@ -106,11 +106,11 @@ def _templates_in(folder: Path) -> list[Path]:
         if suffix not in _COMMON_SUFFIXES or is_template_file(path)
     }
     usual = {suffix_of[path] for path in sure}
-    found: dict[str, Path] = {}
+    by_stem: dict[str, Path] = {}
     for path, suffix in sorted(suffix_of.items(), key=lambda item: suffixes.index(item[1])):
         if path in sure or (suffix in usual and _is_other_content(path)):
-            found.setdefault(path.stem, path)
-    return sorted(found.values())
+            by_stem.setdefault(path.stem, path)
+    return sorted(by_stem.values())
 
 
 def _is_other_content(path: Path) -> bool:

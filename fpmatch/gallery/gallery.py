@@ -205,13 +205,13 @@ def _conflicts_in_order(
     packed = [entry for entry in new if isinstance(entry, PackedEntry)]
     requests = [EnrolmentRequest(e.label, e.content, e.dpi) for e in packed]
     conflicts, left = Conflicts(connection, requests), iter(requests)
-    found: list[str | None] = []
+    reasons: list[str | None] = []
     for entry in new:
         if isinstance(entry, Failure):
-            found.append(entry.reason)
+            reasons.append(entry.reason)
             continue
         reason = conflicts.find(next(left))
         if reason is None:
             conflicts.add(Entry(0, entry.label, entry.source, entry.content, entry.dpi, 0))
-        found.append(reason)
-    return found
+        reasons.append(reason)
+    return reasons

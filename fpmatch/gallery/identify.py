@@ -38,7 +38,7 @@ MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared 
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """Hold the outcome of a search.
+    """The outcome of a search.
 
     The candidates come best first; of equal scores, the more similar, then the one enrolled first.
     After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for
@@ -208,7 +208,9 @@ def identify(
         score = float(scores[k])
         fmr = score_to_fmr(score)
         wanted = transforms and (score >= threshold or consolidated is not None)
-        found = search.matcher.compare(prepared, search.references[places[k]]) if wanted else None
+        comparison = (
+            search.matcher.compare(prepared, search.references[places[k]]) if wanted else None
+        )
         candidates.append(
             Candidate(
                 rank=rank,
@@ -217,7 +219,7 @@ def identify(
                 score=score,
                 fmr=fmr,
                 expected_false=fmr * (enrolled if impressions else fingers),
-                comparison=found,
+                comparison=comparison,
                 impressions=int(sizes[k]),
                 impression_score=float(singles[k]),
             )
@@ -278,10 +280,10 @@ def _counts(
     wanted: NDArray[np.intp], listed: NDArray[np.intp], counts: NDArray[np.intp]
 ) -> NDArray[np.intp]:
     """Return the counts of wanted numbers, which ascend; 0 of those that are not listed."""
-    found = np.zeros(len(wanted), np.intp)
+    of_wanted = np.zeros(len(wanted), np.intp)
     there = np.isin(listed, wanted)
-    found[np.searchsorted(wanted, listed[there])] = counts[there]
-    return found
+    of_wanted[np.searchsorted(wanted, listed[there])] = counts[there]
+    return of_wanted
 
 
 def candidate_list_size(search: Search, requested: CandidateListSize = "auto") -> int | None:
@@ -322,9 +324,9 @@ def _once_a_subject(
     ranked: Iterator[int], numbers: NDArray[np.int64], subject_of: Callable[[int], str | None]
 ) -> Iterator[int]:
     """Yield the first impression of each subject."""
-    found = set()
+    seen = set()
     for place in ranked:
         subject = subject_of(int(numbers[place]))
-        if subject is not None and subject not in found:
-            found.add(subject)
+        if subject is not None and subject not in seen:
+            seen.add(subject)
             yield place

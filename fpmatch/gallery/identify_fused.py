@@ -1,4 +1,4 @@
-"""Identification by several fingers: the subjects whose fingers match those of the probes best.
+"""Identification by several fingers: find the subjects whose fingers match the probes best.
 
 Each probe is searched alone. The subjects that are among the best of any probe are compared by all
 their fingers, and the scores of a subject's fingers are fused (`fpmatch.matching.fused_fingers`).
@@ -58,7 +58,7 @@ class Subjects(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ComparedFinger:
-    """Hold the comparison of a probe, by its number from 0, with a finger of a subject.
+    """The comparison of a probe, by its number from 0, with a finger of a subject.
 
     `score` is that of all `impressions` of the finger together; `number` is the entry of the most
     similar one.
@@ -72,7 +72,7 @@ class ComparedFinger:
 
 @dataclass(frozen=True, slots=True)
 class SubjectCandidate:
-    """Hold one subject whose fingers may be the probes'; rank 1 scores highest.
+    """One subject whose fingers may be the probes'; rank 1 scores highest.
 
     `fmr` is the rate at which other subjects score as high, and `score` is ``-10·log10(fmr)``, 0 to
     100. `expected_false` is `fmr` times the number of subjects.
@@ -88,7 +88,7 @@ class SubjectCandidate:
 
 @dataclass(frozen=True, slots=True)
 class FusedIdentification:
-    """Hold the outcome of a search by several fingers; candidates come best first.
+    """The outcome of a search by several fingers; candidates come best first.
 
     Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
     then the one enrolled first. `compared` is the most prints that a probe was compared with before
@@ -220,7 +220,7 @@ def identify_fused(
     alone = [identify(one, probe, **limits) for one, probe in zip(searches, probes, strict=True)]
     listed = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)
-    found = []
+    ranked = []
     listed_fingers = subjects.fingers_of(listed)
     given = search, probes, alone, named, listed_fingers, chosen, skipped
     with Threads(workers) as threads:
@@ -232,8 +232,8 @@ def identify_fused(
             compared = tuple(fingers[f].compared(i) for i, f in pairs)
             total_score = math.fsum(one.score for one in compared)
             order = -score, -total_score, min(one.number for one in compared)
-            found.append((order, subject, score, compared))
-    found.sort()
+            ranked.append((order, subject, score, compared))
+    ranked.sort()
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
@@ -242,7 +242,7 @@ def identify_fused(
             SubjectCandidate(
                 rank, subject, score, fmr := score_to_fmr(score), fmr * total, compared
             )
-            for rank, (_, subject, score, compared) in enumerate(found[:count], start=1)
+            for rank, (_, subject, score, compared) in enumerate(ranked[:count], start=1)
             if score >= threshold
         ),
         matcher=search.matcher.name,
@@ -256,7 +256,7 @@ def identify_fused(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Finger:
-    """Hold a finger: of each probe, whether it may be of it, the score and the best entry."""
+    """A finger of a subject: whether each probe may be of it, its score and its best entry."""
 
     may: NDArray[np.bool_]
     scores: NDArray[np.float64]

@@ -60,7 +60,7 @@ class Listed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexList:
-    """Hold what an index consists of.
+    """The parts of an index: its segments, and the changes since they were written.
 
     All entries of the gallery at `revision` are in the `segments`, but those that are `damaged`;
     some of the prints in these have been `removed`. Fingers are numbered by their first entries:

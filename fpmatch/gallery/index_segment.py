@@ -34,7 +34,7 @@ _SHARED: Final = {PRINT, START}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintSegment:
-    """Hold what the stages of a search need of the same prints; numbers of entries ascend.
+    """Some prints in the forms that the stages of a search need; numbers of entries ascend.
 
     The first needs terms, the second bit descriptors, the third compact templates.
     """
@@ -64,14 +64,14 @@ class PrintSegment:
         parts = []
         for name, (kind, columns) in _PARTS.items():
             parts.append(kind.of_arrays({k: arrays[f"{name}_{k}"] for k in columns}))
-        found = cls(*parts)
+        loaded = cls(*parts)
         sizes = {len(part) for part in parts}
-        numbers = found.numbers
+        numbers = loaded.numbers
         if sizes != {len(numbers)} or not len(numbers) or (numbers[1:] <= numbers[:-1]).any():
             raise MatcherError("damaged", code="damaged")
-        if not ((found.fingers > 0) & (found.fingers <= numbers)).all():
+        if not ((loaded.fingers > 0) & (loaded.fingers <= numbers)).all():
             raise MatcherError("damaged", code="damaged")
-        return found
+        return loaded
 
     @classmethod
     def concatenate(cls, parts: Sequence[PrintSegment]) -> PrintSegment:
@@ -122,8 +122,8 @@ def prepare_prints(
     bounds = np.searchsorted(segment[order], np.arange(len(segments) + 1)).tolist()
     of_each = zip(segments, pairwise(bounds), strict=True)
     parts = [prepare_compact(one.templates, place[order[a:b]]) for one, (a, b) in of_each if a < b]
-    found = packed_templates.PackedTemplates.concatenate(parts)
-    return found if (order[1:] > order[:-1]).all() else found.take(np.argsort(order))
+    prints = packed_templates.PackedTemplates.concatenate(parts)
+    return prints if (order[1:] > order[:-1]).all() else prints.take(np.argsort(order))
 
 
 _PARTS: Final[dict[str, tuple[Any, Mapping[str, Column]]]] = {

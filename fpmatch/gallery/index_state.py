@@ -62,7 +62,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class IndexState:
-    """Hold an index, as `fpmatch.gallery.index_files.IndexList` describes it, and its segments.
+    """An index, as `fpmatch.gallery.index_files.IndexList` describes it, and its segments.
 
     The ranges of the numbers of the parts ascend and do not overlap. `folder` is where the list is,
     if it is in a file, and `base` its revision and segments when it was read or written last.
@@ -158,8 +158,8 @@ class IndexState:
 
     def exact(self) -> IndexState:
         """Return the index with no number among the removed ones that is in no segment."""
-        found = [part.segment.numbers for part in self.parts if part.may_contain(self.removed)]
-        there = [self.removed[np.isin(self.removed, numbers)] for numbers in found]
+        of_parts = [part.segment.numbers for part in self.parts if part.may_contain(self.removed)]
+        there = [self.removed[np.isin(self.removed, numbers)] for numbers in of_parts]
         removed = np.concatenate([np.empty(0, np.int64), *there])
         return self if len(removed) == len(self.removed) else replace(self, removed=removed)
 
@@ -193,8 +193,8 @@ class IndexState:
         firsts = [part.listed.first for part in self.parts]
         place = np.searchsorted(firsts, self.removed, "right") - 1
         kept = np.array([part in parts for part in self.parts])
-        found: NDArray[np.int64] = self.removed[kept[place]]
-        return found
+        removed: NDArray[np.int64] = self.removed[kept[place]]
+        return removed
 
     @cached_property
     def _stored(self) -> NDArray[np.intp] | None:
@@ -212,8 +212,8 @@ class IndexState:
     @cached_property
     def fingers(self) -> NDArray[np.int64]:
         """The lowest number of an entry of the finger of each entry."""
-        found = self._of_all("fingers")
-        return _renumbered(found, self.renumbered) if len(self.renumbered) else found
+        lowest = self._of_all("fingers")
+        return _renumbered(lowest, self.renumbered) if len(self.renumbered) else lowest
 
     def _of_all(self, name: str) -> NDArray[np.int64]:
         arrays = [getattr(segment, name) for segment in self.segments]
@@ -253,5 +253,5 @@ def _renumbered(fingers: NDArray[np.int64], pairs: NDArray[np.int64]) -> NDArray
     before = np.array(sorted(last), np.int64)
     now = np.array([last[number] for number in before.tolist()], np.int64)
     place = np.minimum(np.searchsorted(before, fingers), len(before) - 1)
-    found: NDArray[np.int64] = np.where(before[place] == fingers, now[place], fingers)
-    return found
+    present: NDArray[np.int64] = np.where(before[place] == fingers, now[place], fingers)
+    return present

@@ -1,7 +1,8 @@
 """Searches in stages for many probes on all cores or machines: workers hold segments of the index.
 
-What one stage passes on to the next is decided over all segments, from what each of them returns.
-The candidates are therefore those of `fpmatch.gallery.indexed_search`, to the last bit.
+Each segment returns its part of a stage; from the parts of all segments follows what is passed on
+to the next stage. So the candidates are the same as in `fpmatch.gallery.indexed_search`, to the
+last bit.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ LEAST_PIECES: Final = 4  # fewer segments are held by several workers
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexedPiece:
-    """Hold a segment of an index, and which of its entries were removed."""
+    """A segment of an index, and which of its entries were removed."""
 
     matcher: Matcher
     segment: PrintSegment
@@ -88,8 +89,8 @@ class _Batch:
 
     def within(self, segment: int) -> tuple[Sequence[Any], list[Indices]]:
         """Return the probes, and the chosen prints of a segment for each."""
-        found = zip(self.local, self.segments, strict=True)
-        return self.probes, [local[of == segment] for local, of in found]
+        chosen = zip(self.local, self.segments, strict=True)
+        return self.probes, [local[of == segment] for local, of in chosen]
 
 
 def divide_index(search: IndexedSearch) -> list[IndexedPiece]:
@@ -152,25 +153,25 @@ class HeldIndexedSearch:
             self._round(_vote, batches, lambda batch, _: (batch.probes, *limits))
         ) as voted:
             for batch, parts in voted:
-                for found in by_probe(parts, len(batch.probes)):
-                    self._choose_by_votes(batch, found, most)
+                for of_probe in by_probe(parts, len(batch.probes)):
+                    self._choose_by_votes(batch, of_probe, most)
                 yield batch
 
-    def _choose_by_votes(self, batch: _Batch, found: Sequence[Any], most: int) -> None:
+    def _choose_by_votes(self, batch: _Batch, voted: Sequence[Any], most: int) -> None:
         """Keep the prints with the most votes, as `fpmatch.indexing.stages.preselect` does."""
-        segment = np.repeat(np.arange(len(found)), [len(local) for local, _ in found])
-        local = np.concatenate([np.empty(0, np.intp), *(local for local, _ in found)])
-        votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, votes in found)])
+        segment = np.repeat(np.arange(len(voted)), [len(local) for local, _ in voted])
+        local = np.concatenate([np.empty(0, np.intp), *(local for local, _ in voted)])
+        votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, votes in voted)])
         if len(votes) > most:
-            number = self._numbers(found)
+            number = self._numbers(voted)
             kept = np.sort(np.lexsort((number, -votes.astype(np.int64)))[:most])
             segment, local, votes = segment[kept], local[kept], votes[kept]
         batch.segments.append(segment)
         batch.local.append(local)
         batch.votes.append(votes)
 
-    def _numbers(self, found: Sequence[tuple[Indices, Any]]) -> NDArray[np.int64]:
-        of_each = zip(self._segments, found, strict=True)
+    def _numbers(self, voted: Sequence[tuple[Indices, Any]]) -> NDArray[np.int64]:
+        of_each = zip(self._segments, voted, strict=True)
         return np.concatenate([segment.numbers[local] for segment, (local, _) in of_each])
 
     def _chosen(
@@ -180,10 +181,10 @@ class HeldIndexedSearch:
         state = self.search.state
         with closing(self._round(_score, batches, _Batch.within)) as scored:
             for batch, parts in scored:
-                for i, found in enumerate(by_probe(parts, len(batch.probes))):
+                for i, of_probe in enumerate(by_probe(parts, len(batch.probes))):
                     segment, local = batch.segments[i], batch.local[i]
-                    sizes = np.concatenate([np.empty(0, np.int32), *(one[1] for one in found)])
-                    scores = np.concatenate([np.empty(0, np.int32), *(one[0] for one in found)])
+                    sizes = np.concatenate([np.empty(0, np.int32), *(one[1] for one in of_probe)])
+                    scores = np.concatenate([np.empty(0, np.int32), *(one[0] for one in of_probe)])
                     size = len(batch.probes[i])
                     combined = combined_scores(scores, sizes, batch.votes[i], size)
                     places = state.indices(segment, local)
@@ -200,11 +201,11 @@ def _vote(
     """Return for each probe the prints of a segment that may be passed on, and their votes."""
     probes, most, budget, unoriented = chunk
     terms = [piece.segment.terms]
-    found = [
+    chosen = [
         preselect(probe, terms, piece.removed, most, budget, unoriented=unoriented)
         for probe in probes
     ]
-    return [(one.local, one.votes) for one in found]
+    return [(one.local, one.votes) for one in chosen]
 
 
 def _score(
@@ -223,8 +224,8 @@ def _compare(
 ) -> list[NDArray[np.float64]]:
     """Return for each probe the similarities to prints of a segment."""
     matcher: Any = piece.matcher
-    found = []
+    similarities = []
     for probe, local in zip(*chunk, strict=True):
         packed = prepare_compact(piece.segment.templates, local)
-        found.append(matcher.similarities(probe, packed) if len(local) else np.zeros(0))
-    return found
+        similarities.append(matcher.similarities(probe, packed) if len(local) else np.zeros(0))
+    return similarities

@@ -54,7 +54,7 @@ class IndexedPrints:
 
 
 class IndexedSearch(Search):
-    """Hold the prints of a gallery by its index, whose segments are read at the first search."""
+    """The prints of a gallery by its index, whose segments are read at the first search."""
 
     def __init__(
         self, index: GalleryIndex, damaged: Mapping[int, str], prepare: Callable[[], Search]
@@ -114,11 +114,11 @@ class IndexedSearch(Search):
             ]
             last += len(rows)
             state = state.with_part(PrintSegment.build(rows), last, ())
-        found = IndexedSearch.__new__(IndexedSearch)
+        joined = IndexedSearch.__new__(IndexedSearch)
         kept = {name: self.__dict__[name] for name in ("matcher", "damaged", "index")}
-        found.__dict__.update(kept, state=state, _at_first=state)
-        found.__dict__["_prepare"] = lambda: self.whole.with_prints(templates)
-        return found
+        joined.__dict__.update(kept, state=state, _at_first=state)
+        joined.__dict__["_prepare"] = lambda: self.whole.with_prints(templates)
+        return joined
 
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None, each: Each = map
@@ -127,8 +127,8 @@ class IndexedSearch(Search):
         matcher: Any = self.matcher
         wanted = np.arange(len(self)) if which is None else which
         parts = parts_of(wanted, PREPARED_AT_ONCE)
-        found = each(lambda part: matcher.similarities(probe, self.references.take(part)), parts)
-        return np.concatenate([np.zeros(0), *found])
+        compared = each(lambda part: matcher.similarities(probe, self.references.take(part)), parts)
+        return np.concatenate([np.zeros(0), *compared])
 
     def preselect(
         self,
@@ -143,22 +143,22 @@ class IndexedSearch(Search):
         plan = search_plan(loss, len(self), threshold)
         terms = [segment.terms for segment in segments]
         by_terms = max(plan.by_terms, count)
-        found = preselect(probe, terms, state.removed, by_terms, plan.budget, each)
-        scores, sizes = np.empty((2, len(found)), np.int32)
-        number = np.empty(len(found), np.int64)
+        chosen = preselect(probe, terms, state.removed, by_terms, plan.budget, each)
+        scores, sizes = np.empty((2, len(chosen)), np.int32)
+        number = np.empty(len(chosen), np.int64)
 
         def score(part: NDArray[np.intp]) -> None:
-            segment, local = segments[found.segment[part[0]]], found.local[part]
+            segment, local = segments[chosen.segment[part[0]]], chosen.local[part]
             scores[part] = segment.descriptors.scores(probe, local)
             sizes[part] = segment.descriptors.size[local]
             number[part] = segment.numbers[local]
 
-        of_each = (np.flatnonzero(found.segment == k) for k in range(len(segments)))
+        of_each = (np.flatnonzero(chosen.segment == k) for k in range(len(segments)))
         list(each(score, [part for of in of_each for part in parts_of(of, PRINTS_AT_ONCE)]))
-        combined = combined_scores(scores, sizes, found.votes, len(probe))
+        combined = combined_scores(scores, sizes, chosen.votes, len(probe))
         order = np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]
-        places = np.sort(state.indices(found.segment[order], found.local[order]))
-        return Preselection(places, (len(found), len(places)), loss)
+        places = np.sort(state.indices(chosen.segment[order], chosen.local[order]))
+        return Preselection(places, (len(chosen), len(places)), loss)
 
     def further_impressions(
         self, places: NDArray[np.intp], similarities: NDArray[np.float64], count: int
@@ -167,8 +167,8 @@ class IndexedSearch(Search):
         best = places[np.argsort(-similarities, kind="stable")[:count]]
         (order, starts), sizes = self._by_finger, self.finger_sizes
         fingers = np.unique(self.finger_of[best]).tolist()
-        found = [order[starts[f] : starts[f] + sizes[f]] for f in fingers]
-        return np.setdiff1d(np.concatenate([np.empty(0, np.intp), *found]), places)
+        impressions = [order[starts[f] : starts[f] + sizes[f]] for f in fingers]
+        return np.setdiff1d(np.concatenate([np.empty(0, np.intp), *impressions]), places)
 
 
 def indexed_search(

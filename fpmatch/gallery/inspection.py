@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class InspectedImage:
-    """Hold properties of an image; `dpi` is None if unknown, `quality` if it can be no print."""
+    """Properties of an image; `dpi` is None if unknown, `quality` if it can be no print."""
 
     width: int
     height: int
@@ -39,7 +39,7 @@ class InspectedImage:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """Hold the content of a file: its format, short and in full, its image and its prints.
+    """The content of a file: its format, short and in full, its image and its prints.
 
     `notes` are anomalies, and data that were skipped.
     """

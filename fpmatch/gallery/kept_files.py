@@ -1,4 +1,4 @@
-"""Files that are kept beside a gallery to search it faster: where they are, and their encryption.
+"""Files that are kept to search a gallery faster: their places, and their encryption.
 
 They are caches of its database, in ``prints.db.prepared/``, or in the user's cache folder where
 that is impossible, as for PostgreSQL. They may be deleted at any time.

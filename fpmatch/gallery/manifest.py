@@ -1,4 +1,4 @@
-r"""Manifests: CSV files that list prints, and whose they are.
+r"""Manifests: CSV files that list prints with their subjects and fingers.
 
 An example::
 
@@ -10,7 +10,7 @@ The first row names the columns; only ``path`` and ``subject`` are needed, and c
 names are ignored. A relative path is relative to the manifest; bytes of names that are not UTF-8,
 and control characters, may be written as fpmatch prints them, ``101_\xff_1.tif``.
 Impressions without a name are numbered from 1 on, for each finger. Where ``dpi`` is empty, the
-resolution is that of a ``dataset.toml`` beside the print, else the file's own.
+resolution comes from a ``dataset.toml`` in the folder of the print, else from the file itself.
 """
 
 from __future__ import annotations
@@ -67,24 +67,24 @@ def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
     ...     Path(folder, "a.png").touch()
     ...     manifest = Path(folder, "manifest.csv")
     ...     _ = manifest.write_text("path,subject,finger\na.png,ada,right index\n")
-    ...     (found,) = read_manifest(manifest)
-    >>> found.name, str(found.label)
+    ...     (print_,) = read_manifest(manifest)
+    >>> print_.name, str(print_.label)
     ('a.png', 'ada_right index_1')
     """
     source = Path(path)
     lines: list[int] = []
-    found: list[PrintFile] = []
+    prints: list[PrintFile] = []
     for line, values in _rows(source):
         lines.append(line)
         try:
-            found.append(_print_file(source, values))
+            prints.append(_print_file(source, values))
         except DatasetError as error:
             raise _at(source, line, str(error)) from error
-    if not found:
+    if not prints:
         raise DatasetError("the manifest lists no prints", path=path, code="empty")
-    _check_different(source, lines, found)
-    labels = number_impressions([file.label for file in found if file.label is not None])
-    return [replace(file, label=label) for file, label in zip(found, labels, strict=True)]
+    _check_different(source, lines, prints)
+    labels = number_impressions([file.label for file in prints if file.label is not None])
+    return [replace(file, label=label) for file, label in zip(prints, labels, strict=True)]
 
 
 def _rows(source: Path) -> Iterator[tuple[int, dict[str, str]]]:
@@ -134,12 +134,12 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _check_different(source: Path, lines: list[int], found: list[PrintFile]) -> None:
+def _check_different(source: Path, lines: list[int], prints: list[PrintFile]) -> None:
     """Raise a DatasetError for a file or an impression that comes twice, or half-named fingers."""
     paths: dict[Path, int] = {}
     impressions: dict[Label, int] = {}
     named: dict[str, tuple[int, bool]] = {}
-    for line, file in zip(lines, found, strict=True):
+    for line, file in zip(lines, prints, strict=True):
         first = paths.setdefault(file.path.resolve(), line)
         if first != line:
             raise _at(source, line, f"column path: {file.name} is on line {first}, too")

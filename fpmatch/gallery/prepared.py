@@ -58,7 +58,7 @@ COLUMNS: Final = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prepared:
-    """Hold the prepared prints of a gallery.
+    """The prepared prints of a gallery.
 
     For each, `numbers` holds the number of its entry, ascending, `fingers` the lowest number of an
     entry of its finger, and `digests` the beginning of the SHA-256 of its template, shape (N, 16).
@@ -181,13 +181,13 @@ def _first_whole(
 
 def _newest_first(folders: Sequence[Path], matcher: Matcher, content: str) -> list[Path]:
     """Return the files of every content but one, the one saved last first."""
-    found: list[tuple[float, Path]] = []
+    saved: list[tuple[float, Path]] = []
     for folder in folders:
         for path in folder.glob(prepared_name(matcher, "*")):
             if path.name != prepared_name(matcher, content):
                 with suppress(OSError):
-                    found.append((path.stat().st_mtime, path))
-    return [path for _, path in sorted(found, reverse=True)]
+                    saved.append((path.stat().st_mtime, path))
+    return [path for _, path in sorted(saved, reverse=True)]
 
 
 def _remove_others(kept: Path, matcher: Matcher) -> None:

@@ -34,7 +34,7 @@ COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Hold one enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
+    """One enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
 
     `number` is that of the entry; of a finger, that of its most similar impression, to which
     `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
@@ -56,7 +56,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Preselection:
-    """Hold the places of the prints to compare, ascending, and how many each stage passed on.
+    """The places of the prints to compare, ascending, and how many each stage passed on.
 
     At most the share `loss` of the mates that comparing all would find is expected to be missing.
     """
@@ -68,7 +68,7 @@ class Preselection:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Hold the prints of a gallery, prepared for a matcher.
+    """The prints of a gallery, prepared for a matcher.
 
     Where its methods take `each`, which is as the built-in `map`, it calls a function for each part
     of the prints.
@@ -147,8 +147,8 @@ class Search:
             return np.empty(0, np.intp)
         wanted = np.unique(np.array([*numbers], np.int64))
         places = np.searchsorted(self.numbers, wanted)
-        found: NDArray[np.intp] = places[np.append(self.numbers, -1)[places] == wanted]
-        return found
+        enrolled: NDArray[np.intp] = places[np.append(self.numbers, -1)[places] == wanted]
+        return enrolled
 
     def with_prints(self, templates: Sequence[Template]) -> Search:
         """Return a search of some templates, too, as a gallery stores them.
@@ -193,11 +193,11 @@ class Search:
             if which is None:
                 firsts = range(0, len(self), COMPARED_AT_ONCE)
                 ends = [(k, min(k + COMPARED_AT_ONCE, len(self))) for k in firsts]
-                found = each(lambda span: compare(probe, references, *span), ends)
+                compared = each(lambda span: compare(probe, references, *span), ends)
             else:
                 parts = parts_of(which, COMPARED_AT_ONCE)
-                found = each(lambda part: compare(probe, references.take(part)), parts)
-            return np.concatenate([np.zeros(0), *found])
+                compared = each(lambda part: compare(probe, references.take(part)), parts)
+            return np.concatenate([np.zeros(0), *compared])
         places = range(len(self)) if which is None else which.tolist()
         return np.array([self.matcher.compare(probe, references[k]).similarity for k in places])
 

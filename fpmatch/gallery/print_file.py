@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PrintFile:
-    """Hold the file of an image or a template, and its resolution (None: that in the file).
+    """The file of an image or a template, and its resolution (None: that in the file).
 
     `label` is that of a manifest, a pattern or the folders; None where only the file's name may
     contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
@@ -63,10 +63,10 @@ def number_impressions(labels: Sequence[Label]) -> list[Label]:
     """
     taken = set(labels)
     numbers: dict[Label, count[int]] = defaultdict(lambda: count(1))
-    found = []
+    numbered = []
     for label in labels:
         one = label
         while not one.impression or (one is not label and one in taken):
             one = replace(label, impression=str(next(numbers[label.of_finger])))
-        found.append(one)
-    return found
+        numbered.append(one)
+    return numbered

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a print, whether its resolution was assumed, and notes on reading it.
+    """The template of a print, whether its resolution was assumed, and notes on reading it.
 
     `quality` is that of the image, 0 to 100; None where it was not measured. `why_empty` is the
     reason for a template without minutiae, where one is known.
@@ -95,14 +95,14 @@ def find_prints(
     if dpi is not None:
         check_dpi(dpi)
     folder_dpi = cache(lambda folder: read_dataset_info(folder).dpi)
-    found: dict[Path, PrintFile] = {}
+    by_path: dict[Path, PrintFile] = {}
     for place in map(Path, places):
         base = place if place.is_dir() else place.parent
         for file in _files(place, pattern, by_folder=by_folder):
             own = dpi or file.dpi or folder_dpi(file.path.parent) or folder_dpi(base)
             above = None if place in {file.path, file.path.parent} else place
-            found.setdefault(file.path.absolute(), replace(file, dpi=own, place=above))
-    return list(found.values())
+            by_path.setdefault(file.path.absolute(), replace(file, dpi=own, place=above))
+    return list(by_path.values())
 
 
 def folder_reader(
@@ -122,7 +122,7 @@ def folder_reader(
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
     read, files = reader or PrintReader(), list(prints)
-    found = find_polarities(
+    polarities = find_polarities(
         [file.path for file in files],
         polarity=polarity,
         dpi=dpi,
@@ -130,7 +130,7 @@ def folder_reader(
         each=map if engine is None else partial(results_of_each, engine),
         places={file.path.parent: file.place for file in files if file.place is not None},
     )
-    return PolarityReader(read, found, dpi)
+    return PolarityReader(read, polarities, dpi)
 
 
 def extract_print(
@@ -147,15 +147,15 @@ def extract_print(
     ImageError if it cannot be read, cannot contain a fingerprint, has no minutiae, or contains
     several prints; QualityError if the quality of an image, 0 to 100, is below `min_quality`.
     """
-    found = (reader or PrintReader())(file.path)
-    if isinstance(found, TemplateRecord) and len(found.views) > 1:
+    content = (reader or PrintReader())(file.path)
+    if isinstance(content, TemplateRecord) and len(content.views) > 1:
         raise TemplateError(
-            f"contains {len(found.views)} prints, and one is expected (fpmatch convert --view "
+            f"contains {len(content.views)} prints, and one is expected (fpmatch convert --view "
             "takes one out)",
             path=file.path,
             code="several prints",
         )
-    given = make_given_print(found, str(file.path), dpi=file.dpi)
+    given = make_given_print(content, str(file.path), dpi=file.dpi)
     if min_quality and given.quality is not None and given.quality.score < min_quality:
         why = f"{given.quality} ({min_quality} is required)"
         raise QualityError(why, path=file.path)
@@ -163,7 +163,7 @@ def extract_print(
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=file.path, code="no minutiae")
     quality = given.quality.score if graded and given.quality is not None else None
-    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes, quality)
+    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, content.notes, quality)
 
 
 def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:
@@ -178,10 +178,10 @@ def extract_opened(
     opened: OpenedPrint, min_quality: int = 0, *, graded: bool = False
 ) -> ExtractedPrint:
     """Return the template of a print that `open_print` has read, as `extract_print` does."""
-    file, found = opened
-    if isinstance(found, FpmatchError):
-        raise found
-    return extract_print(file, lambda _: found, min_quality, graded=graded)
+    file, content = opened
+    if isinstance(content, FpmatchError):
+        raise content
+    return extract_print(file, lambda _: content, min_quality, graded=graded)
 
 
 def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iterable[PrintFile]:

@@ -126,12 +126,12 @@ class GalleryReader(SealedDatabase):
 
     def enrolled_contents(self, contents: Collection[bytes]) -> set[bytes]:
         """Return those of some contents that entries have."""
-        given, found = list(contents), set[bytes]()
+        given, enrolled = list(contents), set[bytes]()
         for k in range(0, len(given), PRINTS_PER_QUERY):
             some = ENTRY.c.content.in_(given[k : k + PRINTS_PER_QUERY])
             with self.reading() as connection:
-                found.update(connection.scalars(sa.select(ENTRY.c.content).where(some)))
-        return found
+                enrolled.update(connection.scalars(sa.select(ENTRY.c.content).where(some)))
+        return enrolled
 
     def subjects(self) -> int:
         """Return the number of subjects."""
@@ -141,13 +141,13 @@ class GalleryReader(SealedDatabase):
 
     def entries_of_subjects(self, numbers: Sequence[int]) -> Iterator[Entry]:
         """Yield all entries of the subjects that the entries of some numbers are of."""
-        found: set[int] = set()
+        yielded: set[int] = set()
         for k in range(0, len(numbers), PRINTS_PER_QUERY):
             some = ENTRY.c.id.in_(numbers[k : k + PRINTS_PER_QUERY])
             theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(some))
             for entry in self._rows(sa.select(*ABOUT).where(theirs), as_entry):
-                if entry.id not in found:
-                    found.add(entry.id)
+                if entry.id not in yielded:
+                    yielded.add(entry.id)
                     yield entry
 
     def entry(self, number: int) -> Entry:
@@ -216,8 +216,8 @@ class GalleryReader(SealedDatabase):
         entries that were added are those of numbers over ``before.last``.
         """
         with self.reading() as connection:
-            found = history.removals_since(connection, before)
-        return [] if found is None and before == self.revision() else found
+            removals = history.removals_since(connection, before)
+        return [] if removals is None and before == self.revision() else removals
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
@@ -286,18 +286,18 @@ class GalleryReader(SealedDatabase):
 
 def content_of(connection: sa.Connection) -> str:
     """Return the content hash of a gallery within a transaction."""
-    found = _revision_of(connection)
-    removals = () if found.removals == UNKNOWN else (found.removals,)
-    values = (found.state, found.last or None, *removals)
+    revision = _revision_of(connection)
+    removals = () if revision.removals == UNKNOWN else (revision.removals,)
+    values = (revision.state, revision.last or None, *removals)
     return hashlib.sha256(" ".join(map(str, values)).encode()).hexdigest()[:32]
 
 
 def _revision_of(connection: sa.Connection) -> Revision:
-    found = history.revision(connection)
-    if found.removals != UNKNOWN:
-        return found
+    stored = history.revision(connection)
+    if stored.removals != UNKNOWN:
+        return stored
     count = connection.scalar(_COUNT.select_from(ENTRY))
-    return replace(found, state=f"{found.state} {count}")
+    return replace(stored, state=f"{stored.state} {count}")
 
 
 def _is_of(subject: str) -> sa.ColumnElement[bool]:

@@ -30,7 +30,7 @@ _TEMPLATE: Final = ENTRY.c.template
 
 @dataclass(frozen=True, slots=True)
 class Rotation:
-    """Hold how many templates a rotation has sealed, and with which key; "plain" for none.
+    """The number of templates that a rotation has sealed, and its key; "plain" for none.
 
     `damaged` has, by number, why an entry could not be read; it was left as it is.
     """
@@ -73,8 +73,8 @@ def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
     sealed, damaged, after = 0, dict[int, str](), 0
     total = len(gallery)
     progress("rotate", 0, total)
-    while (found := _seal_some(gallery, target, after, damaged)) is not None:
-        count, after = found
+    while (batch := _seal_some(gallery, target, after, damaged)) is not None:
+        count, after = batch
         sealed += count
         progress("rotate", min(sealed, total), total)
     if had_plain:

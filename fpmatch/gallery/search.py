@@ -110,7 +110,7 @@ def _warn(text: str) -> None:
 
 
 class ConsolidatedFingers:
-    """Hold the fingers of an open gallery, each prepared when it is first a candidate."""
+    """The fingers of an open gallery, each prepared when it is first a candidate."""
 
     def __init__(
         self, gallery: Gallery, search: Search, calibration: Calibration | None = None
@@ -150,6 +150,6 @@ class ConsolidatedFingers:
         """
         search = self._search
         numbers = search.numbers[search.finger_of == finger].tolist()
-        found = [self._gallery.find_template(number) for number in numbers]
-        templates = [template for template in found if template is not None]
+        stored = [self._gallery.find_template(number) for number in numbers]
+        templates = [template for template in stored if template is not None]
         return Finger.of(templates, search.matcher, self._calibration) if templates else None

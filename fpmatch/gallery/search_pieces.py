@@ -1,9 +1,9 @@
 """Searches for many probes on all cores or machines: each worker holds prints of the gallery.
 
 The prints of a `Search` are divided into ranges, the pieces, which workers hold (see
-`fpmatch.engine.pieces`). A probe is sent to all of them; what they return is put together before
-anything is decided: which prints are compared, and which fingers are candidates. The candidates are
-therefore those of a search in one process, to the last bit.
+`fpmatch.engine.pieces`). A probe is sent to all of them. Their results are put together before it
+is decided which prints are compared, and which fingers are candidates. So the candidates are the
+same as in a search in one process, to the last bit.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
 
 
 class Answer(NamedTuple):
-    """Hold which prints were compared with a probe (None: all), and their similarities to it."""
+    """The prints that were compared with a probe (None: all), and their similarities to it."""
 
     which: NDArray[np.intp] | None
     similarities: NDArray[np.float64]
@@ -70,7 +70,7 @@ class AnsweredSearch(Search):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchPiece:
-    """Hold the prints of a search from number `first` on."""
+    """The prints of a search from number `first` on."""
 
     first: int
     prints: Search

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class AssessedPrint:
-    """Hold the template that extraction found in an image, and the quality of the image."""
+    """The template that extraction found in an image, and the quality of the image."""
 
     template: Template
     quality: PrintQuality

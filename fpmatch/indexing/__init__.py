@@ -1,1 +1,1 @@
-"""Index of a large gallery: from a probe to the few prints that are compared with it."""
+"""Index of a large gallery: it selects the few prints that are compared with a probe."""

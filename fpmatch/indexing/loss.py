@@ -39,7 +39,7 @@ LEAST_PASSED_ON: Final = (1000, 20)
 
 @dataclass(frozen=True, slots=True)
 class SearchPlan:
-    """Hold how a gallery is searched in stages.
+    """The numbers by which a gallery is searched in stages.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class SearchPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LossTable:
-    """Hold the shares of a gallery that have to be passed on.
+    """The shares of a gallery that have to be passed on.
 
     Parameters
     ----------
@@ -85,16 +85,16 @@ class LossTable:
         """Return the table in the document of a model; raise MatcherError if it has none."""
         try:
             table = document["loss"]
-            found = cls(**{name: np.array(table[name], np.float64) for name in cls.__slots__})
+            made = cls(**{name: np.array(table[name], np.float64) for name in cls.__slots__})
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("no table of losses", code="malformed") from error
-        axes = found.prints, found.budgets, found.losses
-        shares = found.by_terms, found.by_descriptors
+        axes = made.prints, made.budgets, made.losses
+        shares = made.by_terms, made.by_descriptors
         rise = all(a.ndim == 1 and a.size and (np.diff(a, prepend=0) > 0).all() for a in axes)
         shape = tuple(map(np.size, axes))
         if not (rise and all(s.shape == shape and (np.abs(s - 0.5) <= 0.5).all() for s in shares)):
             raise MatcherError("no table of losses", code="malformed")
-        return found
+        return made
 
     def document(self, digits: int = 3) -> dict[str, Any]:
         """Return the table as it stands in the document of a model, with rounded numbers."""
@@ -183,5 +183,5 @@ def combined_scores(
 
 def with_votes(normalized: NDArray[np.float64], votes: NDArray[np.uint16]) -> NDArray[np.float64]:
     """Return the scores of the second stage, given the normalized ones of the descriptors."""
-    found: NDArray[np.float64] = normalized + VOTE_WEIGHT * votes
-    return found
+    combined: NDArray[np.float64] = normalized + VOTE_WEIGHT * votes
+    return combined

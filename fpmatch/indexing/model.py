@@ -27,7 +27,7 @@ LEAST_SHARE: Final = 1e-7  # of all edges that have a term, taken for one never 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexModel:
-    """Hold what is learned on synthetic prints by ``python -m research train index``.
+    """The statistics of edges that ``python -m research train index`` learns on synthetic prints.
 
     The lengths of edges are nearly independent of what else a term consists of, so that the share
     of all edges that have a term is the product of two.
@@ -56,8 +56,8 @@ class IndexModel:
     def share(self) -> NDArray[np.float64]:
         """Share of all edges that have each term, shape (TERMS,)."""
         product = np.multiply.outer(self.lengths, self.directions)
-        found: NDArray[np.float64] = np.maximum(product.ravel(), LEAST_SHARE)
-        return found
+        shares: NDArray[np.float64] = np.maximum(product.ravel(), LEAST_SHARE)
+        return shares
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> IndexModel:

@@ -106,11 +106,13 @@ def count_votes(
     length = start[term + 1] - start[term]
     q = np.repeat(np.arange(len(term)), length)
     at = np.arange(len(q)) + np.repeat(start[term] - (np.cumsum(length) - length), length)
-    found, of = np.asarray(posting)[at].astype(np.int64), np.asarray(reading)[q]
-    own = np.asarray(shift)[of, found >> 10 & (ROTATIONS - 1)].astype(np.int64)
-    x, y = (found >> 5) - (own >> 5), found - own
+    postings, of = np.asarray(posting)[at].astype(np.int64), np.asarray(reading)[q]
+    own = np.asarray(shift)[of, postings >> 10 & (ROTATIONS - 1)].astype(np.int64)
+    x, y = (postings >> 5) - (own >> 5), postings - own
     cell = (x << 3 & 192) + (own >> 8 & 60) + (y >> 3 & 3)
-    counted = np.bincount((found >> 16) * CELLS + cell, np.asarray(weight)[q], len(votes) * CELLS)
+    counted = np.bincount(
+        (postings >> 16) * CELLS + cell, np.asarray(weight)[q], len(votes) * CELLS
+    )
     cells = np.minimum(counted, MOST).astype(np.uint8).reshape(-1, *SHAPE)
     cells += np.roll(cells, -1, 1)
     cells += np.roll(cells, -1, 2)

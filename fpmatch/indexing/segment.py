@@ -49,7 +49,7 @@ def _of(dtype: str, what: str | int) -> dict[str, Column]:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """Hold the index of up to 65,536 prints.
+    """The index of up to 65,536 prints.
 
     Prints are in the order of their entries' numbers. The postings of term t are those from
     ``term_start[t]`` to ``term_start[t + 1]``, in the order of the prints: the print's number
@@ -164,13 +164,13 @@ class Segment:
 
         Votes are divided by the square root of the print's size.
         """
-        found = np.zeros(len(self), np.uint16)
+        counted = np.zeros(len(self), np.uint16)
         cursor = np.empty(len(probe.term), np.uint32)
         table = np.empty(TABLE, np.uint32)
         p = probe
         looked_up = p.term, p.weight, p.reading, p.shift
-        count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, found)
-        return found
+        count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, counted)
+        return counted
 
 
 COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(Segment)}

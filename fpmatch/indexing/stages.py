@@ -25,7 +25,7 @@ _REMOVED = _BINS - 1  # more than any print can have
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """Hold prints of an index, in the order of the segments, then of their prints.
+    """Prints of an index, in the order of the segments, then of their prints.
 
     Parameters
     ----------
@@ -80,19 +80,19 @@ def preselect(
         ties = max(passed_on, 0) - int(better[least] - counts[least])
     at = [np.flatnonzero(votes >= least) for votes in every]
     at = [a[v[a] != _REMOVED] for v, a in zip(every, at, strict=True)]
-    found = Candidates(
+    chosen = Candidates(
         segment=np.repeat(np.arange(len(every)), [len(a) for a in at]),
         local=np.concatenate([*at, _NO_NUMBERS]),
         votes=np.concatenate([*map(np.take, every, at), np.empty(0, np.uint16)]),
     )
-    equal = np.flatnonzero(found.votes == least)
+    equal = np.flatnonzero(chosen.votes == least)
     if ties >= len(equal):
-        return found
+        return chosen
     number = [segments[k].number[a] for k, a in enumerate(at)]
     order = np.argsort(np.concatenate(number)[equal], kind="stable")
-    kept = np.ones(len(found), np.bool_)
+    kept = np.ones(len(chosen), np.bool_)
     kept[equal[order[ties:]]] = False
-    return Candidates(found.segment[kept], found.local[kept], found.votes[kept])
+    return Candidates(chosen.segment[kept], chosen.local[kept], chosen.votes[kept])
 
 
 def unoriented_share(segments: Sequence[Segment]) -> float:

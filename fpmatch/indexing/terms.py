@@ -79,7 +79,7 @@ def curvatures(print_: PreparedTemplate, edges: NDArray[np.int32]) -> NDArray[np
     """
     region = print_.region
     code = region.code if region.has_flow else _NO_CODES
-    found = np.empty(len(edges))
+    measured = np.empty(len(edges))
     measure_curvatures(
         np.ascontiguousarray(print_.points),
         np.ascontiguousarray(edges, np.int32),
@@ -88,9 +88,9 @@ def curvatures(print_: PreparedTemplate, edges: NDArray[np.int32]) -> NDArray[np
         region.step,
         region.first_row,
         region.first_column,
-        found,
+        measured,
     )
-    return found
+    return measured
 
 
 def _doubled() -> NDArray[np.float64]:
@@ -105,7 +105,7 @@ _NO_CODES: Final = np.empty((0, 0), np.uint8)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeTerms:
-    """Hold the terms that a probe looks up, ascending, for `Segment.votes`.
+    """The terms that a probe looks up, ascending, for `Segment.votes`.
 
     Each edge of the probe is read from both ends. A reading looks up its own term and those that
     errors of its length and directions turn it into.
@@ -215,9 +215,9 @@ def _share_by_curvature(
 
 def _with_unoriented(share: NDArray[np.float64], unoriented: float) -> NDArray[np.float64]:
     """Return shares (..., C) of curvatures, where those of some prints are all unknown."""
-    found = (1.0 - unoriented) * share
-    found[..., -1] += unoriented * share.sum(-1)
-    return found
+    mixed = (1.0 - unoriented) * share
+    mixed[..., -1] += unoriented * share.sum(-1)
+    return mixed
 
 
 def _turned(middle: NDArray[np.float64], rotation: NDArray[np.int64]) -> NDArray[np.uint16]:
@@ -233,5 +233,5 @@ def _turned(middle: NDArray[np.float64], rotation: NDArray[np.int64]) -> NDArray
     row = np.rint(s * x + c * y).astype(np.int64) & (PLACES - 1)
     place = (np.arange(ROTATIONS) // 4 * PLACES + column) * PLACES + row
     turned = (np.arange(ROTATIONS) - rotation[:, None]) % ROTATIONS
-    found: NDArray[np.uint16] = np.take_along_axis(place, turned, 1).astype(np.uint16)
-    return found
+    moved: NDArray[np.uint16] = np.take_along_axis(place, turned, 1).astype(np.uint16)
+    return moved

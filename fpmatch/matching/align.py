@@ -83,7 +83,7 @@ class AlignmentParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Hold the alignment of print A, of N minutiae, with print B."""
+    """The alignment of print A, of N minutiae, with print B."""
 
     transform: NDArray[np.float64]  # (s·cos θ, s·sin θ, tx, ty) at 500 dpi with y pointing up
     partner: NDArray[np.int32]  # (N,): the partner in B, or -1; one-to-one
@@ -120,9 +120,9 @@ def aligner_of(
 def best_alignment(aligner: kernel.Aligner) -> Alignment:
     """Return the alignment that an aligner has saved as the best."""
     n = aligner.size_a
-    found = Alignment(np.empty(4), np.empty(n, np.int32), np.empty(n), np.empty((4, n)))
-    aligner.copy_best(found.transform, found.partner, found.weight, found.predicted)
-    return found
+    alignment = Alignment(np.empty(4), np.empty(n, np.int32), np.empty(n), np.empty((4, n)))
+    aligner.copy_best(alignment.transform, alignment.partner, alignment.weight, alignment.predicted)
+    return alignment
 
 
 def alignments(
@@ -147,12 +147,12 @@ def hypotheses(
 ) -> list[Alignment]:
     """Return what `alignments` does, of the two prints that an aligner holds."""
     aligner.relax(similarity)
-    found = []
+    saved = []
     for k in range(aligner.hypotheses):
         pairs = aligner.start_hypothesis(k)
         if coarse and pairs and aligner.save_best():
-            found.append(best_alignment(aligner))
+            saved.append(best_alignment(aligner))
     for k in range(0 if coarse else aligner.hypotheses):
         if aligner.refine(k) and aligner.save_best():
-            found.append(best_alignment(aligner))
-    return found
+            saved.append(best_alignment(aligner))
+    return saved

@@ -63,7 +63,7 @@ _PLACES: Final = _USUAL.places
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BitDescriptors:
-    """Hold the bit descriptors of a print of N minutiae; `_encode_kernel` describes the words."""
+    """The bit descriptors of a print of N minutiae; `_encode_kernel` describes the words."""
 
     xy: NDArray[np.float32]  # (N, 2): px at 500 dpi, y pointing up
     direction_bin: NDArray[np.uint8]  # (N,), in 256ths of a turn

@@ -3,8 +3,8 @@
 A calibration is a curve. Up to the largest measured score it consists of knots, measured on
 impostor comparisons, and straight lines between them. Beyond, it is a generalised Pareto tail: with
 excess e = (x - last knot) / scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e)
-where ξ is 0. `fpmatch.evaluation.calibrate` fits one; those of the package come from
-``python -m research calibrate``.
+where ξ is 0. `fpmatch.evaluation.calibrate` fits one; ``python -m research calibrate``
+makes the calibrations of the package.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MALFORMED: Final = (ArithmeticError, AttributeError, LookupError, TypeError, Val
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Hold where a calibration comes from.
+    """The origin of a calibration.
 
     Parameters
     ----------

@@ -34,11 +34,11 @@ def prefilter_scores(
 ) -> NDArray[np.int32]:
     """Return how much the bit descriptors of each print from `first` to `last` have in common."""
     first, last, _ = slice(first, last).indices(len(prints))
-    found = np.zeros(max(last - first, 0), np.int32)
+    scores = np.zeros(max(last - first, 0), np.int32)
     m = prints
     bits = m.direction_bin, m.neighbour_bits, m.orientation_bins, m.has_flow
-    prefilter_of(probe.bit_descriptors).score_many(first, m.minutiae_start, m.xy, *bits, found)
-    return found
+    prefilter_of(probe.bit_descriptors).score_many(first, m.minutiae_start, m.xy, *bits, scores)
+    return scores
 
 
 def normalized_prefilter_scores(
@@ -46,8 +46,8 @@ def normalized_prefilter_scores(
 ) -> NDArray[np.float64]:
     """Return the prefilter's scores, normalized by the size of the smaller print."""
     smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
-    found: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + SIZE_OFFSET)
-    return found
+    normalized: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + SIZE_OFFSET)
+    return normalized
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,10 +99,10 @@ class SizeNormalization:
     def of(self, scores: NDArray[np.integer], sizes: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return the normalized scores of prints of some sizes, of shape (N,)."""
         size = np.minimum(sizes, LARGEST_SIZE).astype(np.intp)
-        found: NDArray[np.float64] = scores / self.divisor[size]
-        found -= self.mean[size]
-        found /= self.deviation[size]
-        return found
+        normalized: NDArray[np.float64] = scores / self.divisor[size]
+        normalized -= self.mean[size]
+        normalized /= self.deviation[size]
+        return normalized
 
 
 def size_normalized(
@@ -128,8 +128,8 @@ def _line(
     spread = float(np.average((x - middle) ** 2, weights=weight))
     slope = float(np.average((x - middle) * (value - level), weights=weight))
     slope = slope / spread if spread > 0 else 0.0
-    found: NDArray[np.float64] = level + slope * (_LOG_SIZE - middle)
-    return found
+    line: NDArray[np.float64] = level + slope * (_LOG_SIZE - middle)
+    return line
 
 
 def candidate_list(

@@ -1,7 +1,7 @@
-"""Compact templates: what an index keeps of a print to compare it whole: about 670 bytes.
+"""Compact templates: the packed templates of an index, about 670 bytes, with samples of the ridges.
 
-The layout is that of `fpmatch.packed_template`: it begins with "fc", and has eight samples of each
-cell's picture of the ridges, from which its other bits are estimated (see `ridge_samples`).
+The layout is that of `fpmatch.packed_template`. It begins with "fc", and has eight samples of each
+cell's picture of the ridges, from which the other bits are estimated (see `ridge_samples`).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ CONTENT: Final = "content_start"  # dimension of the bytes
 
 
 def compact(template: Template) -> bytes:
-    """Return a template in few bytes: all that a gallery keeps but the details of the ridges.
+    """Return a template in few bytes: as a gallery stores it, but with samples of the ridges.
 
     Positions are rounded to whole pixels at 500 dpi, angles to 256ths of a turn, as in a gallery.
     Of the pictures of the ridges, every eighth bit is kept. An expanded template gives the same
@@ -73,7 +73,7 @@ def expand(data: bytes) -> Template:
 
 @dataclass(frozen=True, eq=False)
 class CompactTemplates(PackedArrays):
-    """Hold the compact templates of many prints: of print k, those bytes from its start on."""
+    """The compact templates of many prints in one array of bytes, and where each starts."""
 
     content_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
     content: NDArray[np.uint8] = field(metadata=of_each(CONTENT, "|u1"))

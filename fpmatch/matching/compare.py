@@ -87,14 +87,14 @@ class Workspace:
 
         `order` is what `canonical_order` returned of them; where neither comes first, it is 0.
         """
-        found = np.zeros(len(order))
+        similarity = np.zeros(len(order))
         self._kernel.neighbours = _index_of(self._probe, threading.get_ident())
         if self._packed_view is None:
             n, size = self.capacity, references.neighbour.shape[1]
             arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
             self._packed_view = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-        self._kernel.compare_packed(references.packed, self._packed_view, first, order, found)
-        return found
+        self._kernel.compare_packed(references.packed, self._packed_view, first, order, similarity)
+        return similarity
 
 
 _THREAD: Final = threading.local()
@@ -102,11 +102,15 @@ _THREAD: Final = threading.local()
 
 def workspace_for(minutiae: int) -> Workspace:
     """Return the thread's own workspace, with capacity for prints of so many minutiae."""
-    found: Workspace | None = getattr(_THREAD, "workspace", None)
-    if found is None or found.capacity < minutiae or found.weights is not score.load_weights():
+    workspace: Workspace | None = getattr(_THREAD, "workspace", None)
+    if (
+        workspace is None
+        or workspace.capacity < minutiae
+        or workspace.weights is not score.load_weights()
+    ):
         capacity = max(LEAST_CAPACITY, 1 << (minutiae - 1).bit_length())
-        found = _THREAD.workspace = Workspace(capacity)
-    return found
+        workspace = _THREAD.workspace = Workspace(capacity)
+    return workspace
 
 
 @lru_cache(maxsize=PREPARED_KEPT)
@@ -152,8 +156,8 @@ def similarities(
     order = canonical_order(probe, references, first, last)
     workspace = workspace_for(max(len(probe), references.most_minutiae))
     workspace.load(probe)
-    found = workspace.similarities(references, first, order)
-    return found, first + np.flatnonzero(order == NEITHER_FIRST)
+    similarity = workspace.similarities(references, first, order)
+    return similarity, first + np.flatnonzero(order == NEITHER_FIRST)
 
 
 def canonical_order(
@@ -166,19 +170,19 @@ def canonical_order(
     """
     start = references.minutiae_start[first:last]
     size = np.diff(references.minutiae_start[first : last + 1])
-    found = np.full(len(start), PROBE_FIRST, np.int8)
+    order = np.full(len(start), PROBE_FIRST, np.int8)
     undecided = np.flatnonzero(size >= MIN_MINUTIAE)
     if len(probe) < MIN_MINUTIAE:
-        return found
-    found[undecided] = NEITHER_FIRST
+        return order
+    order[undecided] = NEITHER_FIRST
     for k in range(min(ORDERED_BY, len(probe))):
         undecided = undecided[size[undecided] > k]
         theirs = _byte_order(references.xy[start[undecided] + k, 0].astype(np.float64))
         ours = _byte_order(probe.points[0, k : k + 1])
-        found[undecided] = np.where(theirs < ours, REFERENCE_FIRST, PROBE_FIRST)
+        order[undecided] = np.where(theirs < ours, REFERENCE_FIRST, PROBE_FIRST)
         undecided = undecided[theirs == ours]
-        found[undecided] = NEITHER_FIRST
-    return found
+        order[undecided] = NEITHER_FIRST
+    return order
 
 
 def _byte_order(x: NDArray[np.float64]) -> NDArray[np.uint64]:

@@ -37,7 +37,7 @@ ROUNDS: Final = 8  # in which every impression is fitted to the others
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """Hold that impressions `a` and `b`, a < b, match, and their paired minutiae, shape (K, 2)."""
+    """Two impressions `a` and `b`, a < b, that match, and their paired minutiae, shape (K, 2)."""
 
     a: int
     b: int
@@ -52,7 +52,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Consolidated:
-    """Hold a template made of several impressions, at 500 dpi.
+    """A template made of several impressions, at 500 dpi.
 
     By impression, `poses` map its pixels to those of the template.
     """
@@ -80,10 +80,10 @@ def link_impressions(
         for b in range(a + 1, len(prepared)):
             if among is not None and a not in among and b not in among:
                 continue
-            found = matcher.compare(prepared[a], prepared[b])
-            score = calibration.score(found.similarity)
-            if score >= least_score and len(found.pairs) >= least_pairs:
-                links.append(Link(a, b, score, found.pairs))
+            comparison = matcher.compare(prepared[a], prepared[b])
+            score = calibration.score(comparison.similarity)
+            if score >= least_score and len(comparison.pairs) >= least_pairs:
+                links.append(Link(a, b, score, comparison.pairs))
     return links
 
 
@@ -107,13 +107,13 @@ def linked_groups(count: int, links: Sequence[Link]) -> list[list[int]]:
 def consolidate(templates: Sequence[Template], links: Sequence[Link]) -> list[Consolidated]:
     """Put linked impressions, of any resolutions, together: each group of two at least."""
     points = [points_at_500_dpi(template) for template in templates]
-    found = []
+    consolidated = []
     for group in linked_groups(len(templates), links):
         if len(group) > 1:
             poses = _fitted(_tree_poses(group, points, links), points, links)
             template, moved = merge_templates([templates[k] for k in poses], poses.values())
-            found.append(Consolidated(template, dict(zip(poses, moved, strict=True))))
-    return found
+            consolidated.append(Consolidated(template, dict(zip(poses, moved, strict=True))))
+    return consolidated
 
 
 def _graph(count: int, links: Sequence[Link]) -> Any:

@@ -75,8 +75,8 @@ def evidence_in(matcher: Any, template: Template, prepared: object) -> NDArray[n
     if lacks_ridges(template):
         return np.array(NOTHING)
     if hasattr(matcher, "amount"):
-        found: NDArray[np.float64] = matcher.amount(prepared)
-        return found
+        amount: NDArray[np.float64] = matcher.amount(prepared)
+        return amount
     return np.array([len(template.minutiae), *NOTHING[1:]])
 
 
@@ -174,8 +174,8 @@ def _needed(
 
     def reaches(factor: float) -> bool:
         sides = (matcher.amount(side, factor) for side in (probe, reference))
-        found = reachable_scores(calibration, reachable_similarities(matcher, *sides))
-        return bool(found >= threshold)
+        reachable = reachable_scores(calibration, reachable_similarities(matcher, *sides))
+        return bool(reachable >= threshold)
 
     minutiae, area = matcher.available(probe, reference)
     enough = next(filter(reaches, FACTORS), None)

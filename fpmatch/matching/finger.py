@@ -42,7 +42,7 @@ CONSOLIDATED_SHARE: Final = 0.5  # weight of a consolidated template of all impr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerComparison:
-    """Hold what the comparison of a probe with a finger yields.
+    """The result of the comparison of a probe with a finger.
 
     The score is ``-10·log10`` of the rate at which other fingers of as many impressions reach it.
     """
@@ -61,7 +61,7 @@ class FingerComparison:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Finger:
-    """Hold the impressions of a finger and its consolidated templates, prepared by a matcher.
+    """The impressions of a finger and its consolidated templates, prepared by a matcher.
 
     The weights in the mean, 1 in sum, are those of the impressions, then of the consolidated.
     """
@@ -108,13 +108,13 @@ class Finger:
 
     def compare(self, probe: Any) -> FingerComparison:
         """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
-        found = [self.matcher.compare(probe, one) for one in self.impressions]
+        comparisons = [self.matcher.compare(probe, one) for one in self.impressions]
         whole = [self.matcher.compare(probe, one) for one in self.consolidated]
-        scores = self.calibration.scores([one.similarity for one in (*found, *whole)])
-        best = int(np.argmax([one.similarity for one in found]))
-        alone, together = np.split(scores, [len(found)])
+        scores = self.calibration.scores([one.similarity for one in (*comparisons, *whole)])
+        best = int(np.argmax([one.similarity for one in comparisons]))
+        alone, together = np.split(scores, [len(comparisons)])
         score = fused_score(scores, self.weights)
-        return FingerComparison(score, alone, together, best, found[best])
+        return FingerComparison(score, alone, together, best, comparisons[best])
 
 
 def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
@@ -140,7 +140,7 @@ def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIO
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerVerification:
-    """Hold the decision on a probe and a finger.
+    """The decision on a probe and a finger.
 
     Transform, pairs and reference of the verification are those of the most similar impression.
     """

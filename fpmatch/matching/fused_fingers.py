@@ -1,8 +1,8 @@
 """Several fingers of a subject: the score of all from the score of each, by Fisher's rule.
 
 The score of a finger is ``-10·log10`` of the rate p at which other fingers score as high. Where the
-fingers are independent, the rate at which those of another subject reach the product P of the n
-rates is that of a chi-squared variable of 2n degrees of freedom at ``-2·ln P``, which is
+fingers are independent, the rate at which fingers of another subject reach the product P of the n
+rates is the tail of a chi-squared variable of 2n degrees of freedom at ``-2·ln P``, which is
 ``P·(1 + L + L²/2 + … + L^(n-1)/(n-1)!)`` with ``L = -ln P``.
 
 References
@@ -127,9 +127,9 @@ def _assignments(allowed: tuple[tuple[bool, ...], ...]) -> int:
     fingers, free = len(allowed[0]), len(allowed) - len(some)  # the others may have any finger
     sizes = {bits: min(bits.bit_count() + free, fingers) for bits in taken}
     most = max(sizes.values())
-    found = 0
+    assignments = 0
     for bits, ways in taken.items():
         if sizes[bits] == most:
             left = fingers - bits.bit_count()
-            found += ways * math.perm(max(left, free), min(left, free))
-    return found
+            assignments += ways * math.perm(max(left, free), min(left, free))
+    return assignments

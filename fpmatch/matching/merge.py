@@ -1,8 +1,8 @@
-"""Aligned impressions become one template.
+"""Merge aligned impressions into one template.
 
 Minutiae that coincide become one. A minutia gains quality with each impression that contains it,
 loses quality with each that covers its place without it, and is dropped if few contain it.
-Of ridge orientation and ridges, each cell takes those of the impression in which it lies farthest
+Each cell takes its ridge orientation and its ridges from the impression in which it lies farthest
 from the border.
 """
 

@@ -43,7 +43,7 @@ class NeighbourhoodParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Neighbourhoods:
-    """Hold the neighbourhoods of N minutiae as flat arrays.
+    """The neighbourhoods of N minutiae as flat arrays.
 
     In the frame of a minutia its direction is +u. A neighbour has its position u, v, its direction
     c, s, 1/tolerance² and its weight.
@@ -56,7 +56,7 @@ class Neighbourhoods:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchoredRings:
-    """Hold the closed one-rings of N minutiae as flat arrays, each on the unit circle.
+    """The closed one-rings of N minutiae as flat arrays, each on the unit circle.
 
     That of minutia i has the entries ``start[i]`` to ``start[i + 1]``, counter-clockwise: none
     where it is not closed, on the convex hull. The places on the circle are anchored by the

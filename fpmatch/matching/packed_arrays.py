@@ -1,4 +1,4 @@
-"""What all packed prints share: flat arrays whose entries are of prints, or of parts of them."""
+"""Flat arrays with an entry for each print, or each part of a print: the base of packed prints."""
 
 from __future__ import annotations
 

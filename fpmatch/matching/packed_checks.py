@@ -1,4 +1,4 @@
-"""Checks of packed prints that come from a file: no number of them leads out of an array."""
+"""Checks of prepared prints that come from a file: no number in them leads out of an array."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
 def _is_unit(vectors: NDArray[np.float32]) -> NDArray[np.bool_]:
     with np.errstate(over="ignore", invalid="ignore"):
         squares: NDArray[np.float32] = np.einsum("ij,ij->i", vectors, vectors)
-        found: NDArray[np.bool_] = np.abs(squares - np.float32(1.0)) < UNIT_TOLERANCE
-    return found
+        unit: NDArray[np.bool_] = np.abs(squares - np.float32(1.0)) < UNIT_TOLERANCE
+    return unit
 
 
 def _is_within(values: NDArray[np.float64], bounds: tuple[float, float]) -> NDArray[np.bool_]:
@@ -69,8 +69,8 @@ def _is_within(values: NDArray[np.float64], bounds: tuple[float, float]) -> NDAr
 
 def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
     """Return the greatest of the values of each print; 0 for one that has none."""
-    found = np.zeros(len(starts) - 1, values.dtype)
+    most = np.zeros(len(starts) - 1, values.dtype)
     some = np.flatnonzero(np.diff(starts))
     if len(some):
-        found[some] = np.maximum.reduceat(values, starts[some])
-    return found
+        most[some] = np.maximum.reduceat(values, starts[some])
+    return most

@@ -34,7 +34,7 @@ _NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
 
 @dataclass(frozen=True, eq=False)
 class PackedDescriptors(PackedArrays):
-    """Hold the bit descriptors of prints in flat arrays.
+    """The bit descriptors of prints in flat arrays.
 
     Print k has the bytes from ``content_start[k]`` to ``content_start[k + 1]``, which contain those
     of its `size` minutiae that have a neighbour (see `_descriptor_kernel`). They lie ``2 ** step``
@@ -134,11 +134,11 @@ class PackedDescriptors(PackedArrays):
         if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
             raise IndexError(f"a print outside of {len(self)}")
         tables = probe if isinstance(probe, Prefilter) else prefilter_of(probe.bit_descriptors)
-        found = np.empty(len(numbers), np.int32)
-        DescriptorReader(self).score(tables, np.ascontiguousarray(numbers), found)
-        if (found < 0).any():
+        scores = np.empty(len(numbers), np.int32)
+        DescriptorReader(self).score(tables, np.ascontiguousarray(numbers), scores)
+        if (scores < 0).any():
             raise MatcherError("damaged", code="damaged")
-        return found
+        return scores
 
 
 COLUMNS: Final = PackedDescriptors.columns()

@@ -1,6 +1,7 @@
-"""Many prepared prints in flat arrays, which a file may contain (see `fpmatch.array_file`).
+"""Prepared prints, many of them in flat arrays, which a file may contain (`fpmatch.array_file`).
 
-Such a file is a cache: it has to be recomputed from the templates whenever they or the matcher
+They are not packed templates (`fpmatch.packed_template`), but what a matcher has prepared from
+templates. A file of them is a cache: it has to be recomputed whenever the templates or the matcher
 change.
 """
 
@@ -43,7 +44,7 @@ CELL: Final = "cell_start"
 
 @dataclass(frozen=True, eq=False)
 class PackedTemplates(PackedArrays):
-    """Hold prepared prints in flat arrays, whose entries are of minutiae, of cells, or of prints.
+    """Prepared prints in flat arrays, with an entry for each minutia, each cell or each print.
 
     Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``, and its cells
     likewise, row by row. Its `shape` has rows and columns, first row and first column of the cells,
@@ -109,13 +110,13 @@ class PackedTemplates(PackedArrays):
             raise IndexError(f"print {k} of {len(self)}")
         minutiae = slice(*self.minutiae_start[k : k + 2].tolist())
         n = minutiae.stop - minutiae.start
-        found = Neighbourhoods(
+        neighbourhoods = Neighbourhoods(
             count=np.zeros(n, np.int32),
             neighbour=self.neighbour[minutiae].astype(np.int32),
             frame=np.zeros((n, 6, self.neighbour.shape[1]), np.float32),
         )
         points, quality = np.zeros((4, n)), np.zeros(n)
-        view = TemplateView(points, quality, found.count, found.frame)
+        view = TemplateView(points, quality, neighbourhoods.count, neighbourhoods.frame)
         self.packed.open(k, view)
         self.packed.unpack(k, view)
         rows, columns, first_row, first_column = self.shape[k].tolist()
@@ -128,7 +129,7 @@ class PackedTemplates(PackedArrays):
             points=points,
             quality=quality,
             index=self.index[minutiae],
-            neighbourhoods=found,
+            neighbourhoods=neighbourhoods,
             region=region,
             bit_descriptors=BitDescriptors(
                 self.xy[minutiae],
@@ -165,7 +166,7 @@ def _packed(prints: Sequence[PreparedTemplate]) -> PackedTemplates:
     n, cells = [len(print_) for print_ in prints], [p.region.code.size for p in prints]
     if max(n) > MAX_MINUTIAE:
         raise MatcherError(f"a print of {max(n)} minutiae; {MAX_MINUTIAE} can be packed")
-    found, areas = [p.neighbourhoods for p in prints], [p.region for p in prints]
+    neighbourhoods, areas = [p.neighbourhoods for p in prints], [p.region for p in prints]
     bits = [p.bit_descriptors for p in prints]
     points = np.concatenate([p.points for p in prints], axis=1)
     cell = np.concatenate([area.code.reshape(-1) for area in areas])
@@ -177,9 +178,11 @@ def _packed(prints: Sequence[PreparedTemplate]) -> PackedTemplates:
         "direction": points[2:].T,
         "quality": np.rint(np.concatenate([p.quality for p in prints]) * 100.0),
         "index": np.concatenate([p.index for p in prints]),
-        "count": np.concatenate([one.count for one in found]),
-        "neighbour": np.concatenate([one.neighbour for one in found]),
-        "root_weight": root_weight_codes(np.concatenate([one.frame[:, 5] for one in found])),
+        "count": np.concatenate([one.count for one in neighbourhoods]),
+        "neighbour": np.concatenate([one.neighbour for one in neighbourhoods]),
+        "root_weight": root_weight_codes(
+            np.concatenate([one.frame[:, 5] for one in neighbourhoods])
+        ),
         "direction_bin": np.concatenate([one.direction_bin for one in bits]),
         "neighbour_bits": np.concatenate([one.neighbour_bits for one in bits]),
         "orientation_bins": np.concatenate([one.orientation_bins for one in bits]),
@@ -205,5 +208,5 @@ def inside_counts(cell: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[
     """Return how many cells of each print are not 0; those of print k begin at ``start[k]``."""
     counted = np.zeros(len(cell) + 1, np.int32)
     np.cumsum(cell > 0, out=counted[1:])
-    found: NDArray[np.int32] = counted[start[1:]] - counted[start[:-1]]
-    return found
+    counts: NDArray[np.int32] = counted[start[1:]] - counted[start[:-1]]
+    return counts

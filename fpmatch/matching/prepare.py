@@ -40,7 +40,7 @@ class PreparationParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedTemplate:
-    """Hold one template of N minutiae ready for comparison, in px at 500 dpi with y pointing up.
+    """One template of N minutiae ready for comparison, in px at 500 dpi with y pointing up.
 
     By its content, `key`, two templates are put in order, so that a comparison does not depend on
     which of them is the probe.
@@ -94,13 +94,13 @@ def prepare(
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     start = np.array((0, len(index)), np.int64)
     quality = qualities(minutiae.quality, start, p.usual_quality)
-    found, bits = describe(points, quality, start, PrintAreas.of(region), neighbourhood)
+    described, bits = describe(points, quality, start, PrintAreas.of(region), neighbourhood)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return PreparedTemplate(
         points=points,
         quality=quality,
         index=index,
-        neighbourhoods=found,
+        neighbourhoods=described,
         region=region,
         bit_descriptors=BitDescriptors(xy, *bits, region.has_flow),
         to_500dpi=to_500dpi,
@@ -119,8 +119,8 @@ def describe(
 
     Those of print k are from ``start[k]`` up to the next.
     """
-    found = rounded(neighbourhoods(points, neighbourhood, start.tolist()))
-    return found, encode_many(points, quality, start, found, areas)
+    described = rounded(neighbourhoods(points, neighbourhood, start.tolist()))
+    return described, encode_many(points, quality, start, described, areas)
 
 
 def points_at_500dpi(
@@ -145,9 +145,9 @@ def qualities(
 
     Where a print gives none, which is all 100 or all 0, they are the usual one.
     """
-    found = np.empty(len(quality))
-    write_qualities(quality, start, usual, found)
-    return found
+    scaled = np.empty(len(quality))
+    write_qualities(quality, start, usual, scaled)
+    return scaled
 
 
 def rescaled_descriptors(prepared: PreparedTemplate, ratio: float) -> BitDescriptors:

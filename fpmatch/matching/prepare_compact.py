@@ -1,4 +1,4 @@
-"""Compact templates prepared many at a time: the same as `prepare` prepares, but faster."""
+"""Prepare many compact templates at a time: with the result of `prepare`, but faster."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
     usual = PreparationParameters().usual_quality
     quality = qualities(hundredths.astype(np.uint8), given.start, usual)
     areas = _areas(given)
-    found, (direction_bin, neighbour_bits, orientation_bins) = describe(
+    described, (direction_bin, neighbour_bits, orientation_bins) = describe(
         points, quality, given.start, areas
     )
     columns = np.ascontiguousarray(points.T, np.float32)
@@ -86,9 +86,9 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
         direction=np.ascontiguousarray(columns[:, 2:]),
         quality=np.rint(quality * 100.0).astype(np.uint8),
         index=(np.arange(len(x)) - given.start[:-1].repeat(n)).astype(np.int32),
-        count=found.count.astype(np.uint8),
-        neighbour=found.neighbour.astype(np.uint8),
-        root_weight=root_weight_codes(found.frame[:, 5]),
+        count=described.count.astype(np.uint8),
+        neighbour=described.neighbour.astype(np.uint8),
+        root_weight=root_weight_codes(described.frame[:, 5]),
         direction_bin=direction_bin,
         neighbour_bits=neighbour_bits,
         orientation_bins=orientation_bins,

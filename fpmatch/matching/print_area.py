@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintArea:
-    """Hold the area of a print as square cells, and their ridge orientation.
+    """The area of a print as square cells, and their ridge orientation.
 
     A code is 0 outside the print; inside, 1 and more for the ridge orientation, see
     `fpmatch.matching.quantization`, or 1 alone where it is not known.
@@ -45,7 +45,7 @@ class PrintArea:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintAreas:
-    """Hold the areas of K prints in flat arrays, without their ridges, as `PackedTemplates` does.
+    """The areas of K prints in flat arrays, without their ridges, as in `PackedTemplates`.
 
     Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row.
     """

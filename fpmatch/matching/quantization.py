@@ -31,12 +31,12 @@ def orientation_codes(
     return code
 
 
-def rounded(found: Neighbourhoods) -> Neighbourhoods:
+def rounded(given: Neighbourhoods) -> Neighbourhoods:
     """Return neighbourhoods whose weights are rounded."""
-    frame = found.frame.copy()
+    frame = given.frame.copy()
     n, _, size = frame.shape
     round_weights(frame[:, 5], np.empty((n, size), np.uint8))
-    return Neighbourhoods(found.count, found.neighbour, frame)
+    return Neighbourhoods(given.count, given.neighbour, frame)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Hold how much of two prints was compared, and how well the ridges agree."""
+    """The amount of two prints that was compared, and the agreement of their ridges."""
 
     minutiae: int  # of both prints in the common region, paired or not
     area_mm2: float  # of the common region
@@ -50,7 +50,7 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Hold a matcher's own result, before calibration.
+    """A matcher's own result, before calibration.
 
     Parameters
     ----------
@@ -112,11 +112,11 @@ class Matcher(Protocol):
 class Explaining(Protocol):
     """Explain a comparison: why there is no match, how much was compared, how much is needed."""
 
-    def explain(self, probe: Any, reference: Any, found: Comparison) -> Comparison:
-        """Return `found` under the best transform there is, with all reasons against one finger."""
+    def explain(self, probe: Any, reference: Any, comparison: Comparison) -> Comparison:
+        """Return a comparison under its best transform, with all reasons against one finger."""
 
-    def compared(self, probe: Any, reference: Any, found: Comparison) -> Compared | None:
-        """Return how much was compared in `found`; None where nothing was aligned."""
+    def compared(self, probe: Any, reference: Any, comparison: Comparison) -> Compared | None:
+        """Return how much was compared; None where nothing was aligned."""
 
     def available(self, probe: Any, reference: Any) -> tuple[int, float]:
         """Return minutiae and area in mm² of the smaller of two prepared templates."""
@@ -162,7 +162,7 @@ def as_explaining(matcher: Matcher) -> Explaining | None:
 
 @dataclass(frozen=True)
 class Verification:
-    """Hold the decision on two templates and the evidence for it.
+    """The decision on two templates and the evidence for it.
 
     The evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) is
     completed when one of these is first read: a decision alone costs one comparison.
@@ -307,7 +307,7 @@ class Verification:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedPair:
-    """Hold two prints as the matcher prepared them, to compute what a decision does not need."""
+    """Two prints as the matcher prepared them, to compute what a decision does not need."""
 
     matcher: Matcher
     probe: Any
@@ -317,18 +317,18 @@ class PreparedPair:
 
     def explain(self, verification: Verification) -> Comparison:
         """Return the evidence of a verification of the two prints in full."""
-        found, matcher = verification.comparison, as_explaining(self.matcher)
+        evidence, matcher = verification.comparison, as_explaining(self.matcher)
         if matcher is not None:
             if not verification.match:
-                found = matcher.explain(self.probe, self.reference, found)
+                evidence = matcher.explain(self.probe, self.reference, evidence)
             if not self.impressions:
-                compared = matcher.compared(self.probe, self.reference, found)
-                found = replace(found, compared=compared)
-        if not verification.match and not found.reason:
+                compared = matcher.compared(self.probe, self.reference, evidence)
+                evidence = replace(evidence, compared=compared)
+        if not verification.match and not evidence.reason:
             by_score = verification.rho is None
             reason = "the score is below the threshold" if by_score else "too few minutiae agree"
-            found = replace(found, reason=reason)
-        return found
+            evidence = replace(evidence, reason=reason)
+        return evidence
 
     def shortage(self, verification: Verification) -> Shortage | None:
         """Return what the two prints lack for a decision; None where they lack nothing."""
@@ -341,8 +341,8 @@ class PreparedPair:
         ours = evidence_in(self.matcher, *probe)
         theirs = np.stack([evidence_in(self.matcher, *one) for one in references])
         similarities = reachable_similarities(self.matcher, ours, theirs)
-        found = reachable_scores(self.calibration, similarities).max()
-        return float(found) if math.isfinite(found) else None
+        reachable = reachable_scores(self.calibration, similarities).max()
+        return float(reachable) if math.isfinite(reachable) else None
 
     def _sides(
         self, v: Verification
@@ -352,19 +352,19 @@ class PreparedPair:
 
     def ridge_map(self, evidence: Comparison) -> RidgeMap | None:
         """Return where the ridges agree in the evidence; None where they were not compared."""
-        found: RidgeMap | None = None
+        ridges: RidgeMap | None = None
         if hasattr(self.matcher, "ridge_map"):
-            found = self.matcher.ridge_map(self.probe, self.reference, evidence)
-        return found
+            ridges = self.matcher.ridge_map(self.probe, self.reference, evidence)
+        return ridges
 
     def mesh_points(
         self, evidence: Comparison
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return the pairs where the matcher's mesh has them; None where it has none."""
-        found: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        points: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         if hasattr(self.matcher, "mesh_points"):
-            found = self.matcher.mesh_points(self.probe, self.reference, evidence)
-        return found
+            points = self.matcher.mesh_points(self.probe, self.reference, evidence)
+        return points
 
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
@@ -376,8 +376,8 @@ class PreparedPair:
     def score(self, probe: Template) -> float:
         """Return the score of another probe against the reference."""
         # the reference, which is prepared for many comparisons, goes first: the score is the same
-        found = self.matcher.compare(self.reference, self.matcher.prepare(probe))
-        return score_of(self.calibration, found.similarity)
+        comparison = self.matcher.compare(self.reference, self.matcher.prepare(probe))
+        return score_of(self.calibration, comparison.similarity)
 
     def pairs(self, probe: Template) -> NDArray[np.int32]:
         """Return the pairs of another probe and the reference."""

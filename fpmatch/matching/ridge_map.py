@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RidgeMap:
-    """Hold the agreement of the ridges of two prints, cell by cell.
+    """The agreement of the ridges of two prints, cell by cell.
 
     The cells are squares of one of the prints, of about two ridge periods. Each is compared, with
     the cells that touch it, where the mesh of pairs maps it, shifted by up to half a ridge period.
@@ -99,8 +99,8 @@ def ridge_map(
 
     The reference is B, or A where `swapped`.
     """
-    correlator, found = correlate(a, b, alignment)
-    if not found:
+    correlator, compared = correlate(a, b, alignment)
+    if not compared:
         return None
     region, reference = a.region, a if swapped else b
     cells = np.empty((3, *region.code.shape))

@@ -1,9 +1,9 @@
 """Ridge images of eight bits a cell: every eighth bit, and the others estimated from them.
 
-Of the 8 by 8 bits of a cell (see `fpmatch.ridge_field.RidgeField`), every other row is kept, and of
-it every fourth bit, by turns: those at which one print of a comparison is looked at
+Of the 8 by 8 bits of a cell (see `fpmatch.ridge_field.RidgeField`), every other row is kept, and in
+it every fourth bit, by turns: the bits at which a comparison samples one of the prints
 (`_ridge_kernel`). The others are the sign of a weighted sum of the samples around them. The
-weights are those of a wave across the ridge orientation of the cell, which fades with distance.
+weights follow a wave across the ridge orientation of the cell, which fades with distance.
 """
 
 from __future__ import annotations
@@ -89,12 +89,12 @@ def restore_all(
 @cache
 def _pairs() -> NDArray[np.uint8]:
     """Return the two samples in a byte, for each of the sampled rows, shape (4, 256)."""
-    found = np.empty((HALF, 256), np.uint8)
+    pairs = np.empty((HALF, 256), np.uint8)
     for k in range(HALF):
         first, second = (column for row, column in SAMPLES if row == 2 * k + 1)
         byte = np.arange(256)
-        found[k] = (byte >> first & 1) | (byte >> second & 1) << 1
-    return found
+        pairs[k] = (byte >> first & 1) | (byte >> second & 1) << 1
+    return pairs
 
 
 @cache
@@ -103,14 +103,14 @@ def _looked_up() -> NDArray[np.int64]:
 
     The farther halves of those above and below are left out. A fourth column is for the kernel.
     """
-    found = [
+    halves = [
         (half, row, column, 0)
         for row in range(3)
         for column in range(3)
         for half in range(2)
         if (row, half) not in {(0, 0), (2, 1)}
     ]
-    return np.array(found, np.int64)
+    return np.array(halves, np.int64)
 
 
 @cache

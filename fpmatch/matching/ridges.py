@@ -1,4 +1,4 @@
-"""Ridges: the correlation of those of two prints, and the alignment of prints by them."""
+"""The correlation of the ridges of two prints, and the alignment of prints by their ridges."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ REFINEMENTS: Final = 2  # times that a scale is measured with the resolutions co
 
 @dataclass(frozen=True, slots=True)
 class ScaleMeasurement:
-    """Hold how much larger the reference is than the probe, at the resolutions that they claim.
+    """The size of the reference relative to the probe, at the resolutions that they claim.
 
     `ratio` is that of lengths in millimetres, with its standard `error`; `differs` where it is
     certainly not 1.
@@ -129,11 +129,11 @@ def _refined(verification: Verification, ratio: float) -> ScaleMeasurement | Non
         rescaled = _at_scale(v.probe, ratio)
         if rescaled is None:
             return None
-        found = measure_scale(rescaled, v.reference, v.rematch.pairs(rescaled))
-        if found is None:
+        refined = measure_scale(rescaled, v.reference, v.rematch.pairs(rescaled))
+        if refined is None:
             return None
-        ratio *= found.ratio
-        measured = _assessed(ratio, ratio / found.ratio * found.error)
+        ratio *= refined.ratio
+        measured = _assessed(ratio, ratio / refined.ratio * refined.error)
     return measured if measured is not None and measured.differs else None
 
 

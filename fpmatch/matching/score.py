@@ -16,21 +16,21 @@ minutiae, its features are
 - the correlation of the ridges, the logarithm of the area where they could be compared, and by how
   many standard errors, nearly, the correlation is above that of different fingers.
 
-There are three sets of weights: one for two prints that have ridge images, one for minutiae alone,
-in which those of the ridges are 0, and one for two prints with ridges of which the smaller has an
-area of at most 77 mm². Where only one of the prints has ridges, the second set is used, with
-quantiles (see below) of its own: the area of such a print is that of its mask, not of the convex
-hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine and
+There are three sets of weights: one for two prints that have ridge images; one for minutiae alone,
+in which the weights of the ridges are 0; and one for two prints with ridges where the smaller has
+an area of at most 77 mm². Where only one of the prints has ridges, the second set is used, with
+quantiles (see below) of its own: the area of such a print is the area of its mask, not of the
+convex hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine and
 impostor prints, then weighted. Where the ridges were not compared, because the minutiae decide in
 coarse alignment, their features are the mean of impostor prints.
 
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
-easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
-the common region, per print, averaged geometrically with those of the smaller print, and a the area
-of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi (77 mm²) they
-have no effect: the features describe whole prints. The sums that 1 % and 0.1 % of impostor
-comparisons reach are linear in the terms of `fpmatch.matching.score_model.AMOUNTS`; between and
-beyond them the tail of the impostor comparisons is exponential.
+easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the geometric
+mean of the minutiae in the common region, per print, and the minutiae of the smaller print, and let
+a be the area of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi
+(77 mm²) they have no effect: the features describe whole prints. The sums that 1 % and 0.1 % of
+impostor comparisons reach are linear in the terms of `fpmatch.matching.score_model.AMOUNTS`;
+between and beyond them the tail of the impostor comparisons is exponential.
 
 Impostor prints agree by chance, but a template may be made to match. The commonest arrangement of a
 few minutiae, which a search finds, matches far more prints than a random one. Therefore the FMR
@@ -72,7 +72,7 @@ WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Hold the evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
+    """The evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
 
     The common region is where both prints lie. The first sixteen entries are the kernel's.
     """
@@ -158,8 +158,8 @@ def gather_evidence(
     aligner = aligner_of(a.points, b.points)
     aligner.relax(similarity)
     aligner.impose(alignment.partner, *alignment.transform.tolist())
-    found = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
-    return evidence_of(used, found)
+    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    return evidence_of(used, total)
 
 
 def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence:

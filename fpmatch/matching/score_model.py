@@ -82,7 +82,7 @@ NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreModel:
-    """Hold what was learned for one kind of prints.
+    """The weights that were learned for one kind of prints.
 
     Prints are aligned if the score of their bit descriptors reaches a base plus a growth with the
     minutiae of the smaller print, up to a limit. The coefficients of the terms of `AMOUNTS` make
@@ -161,7 +161,7 @@ def amount_of_print(minutiae: float, area: float, *, shown: bool) -> NDArray[np.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreWeights:
-    """Hold the models of `MODELS`, and from what they were learned."""
+    """The models of `MODELS`, and from what they were learned."""
 
     models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
@@ -192,11 +192,11 @@ class ScoreWeights:
         by_model = {
             name: terms @ one.genuine_median for name, one in zip(MODELS, self.models, strict=True)
         }
-        found = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
+        typical = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
         small = by_model[SMALL_WITH_RIDGES]
         both = shown == len(MODELS_BY_SHOWN) - 1
-        found = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(found, small), found)
-        return np.asarray(np.where(both & (area <= self.small_area), small, found))
+        typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
+        return np.asarray(np.where(both & (area <= self.small_area), small, typical))
 
     @property
     def standard(self) -> NDArray[np.float64]:

@@ -58,7 +58,7 @@ class GivenSet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Hold the set that another is overlaid on, and how near a pair must be."""
+    """The set that another is overlaid on, and how near a pair must be."""
 
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area
@@ -110,6 +110,6 @@ def _match_distinct(
     if not (p.mesh.has_coincident or q.mesh.has_coincident):
         return match(p, q)
     (distinct_p, index_p), (distinct_q, index_q) = unique_points(p.given), unique_points(q.given)
-    found = match(GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q))
-    pairs = pairs_of_coincident(found.pairs, index_p, index_q)
-    return replace(found, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
+    matched = match(GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q))
+    pairs = pairs_of_coincident(matched.pairs, index_p, index_q)
+    return replace(matched, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PointMatch:
-    """Hold the result of matching P with Q.
+    """The result of matching P with Q.
 
     Parameters
     ----------

@@ -79,8 +79,8 @@ def pairs_of_coincident(
     key_p = np.where(partner >= 0, partner * most + _number_of_repeat(index_p), -1)
     key_q = index_q * most + _number_of_repeat(index_q)
     _, in_p, in_q = np.intersect1d(key_p, key_q, return_indices=True)
-    found = np.column_stack([in_p, in_q]).astype(np.int32)
-    return found[found[:, 0].argsort()]
+    paired = np.column_stack([in_p, in_q]).astype(np.int32)
+    return paired[paired[:, 0].argsort()]
 
 
 def _number_of_repeat(index: NDArray[np.int64]) -> NDArray[np.int64]:

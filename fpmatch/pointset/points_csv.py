@@ -188,10 +188,10 @@ def _find_table(data: bytes, name: str) -> _Table:
     if not firsts:
         raise refusal
     line, cells = max(firsts, key=lambda first: len(first[1]))
-    found = ", ".join(map(_shown, cells[:_SHOWN_CELLS])) + ", …" * (len(cells) > _SHOWN_CELLS)
+    shown = ", ".join(map(_shown, cells[:_SHOWN_CELLS])) + ", …" * (len(cells) > _SHOWN_CELLS)
     by = "comma, semicolon, tab or spaces"
     form = f"a header with columns x and y, or two numbers, separated by {by}"
-    raise _error(name, line, f"expected {form}; found {found}")
+    raise _error(name, line, f"expected {form}; found {shown}")
 
 
 def _number(text: str, column: str) -> float:

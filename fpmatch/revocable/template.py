@@ -41,7 +41,7 @@ _COLUMNS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class RevocableTemplate:
-    """Hold a print under a key: `protect` makes it, `compare` compares two of the same key.
+    """A print under a key: `protect` makes it, `compare` compares two of the same key.
 
     Parameters
     ----------
@@ -108,8 +108,8 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     words = _words(np.arange(MINUTIAE * WORDS), secret, _digest(cells)).reshape(MINUTIAE, WORDS)
     own = _words(cells, secret, 0)
     for row in range(MINUTIAE):
-        found = own[minutia == row]
-        words[row, : len(found)] = found
+        of_minutia = own[minutia == row]
+        words[row, : len(of_minutia)] = of_minutia
     words.sort(axis=1)
     return RevocableTemplate(words[np.argsort(words[:, 0], kind="stable")], key.id)
 

@@ -1,1 +1,1 @@
-"""Synthetic prints whose truth is known exactly: masters, impressions of them, whole databases."""
+"""Synthetic prints with ground truth: master prints, their impressions, whole databases."""

@@ -31,12 +31,12 @@ def fault(files: list[Path], number: int, plan: Plan) -> str:
     try:
         document = parse_json(content)
         digests = {stem: entry["sha256"] for stem, entry in document["impressions"].items()}
-        found = _identity(document)
+        identity = _identity(document)
     except (ParseError, KeyError, TypeError, AttributeError):
         return f"{truth}: is damaged"
     if not is_intact(content):
         return f"{truth}: is damaged"
-    for (name, value), (_, wanted) in zip(found, _wanted(number, plan), strict=True):
+    for (name, value), (_, wanted) in zip(identity, _wanted(number, plan), strict=True):
         if value != wanted:
             return f"{truth}: is of {name} {_shown(value)}, not {_shown(wanted)}"
     for path in images:
@@ -74,7 +74,7 @@ def _shown(value: object) -> str:
     return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"
 
 
-def is_damaged_copy(found: bytes, original: bytes) -> bool:
+def is_damaged_copy(copy: bytes, original: bytes) -> bool:
     """Return whether bytes are those of a file that was cut short, emptied or partly overwritten.
 
     Examples
@@ -82,11 +82,11 @@ def is_damaged_copy(found: bytes, original: bytes) -> bool:
     >>> is_damaged_copy(b"half of", b"half of a file"), is_damaged_copy(b"mine", b"half of a file")
     (True, False)
     """
-    if not any(found):
+    if not any(copy):
         return True
-    common = min(len(found), len(original))
-    a, b = (np.frombuffer(data, np.uint8, common) for data in (found, original))
-    return bool(np.count_nonzero(a == b) >= _LEAST_ALIKE * len(found))
+    common = min(len(copy), len(original))
+    a, b = (np.frombuffer(data, np.uint8, common) for data in (copy, original))
+    return bool(np.count_nonzero(a == b) >= _LEAST_ALIKE * len(copy))
 
 
 def read(path: Path) -> bytes:

@@ -60,7 +60,7 @@ SINGULAR_RANGES: Final = {
 
 
 class SingularPoints(NamedTuple):
-    """Hold positions of the singular points of one print, (K, 2), in pixels, x right and y down."""
+    """Positions of the singular points of one print, (K, 2), in pixels, x right and y down."""
 
     cores: NDArray[np.float64]
     deltas: NDArray[np.float64]

@@ -66,7 +66,7 @@ class SmearParameters:
 
 
 class Contact(NamedTuple):
-    """Hold how one finger touches the sensor, for each pixel of the image (h, w)."""
+    """The contact of one finger with the sensor, for each pixel of the image (h, w)."""
 
     threshold: Field  # height that skin must have to print
     strength: Field  # share of the relief that wear has left

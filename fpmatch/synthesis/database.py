@@ -47,7 +47,7 @@ STAGE: Final = "synth"
 
 @dataclass(frozen=True, slots=True)
 class DatabaseMade:
-    """Hold what `make_database` made, and the size of the result."""
+    """The result of `make_database`, and its size."""
 
     folder: Path
     fingers: int  # requested ones, all complete
@@ -152,8 +152,8 @@ def make_database(
             )  # fmt: skip
     files = [folder / DESCRIPTION_FILE, *(p for n in numbers for p in _files(folder, n, plan))]
     size = sum(path.stat().st_size for path in files)
-    found = tuple(text for text in faults.values() if text)
-    return DatabaseMade(folder, fingers, impressions, len(missing), size, found)
+    messages = tuple(text for text in faults.values() if text)
+    return DatabaseMade(folder, fingers, impressions, len(missing), size, messages)
 
 
 def _make_finger(folder: Path, faulty: set[int], plan: Plan, number: int) -> None:

@@ -37,7 +37,7 @@ FITTED_EVERY_PX: Final = 3  # step between the pixels that the similarity is fit
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impression:
-    """Hold one image and its ground truth; coordinates are pixels of the image."""
+    """One image and its ground truth; coordinates are pixels of the image."""
 
     image: NDArray[np.uint8] = field(repr=False)  # dark ridges on a light ground, (h, w)
     dpi: float

@@ -82,7 +82,7 @@ class MasterParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Master:
-    """Hold one finger: its ridges on all the skin that a sensor may touch, at 500 dpi.
+    """One finger: its ridges on all the skin that a sensor may touch, at 500 dpi.
 
     The same seed and number give the same arrays, of shape (H, W).
     """

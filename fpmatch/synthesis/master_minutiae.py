@@ -52,10 +52,12 @@ def list_minutiae(
             direction = _direction(ways, float(orientation[row, column]))
             listed.append((column, row, direction, kind, len(ways) == branches))
     x, y, angle, codes, whole = np.array(listed, np.float32).reshape(-1, 5).T
-    found = Minutiae(x, y, angle, codes.astype(np.uint8))
+    minutiae = Minutiae(x, y, angle, codes.astype(np.uint8))
     place = y.astype(np.intp), x.astype(np.intp)
-    found = found.take(silhouette[place] & (whole > 0) & ~_too_near(found, period[place], p))
-    return found.take(np.lexsort((found.x, found.y)))
+    minutiae = minutiae.take(
+        silhouette[place] & (whole > 0) & ~_too_near(minutiae, period[place], p)
+    )
+    return minutiae.take(np.lexsort((minutiae.x, minutiae.y)))
 
 
 def crossing_numbers(skeleton: Mask) -> NDArray[np.int64]:
@@ -91,10 +93,10 @@ def _direction(ways: list[complex], axis: float) -> float:
     return axis if ahead > 0 else axis + np.pi
 
 
-def _too_near(found: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:
+def _too_near(minutiae: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:
     """Return which minutiae have another so near that the two are one flaw."""
-    place = found.x.astype(np.float64) - 1j * found.y
-    along = np.exp(-1j * found.angle.astype(np.float64))[:, None]
+    place = minutiae.x.astype(np.float64) - 1j * minutiae.y
+    along = np.exp(-1j * minutiae.angle.astype(np.float64))[:, None]
     between = (place[None] - place[:, None]) * along / period[:, None]
     np.fill_diagonal(between, np.inf)
     on_one_ridge = (np.abs(between.real) < p.along) & (np.abs(between.imag) < p.across)

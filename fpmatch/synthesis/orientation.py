@@ -107,7 +107,7 @@ def _arching(
 
 
 class _Turn(NamedTuple):
-    """Hold one singular point, and the share of its corrected argument by which ridges turn."""
+    """One singular point, and the share of its corrected argument by which ridges turn."""
 
     place: complex
     share: float

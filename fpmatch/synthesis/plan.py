@@ -98,18 +98,18 @@ def sensors_named(sensors: Sequence[str | Sensor]) -> tuple[Sensor, ...]:
 def check_same_plan(path: Path, plan: Plan) -> None:
     """Raise DatasetError if the ``dataset.toml`` at `path` describes another plan."""
     try:
-        found = parse_toml(path.read_bytes()).get("synthesis")
+        stated = parse_toml(path.read_bytes()).get("synthesis")
     except OSError as error:
         raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
     except ParseError as error:
         raise DatasetError(f"{path}: not a readable TOML file: {error}") from error
-    if not isinstance(found, dict):
+    if not isinstance(stated, dict):
         raise DatasetError(f"{path}: describes prints that were not made by fpmatch synth")
     for key, value in plan.table().items():
-        if found.get(key) != value:
+        if stated.get(key) != value:
             raise DatasetError(
                 f"{path}: the prints there were made with {_LABELS.get(key, key)} "
-                f"{_as_text(found.get(key))}, not {_as_text(value)}"
+                f"{_as_text(stated.get(key))}, not {_as_text(value)}"
             )
 
 

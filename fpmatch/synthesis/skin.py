@@ -36,7 +36,7 @@ LINE_DEPTH: Final = (0.7, 1.3)
 
 
 class Skin(NamedTuple):
-    """Hold the skin of one finger, in pixels of its master, (H, W)."""
+    """The skin of one finger, in pixels of its master, (H, W)."""
 
     relief: Field  # with roughness and pores: -1 in the valleys to about 1 on the ridges
     creases: Field  # 0 to 1: where a crease keeps the skin off every sensor

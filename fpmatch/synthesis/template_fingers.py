@@ -45,7 +45,7 @@ _PURPOSES: Final = range(101, 108)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerBatch:
-    """Hold the lattices of B fingers, R rows and C columns of nodes, and their M minutiae.
+    """The lattices of B fingers, R rows and C columns of nodes, and their M minutiae.
 
     Angles are 65,536ths of a turn, lengths pixels at 500 dpi, x right and y down.
     """

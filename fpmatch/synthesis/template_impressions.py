@@ -109,20 +109,20 @@ def draw_impressions(
     )  # fmt: skip
     constants = np.array(astuple(extraction)[:_FOR_KERNEL])
     constants[3] *= px
-    found = np.empty(len(of), np.int32)
+    counts = np.empty(len(of), np.int32)
     minutiae = np.empty((len(of), MOST_FOUND, 5))
     most = int(fingers.count.max(initial=0))
     random = uniform(keys[8], most * 12).reshape(len(of), most, 12)
     size = float(sensor.width), float(sensor.height), BORDER_PX * px
     kernel.show_minutiae(
         warp, corner, cell, *size, doubt, of, fingers.minutiae, fingers.count, random, constants,
-        fingers.bifurcation, minutiae, found,
+        fingers.bifurcation, minutiae, counts,
     )  # fmt: skip
     kernel.add_spurious(
         cell, *size, doubt, mask, orientation, np.ascontiguousarray(even[..., :8]), constants,
-        minutiae, found,
+        minutiae, counts,
     )  # fmt: skip
-    for k, count in enumerate(found.tolist()):
+    for k, count in enumerate(counts.tolist()):
         x, y, angle, kind, quality = minutiae[k, :count].T
         # pixels at 500 dpi, as extraction finds them
         x, y = ((np.rint((v + 0.5) / px - 0.5) + 0.5) * px - 0.5 for v in (x, y))

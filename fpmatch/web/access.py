@@ -35,7 +35,7 @@ class Role(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """Hold the name of a client, as logs have it, and its role."""
+    """The name of a client, as logs have it, and its role."""
 
     name: str
     role: Role

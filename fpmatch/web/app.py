@@ -53,10 +53,10 @@ class _Page(StaticFiles):
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Return a file; status 404 where there is none, 405 where it is not to be read."""
-        found = await super().get_response(path, {**scope, "method": "GET"})
+        response = await super().get_response(path, {**scope, "method": "GET"})
         if scope["method"] != "GET":
             raise HTTPException(_NO_METHOD, headers={"Allow": "GET, HEAD"})
-        return found
+        return response
 
 
 def make_app(settings: Settings) -> Observer:

@@ -165,7 +165,7 @@ def identify_print(
     with open_served_gallery(where) as gallery:
         search = _search(gallery, matcher)
         start = time.perf_counter()
-        found, entries = identify_entries(
+        result, entries = identify_entries(
             gallery,
             search,
             given.template,
@@ -175,18 +175,18 @@ def identify_print(
             workers=1,
         )
         seconds = time.perf_counter() - start
-        numbers = [candidate.number for candidate in found.candidates]
+        numbers = [candidate.number for candidate in result.candidates]
         gallery.record("identify", probe=upload.data, candidates=numbers)
         name, damaged = short_name(gallery.name), len(gallery.damaged)
-    candidates = found.candidate_dicts(entries)
+    candidates = result.candidate_dicts(entries)
     return {
         "gallery": name,
         "matcher": matcher,
-        "enrolled": found.enrolled,
+        "enrolled": result.enrolled,
         "damaged": damaged,
-        "compared": found.compared,
-        "loss": found.loss,
-        "passed_on": list(found.passed_on),
+        "compared": result.compared,
+        "loss": result.loss,
+        "passed_on": list(result.passed_on),
         "probe": given.name,
         "notes": list(given.notes),
         "seconds": round(seconds, 4),
@@ -249,6 +249,6 @@ def _search(gallery: Gallery, matcher: str) -> Search:
     if kept is None or kept[0] != content:
         _kept.clear()
         before = None if kept is None else kept[1]
-        found = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
-        _kept[key] = content, found
+        search = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
+        _kept[key] = content, search
     return _kept[key][1]

@@ -46,7 +46,7 @@ class EnrolledPrint:
 
 @dataclass(frozen=True, slots=True)
 class PairRequest:
-    """Hold two prints, how each is to be read, and how they are to be compared."""
+    """Two prints, how each is to be read, and how they are to be compared."""
 
     probe: Upload
     reference: Upload | EnrolledPrint

@@ -24,7 +24,7 @@ _SEPARATORS: Final = re.compile(r"[/\\]")
 
 @dataclass(frozen=True, slots=True)
 class Upload:
-    """Hold an uploaded file: its name, which is only shown and never made a path, and its bytes."""
+    """An uploaded file: its name, which is only shown and never made a path, and its bytes."""
 
     name: str
     data: bytes = field(repr=False)
@@ -32,7 +32,7 @@ class Upload:
 
 @dataclass(frozen=True, slots=True)
 class PrintOptions:
-    """Hold how an upload is to be read, and the sizes that are refused."""
+    """The options for reading an upload, and the sizes that are refused."""
 
     limits: Limits
     dpi: float | None = None
@@ -64,14 +64,16 @@ def open_upload(
     if dpi is not None:
         check_dpi(dpi)
     bounds = ImageLimits(max_megapixels=limits.megapixels, max_file_megabytes=limits.file_megabytes)
-    found = decode_print(upload.data, upload.name, bounds)
-    if isinstance(found, TemplateRecord):
-        first = found.views[0].template
+    content = decode_print(upload.data, upload.name, bounds)
+    if isinstance(content, TemplateRecord):
+        first = content.views[0].template
         width, height, own_dpi = first.width, first.height, first.dpi
     else:
-        (height, width), own_dpi = found.pixels.shape, found.dpi or STANDARD_DPI
+        (height, width), own_dpi = content.pixels.shape, content.dpi or STANDARD_DPI
     _check_size(upload.name, width, height, dpi or own_dpi, limits)
-    return make_given_print(found, upload.name, dpi=dpi, enhance=options.enhance, recorder=recorder)
+    return make_given_print(
+        content, upload.name, dpi=dpi, enhance=options.enhance, recorder=recorder
+    )
 
 
 def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPrint:

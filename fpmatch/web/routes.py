@@ -289,7 +289,7 @@ async def identify(
     reading, where = PrintOptions(settings.limits, dpi), settings.gallery
     arguments = (upload, reading, where, matcher, candidates, threshold)
     document = await run(gallery_work.identify_print, *arguments)
-    audit(candidates=[found["id"] for found in document["candidates"]])
+    audit(candidates=[candidate["id"] for candidate in document["candidates"]])
     return models.Identified(**document)
 
 
@@ -333,8 +333,8 @@ async def list_prints(
 ) -> models.EnrolledPrints:
     """Return what `fpmatch gallery list --subject --json` prints."""
     audit(subject=subject)
-    found = await run(gallery_work.list_prints, settings.gallery, subject)
-    return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in found])
+    rows = await run(gallery_work.list_prints, settings.gallery, subject)
+    return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in rows])
 
 
 @gallery_router.post(

@@ -32,7 +32,7 @@ class ServeError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class BoundServer:
-    """Hold a listening socket, its address for browsers, and settings with hosts and clients."""
+    """A listening socket, its address for browsers, and settings with hosts and clients."""
 
     listener: socket.socket
     address: str

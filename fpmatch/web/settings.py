@@ -38,7 +38,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Hold the settings of a server.
+    """The settings of a server.
 
     `hosts` are its names in requests, in lower case and without a port. `clients` are known by the
     SHA-256 of their tokens, of which every request must contain one, if there are any. With it, IP

@@ -38,10 +38,10 @@ def show_views(request: PairRequest) -> dict[str, Any]:
 
 
 def _ridges(verification: Verification) -> dict[str, Any] | None:
-    found, compared = verification.ridge_map, verification.compared
-    if found is None or compared is None:
+    ridges, compared = verification.ridge_map, verification.compared
+    if ridges is None or compared is None:
         return None
-    document = found.as_dict()
+    document = ridges.as_dict()
     cells = [(*cell, hexadecimal(agreement(cell[2]))) for cell in document["cells"]]
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
     area = {"area_mm2": compared.ridge_area_mm2}

@@ -35,7 +35,7 @@ LOG_BYTES: Final = 1_000_000
 
 @dataclass(frozen=True)
 class Outcome:
-    """Hold what an attack did to ordinary clients, and to the server."""
+    """The effect of an attack on ordinary clients, and on the server."""
 
     attack: str
     source: str

@@ -25,7 +25,7 @@ Script = Iterator[tuple[bytes, float]]  # what is sent, and seconds until the ne
 
 @dataclass(frozen=True)
 class Attack:
-    """Hold the connections of an attack: their number, what they send, and whether they read."""
+    """The connections of an attack: their number, what they send, and whether they read."""
 
     name: str
     connections: int

@@ -66,7 +66,7 @@ def noisy_print() -> bytes:
 
 @dataclass
 class Times:
-    """Hold what ordinary clients noticed: seconds by kind of request, refusals, wrong answers."""
+    """Measures of ordinary clients: seconds by kind of request, refusals, wrong answers."""
 
     seconds: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     refused: int = 0

@@ -24,7 +24,7 @@ _PAUSE_S: Final = 0.05
 
 @dataclass(frozen=True)
 class Server:
-    """Hold where a server listens, its process, and the file of its log."""
+    """The address of a server, its process, and the file of its log."""
 
     place: tuple[str, int]
     pid: int

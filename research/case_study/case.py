@@ -27,7 +27,7 @@ ROOM_PX: Final = 10.0  # pixels of the image around the print and its minutiae
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseSide:
-    """Hold one print, its minutiae and their triangulation, in pixels of the image, y down."""
+    """One print, its minutiae and their triangulation, in pixels of the image, y down."""
 
     letter: str  # P for the probe, Q for the reference
     name: str
@@ -79,7 +79,7 @@ class CaseSide:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """Hold two prints, and their comparison by the default matcher and by the paper's."""
+    """Two prints, and their comparison by the default matcher and by the paper's."""
 
     probe: CaseSide
     reference: CaseSide

@@ -34,7 +34,7 @@ TEMPLATE_FORMATS = {".json": "json", ".csv": "csv", ".iso": "iso2005", ".ansi": 
 
 @dataclass
 class Batch:
-    """Hold a folder of prints, and the names of its damaged files."""
+    """A folder of prints, and the names of its damaged files."""
 
     folder: Path
     files: list[Path] = field(default_factory=list)
@@ -43,7 +43,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Hold the faults of one run of a command on a batch."""
+    """The faults of one run of a command on a batch."""
 
     command: str
     seconds: float

@@ -30,7 +30,7 @@ WRONG: Final = "wrong resolution"
 
 @dataclass
 class DatabaseCheck:
-    """Hold the images and templates of one database.
+    """The images and templates of one database.
 
     Parameters
     ----------

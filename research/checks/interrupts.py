@@ -54,7 +54,7 @@ STOPPED: Final = frozenset({"serve"})  # their usual end, with exit status 0
 
 @dataclass(frozen=True, slots=True)
 class Interrupted:
-    """Hold what a command did that was interrupted after some seconds."""
+    """The end of a command that was interrupted after some seconds."""
 
     command: str
     group: bool

@@ -71,7 +71,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Work:
-    """Hold the templates that a variant is trained and measured on, by database, with fingers."""
+    """The templates that a variant is trained and measured on, by database, with fingers."""
 
     trained_on: Templates
     measured: Templates

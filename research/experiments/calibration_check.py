@@ -32,7 +32,7 @@ LARGEST_FACTOR: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class CalibrationCheck:
-    """Hold how many impostor comparisons of a database reach each of `SCORES`.
+    """The numbers of impostor comparisons of a database that reach each of `SCORES`.
 
     Parameters
     ----------

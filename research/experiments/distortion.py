@@ -85,7 +85,7 @@ class DistortionParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PressedFinger:
-    """Hold the prints of one finger on one sensor.
+    """The prints of one finger on one sensor.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ def _measured(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scores:
-    """Hold the genuine similarities and scores of one kind of template."""
+    """The genuine similarities and scores of one kind of template."""
 
     similarity: NDArray[np.float64]
     score: NDArray[np.float64]

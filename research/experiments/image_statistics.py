@@ -38,7 +38,7 @@ _UNDEFINED: Final = "-"
 
 @dataclass(frozen=True, slots=True)
 class ImageStatistics:
-    """Hold the statistics of one image; the foreground is where the extractor finds ridges.
+    """The statistics of one image; the foreground is where the extractor finds ridges.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ TITLES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class DatabaseStatistics:
-    """Hold the statistics of the images of a database.
+    """The statistics of the images of a database.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ TITLES: Final = {
 
 @dataclass(frozen=True)
 class Group:
-    """Hold the templates of one kind of print, and their fingers."""
+    """The templates of one kind of print, and their fingers."""
 
     name: str
     templates: Sequence[Template]

@@ -70,7 +70,7 @@ SKELETON_INK: Final[Colour] = (170, 173, 178)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Side:
-    """Hold one print and the results of the matcher's steps, of all its minutiae in order."""
+    """One print and the results of the matcher's steps, of all its minutiae in order."""
 
     name: str
     tint: Tint

@@ -32,7 +32,7 @@ _EDGE: Final = Pen(PANEL_EDGE, width=1.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintTile:
-    """Hold one print of a sheet.
+    """One print of a sheet.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ NOT_OURS = "in no file of fpmatch"
 
 @dataclass
 class Finding:
-    """Hold the first input that showed one kind of failure, and how often it was seen.
+    """The first input that showed one kind of failure, and how often it was seen.
 
     Parameters
     ----------

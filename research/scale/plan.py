@@ -27,7 +27,7 @@ MAPPED_FILES: Final = 65_530.0  # vm.max_map_count
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Hold the machines for a gallery; a replica of a shard is a machine.
+    """The machines for a gallery; a replica of a shard is a machine.
 
     Times are seconds, of all cores of a machine where `core_hours` does not say otherwise.
     """

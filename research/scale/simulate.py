@@ -24,7 +24,7 @@ QUANTILES: Final = (0.5, 0.95, 0.99)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """Hold what became of each probe: seconds from arrival to answer, and whether all answered."""
+    """The fate of each probe: seconds from arrival to answer, and whether all answered."""
 
     arrival: NDArray[np.float64]
     latency: NDArray[np.float64]

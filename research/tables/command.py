@@ -47,9 +47,12 @@ def _page_command(name: str) -> click.Command:
 
     options = [
         click.Option(
-            [f"--{part.replace('_', '-')}", part], type=PATH, metavar="FILE", help=f"{found.help}."
+            [f"--{part.replace('_', '-')}", part],
+            type=PATH,
+            metavar="FILE",
+            help=f"{measured.help}.",
         )
-        for part, found in page.parts.items()
+        for part, measured in page.parts.items()
     ]
     files = sorted({str(path.name) for path, _ in page.blocks})
     return Command(

@@ -1,7 +1,7 @@
 """The generated blocks of the documentation: their results, and the functions that format them.
 
-The results are kept as JSON in ``docs/data``. A page's block stands between the comments
-``MARK:start`` and ``MARK:end``.
+Results of measurements are kept as JSON in ``docs/data``. A block stands between the comments
+``MARK:start`` and ``MARK:end`` of its page.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from fpmatch.evaluation.points.table import format_bench_markdown
 from fpmatch.output import atomic_write_bytes
 from research.commands import ROOT, write_json
 from research.marked_blocks import marked_block, write_marked_block
+from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.headline import format_headline
 from research.tables.identification import format_fusion, format_identification, tests_kept
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
 DOCS: Final = ROOT / "docs"
 README: Final = ROOT / "README.md"
+CONTRIBUTING: Final = ROOT / "CONTRIBUTING.md"
 
 
 def read_json(path: Path) -> Any:
@@ -84,7 +86,7 @@ class Part:
     help: str
     file: str
     alone: bool = False
-    keep: Callable[[Any], Any] = lambda found: found
+    keep: Callable[[Any], Any] = lambda measured: measured
     read: Callable[[Path], Any] = read_json
 
 
@@ -125,7 +127,7 @@ _SEARCHES: Final = Part(
     keep=tests_kept,
 )
 _BENCH: Final = Part(
-    "scripts/bench --json", "performance.json", keep=lambda found: found["figures"]
+    "scripts/bench --json", "performance.json", keep=lambda measured: measured["figures"]
 )
 
 PAGES: Final = {
@@ -133,6 +135,7 @@ PAGES: Final = {
         {"learned": _LEARNED, "paper": _PAPER, "figures": _BENCH},
         {(README, "headline"): format_headline},
     ),
+    "contributing": Page({}, {(CONTRIBUTING, "rooms"): lambda _: format_rooms()}),
     "accuracy": Page(
         {
             "learned": _LEARNED,
@@ -315,7 +318,7 @@ def write_blocks(changed: Page) -> None:
     """Write the blocks and the figure of a page, and of those that share its results."""
     files = {part.file for part in changed.parts.values()}
     for page in PAGES.values():
-        if files & {part.file for part in page.parts.values()}:
+        if page is changed or files & {part.file for part in page.parts.values()}:
             results = load_results(page)
             for (path, mark), format_block in page.blocks.items():
                 write_marked_block(path, mark, format_block(results))
@@ -325,10 +328,10 @@ def write_blocks(changed: Page) -> None:
 
 def outdated_blocks() -> list[str]:
     """Return the blocks of all pages that differ from what their results give."""
-    found = []
+    outdated = []
     for page in PAGES.values():
         results = load_results(page)
         for (path, mark), format_block in page.blocks.items():
             if marked_block(path.read_text("utf-8"), mark) != format_block(results).strip():
-                found.append(f"{path.relative_to(ROOT)}: the block {mark!r}")
-    return found
+                outdated.append(f"{path.relative_to(ROOT)}: the block {mark!r}")
+    return outdated

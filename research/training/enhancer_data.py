@@ -58,7 +58,7 @@ PURPOSE: Final = 71  # of these random numbers, beside those of synthesis
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Hold a normalised picture and the relief that it shows, both int8, shape (H, W)."""
+    """A normalised picture and the relief that it shows, both int8, shape (H, W)."""
 
     picture: NDArray[np.int8]
     relief: NDArray[np.int8]

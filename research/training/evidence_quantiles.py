@@ -100,7 +100,7 @@ class AmountParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AmountSample:
-    """Hold comparisons of one kind: what they come to, and how much was compared.
+    """Comparisons of one kind: their weighted sums, and how much was compared.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class SampleParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreSample:
-    """Hold the comparisons of one database.
+    """The comparisons of one database.
 
     Parameters
     ----------

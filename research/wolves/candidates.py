@@ -45,7 +45,7 @@ CELLS: Final = round(FRAME_PX / CELL_PX)
 
 @dataclass(frozen=True, eq=False)
 class TemplateCandidate:
-    """Hold a template in the frame of `research.wolves.templates`, and the finger of its part."""
+    """A template in the frame of `research.wolves.templates`, and the finger of its part."""
 
     made: Template
     fingers: tuple[int, ...] = ()
@@ -190,7 +190,7 @@ class Patch:
 
 @dataclass(frozen=True, eq=False)
 class ImageCandidate:
-    """Hold an image as patches, later ones over earlier ones; the first fills it."""
+    """An image as patches, later ones over earlier ones; the first fills it."""
 
     side: int
     patches: tuple[Patch, ...]

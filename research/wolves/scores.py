@@ -30,7 +30,7 @@ NO_FINGER: Final = -1  # of a template that is not of a finger
 
 @dataclass(frozen=True, eq=False)
 class Prints:
-    """Hold whole prints and their fingers; databases have no finger in common."""
+    """Whole prints and their fingers; databases have no finger in common."""
 
     templates: list[Template]
     finger: NDArray[np.intp]
@@ -68,7 +68,7 @@ class Prints:
 
 @dataclass(frozen=True, eq=False)
 class References:
-    """Hold the prepared prints of a form that templates are compared with."""
+    """The prepared prints of a form that templates are compared with."""
 
     many: PackedTemplates
     finger: NDArray[np.intp]
@@ -83,7 +83,7 @@ class References:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """Hold a template that should match nothing.
+    """A template that should match nothing.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class Probe:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Hold the scores of templates of one kind and size against references of one form.
+    """The scores of templates of one kind and size against references of one form.
 
     Parameters
     ----------

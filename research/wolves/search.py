@@ -49,7 +49,7 @@ class Candidate(Protocol):
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """Hold the kind and size of wolves, and the functions that start and change a candidate."""
+    """The kind and size of wolves, and the functions that start and change a candidate."""
 
     kind: str
     size: int

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """Hold positions at 500 dpi, directions in radians, and the resolution of the image."""
+    """Positions at 500 dpi, directions in radians, and the resolution of the image."""
 
     xy: NDArray[np.float64]
     angle: NDArray[np.float64]

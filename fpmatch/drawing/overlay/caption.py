@@ -30,17 +30,17 @@ def evidence(verification: Verification) -> list[Fact]:
     """Return the evidence for or against a match, as (label, value)."""
     v = verification
     ours, theirs = len(v.probe.minutiae), len(v.reference.minutiae)
-    found = [
+    facts = [
         ("False match rate", odds(v.fmr) + (", extrapolated" if v.extrapolated else "")),
         ("Minutiae paired", f"{len(v.pairs)} (probe {ours}, reference {theirs})"),
     ]
     if v.transform is not None:
         area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm²"
-        found += [("Agreement", _percent(v.agreement)), ("Overlap", _percent(v.overlap) + area)]
+        facts += [("Agreement", _percent(v.agreement)), ("Overlap", _percent(v.overlap) + area)]
     if v.transform is not None and v.compared and v.compared.ridge_agreement is not None:
         added = f"{v.compared.ridge_score:+.1f} of the score"
-        found.append(("Ridge agreement", f"{v.compared.ridge_agreement:.2f}, {added}"))
-    return [*found, ("Matcher", v.matcher)]
+        facts.append(("Ridge agreement", f"{v.compared.ridge_agreement:.2f}, {added}"))
+    return [*facts, ("Matcher", v.matcher)]
 
 
 def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:

@@ -1,4 +1,4 @@
-"""The overlay of two prints: superposed, beside each other, or their ridge agreement."""
+"""The overlay of two prints: superposed, side by side, or their ridge agreement."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SUFFIXES: Final = (".png", ".svg")
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Hold what `draw` draws; the options exclude each other."""
+    """The picture that `draw` draws; the options exclude each other."""
 
     side_by_side: bool = False
     ridges: bool = False

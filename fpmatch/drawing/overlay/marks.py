@@ -36,7 +36,7 @@ _KIND_NAMES: Final = ("minutia", "ending", "bifurcation")  # by the values of Mi
 
 @dataclass(frozen=True, slots=True)
 class MarkStyle:
-    """Hold how the minutiae of one side are drawn; lengths in page pixels."""
+    """The style of the minutiae of one side; lengths in page pixels."""
 
     colour: Colour  # of the shape's outline and of the tick
     radius: float  # of an ending's circle; squares and diamonds have about the same area
@@ -82,7 +82,7 @@ _ARC_ANGLES: Final = (-0.3, -0.1, 0.1, 0.3)  # radians, of the points of an arc 
 
 @dataclass(frozen=True, slots=True)
 class ExaminerMark:
-    """Hold a mark that an examiner set: its letter, and its place on one side, in pixels."""
+    """A mark that an examiner set: its letter, and its place on one side, in pixels."""
 
     letter: str
     side: str

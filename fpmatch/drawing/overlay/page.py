@@ -35,7 +35,7 @@ _MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Print:
-    """Hold one side of a comparison: its pixels (uint8, (H, W)) and its template."""
+    """One side of a comparison: its pixels (uint8, (H, W)) and its template."""
 
     pixels: NDArray[np.uint8]
     template: Template

@@ -31,15 +31,15 @@ _INK: Final[palette.Colour] = (70, 72, 76)
 def ridge_page(
     reference: Print,
     verification: Verification,
-    found: RidgeMap,
+    ridges: RidgeMap,
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
-    """Compose the page of the reference with the cells of `found`.
+    """Compose the page of the reference with the cells of `ridges`.
 
     `own` are marks that an examiner set.
     """
     t = reference.template
-    shown = np.vstack([corners(t.width, t.height), found.corners.reshape(-1, 2)])
+    shown = np.vstack([corners(t.width, t.height), ridges.corners.reshape(-1, 2)])
     view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
 
@@ -53,7 +53,7 @@ def ridge_page(
         transform = verification.transform
         there = None if transform is None else to_page @ of_transform(transform)
         inside: tuple[Item, ...] = (
-            *_cells(found, to_page),
+            *_cells(ridges, to_page),
             *((ink,) if ink else ()),
             *marks(t.minutiae, j, to_page, BESIDE_PAIRED["reference"], place, titles),
             *examiner_marks(own, "reference", to_page, there, place),
@@ -62,14 +62,14 @@ def ridge_page(
 
     size = (round(view.width * zoom), round(view.height * zoom))
     area = 0.0 if verification.compared is None else verification.compared.ridge_area_mm2
-    legend = partial(ridge_legend, mean=found.mean, area_mm2=area)
+    legend = partial(ridge_legend, mean=ridges.mean, area_mm2=area)
     return page(verification, size, panel, legend)
 
 
-def _cells(found: RidgeMap, to_page: NDArray[np.float64]) -> list[Item]:
-    values = found.correlation[found.compared].tolist()
+def _cells(ridges: RidgeMap, to_page: NDArray[np.float64]) -> list[Item]:
+    values = ridges.correlation[ridges.compared].tolist()
     items: list[Item] = []
-    for corner, value in zip(found.corners, values, strict=True):
+    for corner, value in zip(ridges.corners, values, strict=True):
         colour = palette.agreement(value)
         points = tuple(moved(to_page, corner))
         title = f"ridge agreement {value:.2f}"

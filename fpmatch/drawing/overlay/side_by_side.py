@@ -1,4 +1,4 @@
-"""The page of two prints beside each other: each as it was taken, the pairs numbered."""
+"""The page of two prints side by side: each as it was taken, the pairs numbered."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _OUTSIDE_COST: Final = 4.0  # of leaving the panel, in costs of covering somethi
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """Hold one print of the page, its role, and the indices of its paired minutiae."""
+    """One print of the page, its role, and the indices of its paired minutiae."""
 
     role: str
     print_: Print

@@ -49,17 +49,17 @@ class PairWarp:
 
     def to_reference(self, points: ArrayLike) -> Points:
         """Map pixels of the probe, shape (N, 2), to the reference's."""
-        found = np.array(self.transform.apply(points), np.float64)
+        moved = np.array(self.transform.apply(points), np.float64)
         corners = self.before[self.mesh.simplices]
         to_shares = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
-        shares = np.einsum("tij,ntj->nti", to_shares, found[:, None, :] - corners[:, 0])
+        shares = np.einsum("tij,ntj->nti", to_shares, moved[:, None, :] - corners[:, 0])
         shares = np.concatenate([1.0 - shares.sum(2, keepdims=True), shares], axis=2)
         inside: NDArray[np.bool_] = np.all(shares >= -_ROUNDING, axis=2)
         chosen = np.flatnonzero(np.any(inside, axis=1))
         triangle = np.argmax(inside[chosen], axis=1)
         there = self.after[self.mesh.simplices[triangle]]
-        found[chosen] = np.einsum("ni,nij->nj", shares[chosen, triangle], there)
-        return found
+        moved[chosen] = np.einsum("ni,nij->nj", shares[chosen, triangle], there)
+        return moved
 
     def displacement(self, points: Points) -> Points:
         """Return what leads from pixels of the reference to where the transform maps them."""

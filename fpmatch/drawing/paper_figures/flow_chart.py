@@ -29,7 +29,7 @@ CAPTION: Final = (
 
 
 class Step(NamedTuple):
-    """Hold one box, or the diamond of a decision, which has no width of its own."""
+    """One box, or the diamond of a decision, which has no width of its own."""
 
     y: float
     text: str

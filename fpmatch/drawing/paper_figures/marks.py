@@ -42,7 +42,7 @@ ROW_HEIGHT: Final = 28.0  # of a table
 
 
 class Tint(NamedTuple):
-    """Hold the colours of a set's areas and marks, and the shape of its points."""
+    """The colours of a set's areas and marks, and the shape of its points."""
 
     ink: Colour
     mark: Colour

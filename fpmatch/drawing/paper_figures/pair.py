@@ -43,7 +43,7 @@ TRUE: Final = "true transform"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointSide:
-    """Hold one of the two sets: its letter, its name in errors, and its triangulation."""
+    """One of the two sets: its letter, its name in errors, and its triangulation."""
 
     letter: str
     source: str
@@ -76,7 +76,7 @@ class PointSide:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointPair:
-    """Hold two sets and their partners."""
+    """Two sets, their partners, and the transform of one onto the other."""
 
     p: PointSide
     q: PointSide

@@ -29,7 +29,7 @@ WELL_APART: Final = 0.4  # the same of the nearest neighbour, in the mean distan
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ring:
-    """Hold a closed one-ring of d points, and its unit circle."""
+    """A closed one-ring of d points, and its unit circle."""
 
     side: PointSide
     centre: int
@@ -85,7 +85,7 @@ class Ring:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RingPair:
-    """Hold the rings of two partners, of as many points each.
+    """The rings of two partners, with equally many points.
 
     The circles agree best at the cyclic `shift`, by which point k of P's ring is taken for point
     k + shift of Q's, and at a rotation of P's circle by `turn` radians; `true_shift` follows from
@@ -171,10 +171,10 @@ def choose_ring_pair(pair: PointPair, index: int | None = None) -> RingPair:
     such ring, it is not closed, or it has no partner in Q.
     """
     if index is not None:
-        found = _ring_pair(pair, index)
-        if isinstance(found, str):
-            raise PointSetError(f"{pair.p.source}: point {index}: {found}")
-        return found
+        chosen = _ring_pair(pair, index)
+        if isinstance(chosen, str):
+            raise PointSetError(f"{pair.p.source}: point {index}: {chosen}")
+        return chosen
     closed = (_ring_pair(pair, int(i)) for i in pair.p.mesh.interior.nonzero()[0])
     rings = [ring for ring in closed if isinstance(ring, RingPair)]
     if not rings:

@@ -59,7 +59,7 @@ _RIM_CSS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class PointFigure:
-    """Hold the file of a figure, such as ``figure_5_weights.svg``, and the words in it."""
+    """The file of a figure, such as ``figure_5_weights.svg``, and the words in it."""
 
     file_name: str
     title: str

@@ -119,7 +119,7 @@ def _length(ring: Ring, in_frame: float) -> str:
 
 
 class SubTriangle(NamedTuple):
-    """Hold the triangle that one point of a ring forms with the side across the centre.
+    """The triangle that one point of a ring forms with the side across the centre.
 
     `corners` are the places in the ring of p_l, p_r and p_{r+1}: the line from p_l through the
     centre leaves the ring between the latter two. `shares` are δ1, δ2, δ3, the barycentric
@@ -140,14 +140,14 @@ def sub_triangles(ring: ArrayLike, centre: ArrayLike) -> list[SubTriangle]:
     d = len(away)
     cross = np.outer(away[:, 0], away[:, 1])
     cross = cross - cross.T  # twice the area of centre, point, point
-    found = []
+    triangles = []
     for first in range(d):
         r = next(r for r in range(d) if cross[first, r] >= 0 > cross[first, (r + 1) % d])
         s = (r + 1) % d
         areas = np.array([cross[r, s], cross[s, first], cross[first, r]])
         one, two, three = (areas / areas.sum()).tolist()
-        found.append(SubTriangle((first, r, s), (one, two, three)))
-    return found
+        triangles.append(SubTriangle((first, r, s), (one, two, three)))
+    return triangles
 
 
 def shares_table(triangles: list[SubTriangle]) -> Floats:

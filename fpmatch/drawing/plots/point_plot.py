@@ -46,7 +46,7 @@ _LEAST_EXPONENT: Final = -300
 
 
 class _Mark(NamedTuple):
-    """Hold how points of one kind are drawn, by a marker of matplotlib's."""
+    """The marker of matplotlib that draws points of one kind."""
 
     marker: str
     colour: Colour

@@ -22,7 +22,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Hold an upright rectangle: its top-left corner and its size, not negative."""
+    """An upright rectangle: its top-left corner and its size, not negative."""
 
     x: float
     y: float
@@ -68,7 +68,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """Hold how a shape is drawn."""
+    """The line and the fill of a shape."""
 
     stroke: Colour | None = None  # of the line
     fill: Colour | None = None  # of the inside
@@ -151,7 +151,7 @@ Item: TypeAlias = Path | Circle | Text | Ink | Overprint | Group
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Hold a whole page: its size in pixels, its items in the order of drawing, its description."""
+    """A whole page: its size in pixels, its items in the order of drawing, its description."""
 
     width: int
     height: int

@@ -1,7 +1,7 @@
 """Places on the page: 3 x 3 matrices from the pixels of a print to page coordinates.
 
-Pixels of a print are counted at their centres, (0, 0) the first; page coordinates are those of
-`fpmatch.drawing.scene.items`.
+Pixels of a print are counted at their centres, (0, 0) the first. `fpmatch.drawing.scene.items`
+defines page coordinates.
 """
 
 from __future__ import annotations

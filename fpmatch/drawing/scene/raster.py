@@ -98,12 +98,12 @@ def _paint_ink(page: Page, ink: Ink, clip: Box) -> None:
 
 def _parts(text: Text) -> list[Text]:
     """Return a text as the font writes it: in one part, or in several one after another."""
-    found = parts(text.text, text.size)
+    pieces = parts(text.text, text.size)
     x, anchor = text.x, text.anchor
-    if len(found) > 1:
+    if len(pieces) > 1:
         x, anchor = x - _BEFORE[anchor] * text_width(text.text, text.size), "start"
     placed = []
-    for letters, size, rise in found:
+    for letters, size, rise in pieces:
         placed.append(replace(text, x=x, y=text.y - rise, text=letters, size=size, anchor=anchor))
         x += font(size).getlength(letters)
     return placed

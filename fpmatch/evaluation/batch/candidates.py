@@ -49,7 +49,7 @@ _FORMAT: Final = "2"  # of the state of an unfinished run
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """Hold the outcome for one probe: `result` is None where it has no template.
+    """The outcome for one probe: `result` is None where it has no template.
 
     `entries` are those of the candidates; `number` is that of the probe among all.
     """
@@ -76,7 +76,7 @@ class SearchOptions:
 
 @dataclass(frozen=True, slots=True)
 class SearchSummary:
-    """Hold counts, failures and times of a run of `write_candidates`.
+    """Counts, failures and times of a run of `write_candidates`.
 
     `resumed` and `failed` count probes: those of an earlier, interrupted run, and those without a
     template. `failures` are the paths and reasons of the latter in this run; `seconds` is the wall

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PairChunk:
-    """Hold some pairs, as numbers of prints of the two sides; shape (N,) each.
+    """Some pairs, as numbers of prints of the two sides; shape (N,) each.
 
     `genuine` is 1, 0 or -1 (unknown) where a list states it.
     """

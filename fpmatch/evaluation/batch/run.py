@@ -130,7 +130,7 @@ class RowWriter:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonTask:
-    """Hold the pairs of a chunk with the templates they need, in bytes; failed prints have none."""
+    """The pairs of a chunk with the templates they need, in bytes; failed prints have none."""
 
     pairs: PairChunk
     probes: Mapping[int, bytes]

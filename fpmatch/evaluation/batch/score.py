@@ -53,7 +53,7 @@ class ImageFailure:
 
 @dataclass(frozen=True, slots=True)
 class ScoreSummary:
-    """Hold counts, failures and times of a run of `score`.
+    """Counts, failures and times of a run of `score`.
 
     `references` and `probes` count the prints that were needed, `resumed` the pairs that an
     earlier, interrupted run had compared, and `failed_pairs` the rows without a score because a

@@ -48,7 +48,7 @@ _END: Final = (2**63, b"")  # after all entries of a gallery
 
 @dataclass(frozen=True, slots=True)
 class StoredTemplate:
-    """Hold the template of one print in bytes, for `unpack`, or the reason why there is none.
+    """The template of one print in bytes, for `unpack`, or the reason why there is none.
 
     `quality` is that of its image, 0 to 100; None where there is none. `digest` is equal for prints
     of the same frame and minutiae; b"" without minutiae.

@@ -50,7 +50,7 @@ _TRANSFORM_HEAD: Final = (
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeResult:
-    """Hold the extraction results of one or more prints; results add up.
+    """The extraction results of one or more prints; results add up.
 
     Counts are one for each of `TOLERANCES`; with any kinds, and with equal ones. `causes` counts
     the false positives at `MAIN_TOLERANCE`, with any kinds.
@@ -97,7 +97,7 @@ class MinutiaeResult:
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeSetResult:
-    """Hold the results on one database, or on several pooled.
+    """The results on one database, or on several pooled.
 
     `prints` holds each image's name and result, `genuine` the number of genuine pairs, and `errors`
     those of the pairs that were judged.
@@ -133,7 +133,7 @@ class MinutiaeSetResult:
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeReport:
-    """Hold the results on some databases with ground truth."""
+    """The results on some databases with ground truth."""
 
     sets: tuple[MinutiaeSetResult, ...]
 

@@ -27,7 +27,7 @@ MAX_SHIFT_PX: Final = 4.0
 
 @dataclass(frozen=True, slots=True)
 class TransformError:
-    """Hold the error of one transform; NaN where none was found.
+    """The error of one transform; NaN where none was found.
 
     The true transform is ``reference.after(probe.inverse())`` of the two prints' own transforms.
     The overlap is sampled at the true minutiae that are visible in both: `shift_px` is the distance

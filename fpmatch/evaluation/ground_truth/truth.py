@@ -26,7 +26,7 @@ TRUTH_FOLDER: Final = "truth"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImpressionTruth:
-    """Hold the ground truth of one impression; positions in pixels of its image.
+    """The ground truth of one impression; positions in pixels of its image.
 
     `transform` maps the finger's master print onto the image, up to the `displacement` of the skin.
     For each minutia listed for the image, `master` holds its index in the finger's minutiae. The

@@ -37,7 +37,7 @@ _DASHES: Final = {"-": "", "--": "6 3", "-.": "7 3 2 3", ":": "2 3"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """Hold one line of a plot: scores, greater for more similar prints; `bold` stands out."""
+    """One line of a plot: scores, greater for more similar prints; `bold` stands out."""
 
     label: str
     genuine: NDArray[np.float64]

@@ -47,7 +47,7 @@ ODD_SCALE: Final = 1.07  # beyond that of the resolutions
 
 @dataclass(frozen=True, slots=True)
 class HardPair:
-    """Hold one hard pair; `score` is None where the matcher has no calibration.
+    """One hard pair; `score` is None where the matcher has no calibration.
 
     `picture` is a WebP of the overlay, empty where there is none.
     """

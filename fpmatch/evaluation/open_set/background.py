@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BackgroundPrints:
-    """Hold a search of prints without mates, the finger of each, and the subject of each finger.
+    """A search of prints without mates, the finger of each, and the subject of each finger.
 
     Fingers are numbered from 0; a subject is None where it is not known.
     """

@@ -33,7 +33,7 @@ def search_of(templates: Sequence[Template], matcher: Matcher) -> Search:
 
 @dataclass(frozen=True, eq=False)
 class EnrolledSubjects:
-    """Hold the subject of each entry of a search, numbered from 0, and which of its fingers it is.
+    """The subject of each entry of a search, numbered from 0, and which of its fingers it is.
 
     Entries of subject -1 are of no subject. It is a `fpmatch.gallery.identify_fused.Subjects`.
     """

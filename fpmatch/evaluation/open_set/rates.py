@@ -51,7 +51,7 @@ DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())
 
 @dataclass(frozen=True, slots=True)
 class IdentificationPoint:
-    """Hold the FNIR at the lowest threshold whose FPIR is at most `fpir`, and what 1:1 predicts.
+    """The FNIR at the lowest threshold whose FPIR is at most `fpir`, and what 1:1 predicts.
 
     `fnir` is None where there are fewer than 1 / `fpir` searches without a mate; `interval` is its
     95 % interval, and `bound` the basis of that where it has one limit. Candidates count above the
@@ -76,7 +76,7 @@ class IdentificationPoint:
 
 @dataclass(frozen=True, slots=True)
 class OpenSetRates:
-    """Hold the error rates of some searches.
+    """The error rates of some searches.
 
     `points` are at the wanted FPIRs, `det` at those of `DET_FPIRS` that the searches allow.
     `fnir_at_rank` holds the FNIR at rank 1 to 100 without a threshold, `rank_intervals` the 95 %

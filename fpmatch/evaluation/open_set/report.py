@@ -20,7 +20,7 @@ RANKS_SHOWN = (1, 10, 100)
 
 @dataclass(frozen=True, slots=True)
 class IdentificationRow:
-    """Hold the error rates of the searches for the prints of one database.
+    """The error rates of the searches for the prints of one database.
 
     `prints` is the number of its prints, of which `failures` have no template.
     """
@@ -44,7 +44,7 @@ class IdentificationRow:
 
 @dataclass(frozen=True, slots=True)
 class IdentificationReport:
-    """Hold the error rates of identification by one matcher, by databases and pooled.
+    """The error rates of identification by one matcher, by databases and pooled.
 
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
     `background` of them without prints in the databases. `preselected` is whether only prints on

@@ -58,7 +58,7 @@ def group_fingers(subjects: Sequence[object], size: int) -> list[tuple[int, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roles:
-    """Hold the roles of all presentations, which are numbered subject by subject.
+    """The roles of all presentations, which are numbered subject by subject.
 
     `subject` holds the subject of each presentation, and `place` its place among the subject's.
     `sizes` holds the number of presentations of each subject, and `group` its group.

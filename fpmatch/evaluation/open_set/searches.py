@@ -40,7 +40,7 @@ NO_SCORE: Final = -1.0  # below every score: the mate is not listed, or there is
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Searches:
-    """Hold the outcomes of all searches.
+    """The outcomes of all searches.
 
     Of those with a mate, M, `score` and `rank` are those of the mate, ties counting against it, and
     `direct` is the score of comparing both 1:1. Of those without one, L, `highest` is the highest
@@ -75,7 +75,7 @@ class Searches:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Background:
-    """Hold a search of prints without mates, with the subject and the finger of each.
+    """A search of prints without mates, with the subject and the finger of each.
 
     Subjects are numbered from 0, fingers of a subject likewise; as for `EnrolledSubjects`.
     """

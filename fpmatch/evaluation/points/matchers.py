@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCase:
-    """Hold the input of a matcher."""
+    """The input of a matcher."""
 
     p: NDArray[np.float64]  # shape (m, 2)
     q: NDArray[np.float64]  # shape (n, 2)
@@ -59,7 +59,7 @@ class StoppedError(BaseException):
 
 @dataclass(frozen=True, slots=True)
 class BenchMatcher:
-    """Hold a matcher by its name in tables and files; `find` raises `StoppedError` if stopped."""
+    """A matcher by its name in tables and files; `find` raises `StoppedError` if stopped."""
 
     name: str
     find: Callable[[PointCase], PointMatch]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PointCell:
-    """Hold the results of one matcher under one condition; times are medians or called means."""
+    """The results of one matcher under one condition; times are medians or called means."""
 
     condition: Condition
     matcher: str
@@ -83,7 +83,7 @@ class PointCell:
 
 @dataclass(frozen=True, slots=True)
 class SkippedCell:
-    """Hold the condition and matcher of a cell that was not run, and the reason."""
+    """The condition and matcher of a cell that was not run, and the reason."""
 
     condition: Condition
     matcher: str

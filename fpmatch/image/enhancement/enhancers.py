@@ -42,7 +42,7 @@ MAX_AMPLITUDE: Final = 2.0  # of the scaled image
 
 
 class EnhancedPrint(NamedTuple):
-    """Hold an enhanced image with its mask and orientation."""
+    """An enhanced image with its mask and orientation."""
 
     blocks: Mask  # segmentation mask on the blocks, (rows, columns)
     mask: Mask  # the same at the pixels, (H, W)

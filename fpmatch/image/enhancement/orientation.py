@@ -20,7 +20,7 @@ TRUSTED_COHERENCE: Final = 0.5  # from which the fine orientation is taken alone
 
 
 class OrientationField(NamedTuple):
-    """Hold the local ridge orientation of blocks, (rows, columns)."""
+    """The local ridge orientation of blocks, (rows, columns)."""
 
     orientation: Floats  # radians in [0, π), counter-clockwise on screen from +x
     coherence: Floats  # agreement of the neighbourhood with it, 0 (none) to 1

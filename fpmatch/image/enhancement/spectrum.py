@@ -27,7 +27,7 @@ _BAND_ROWS: Final = 16  # rows of blocks at a time: memory does not grow with th
 
 
 class RidgeSpectrum(NamedTuple):
-    """Hold the energies in the windowed neighbourhood of each block, (rows, columns)."""
+    """The energies in the windowed neighbourhood of each block, (rows, columns)."""
 
     energy: Floats  # of the wave of each of `ANGLES` and `PERIODS_PX`, (rows, columns, A, F)
     total: Floats  # of all, (rows, columns); a pure wave has ``energy = total``

@@ -37,7 +37,7 @@ _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class DatasetInfo:
-    """Hold the contents of ``dataset.toml``, which describe all prints of a folder."""
+    """The contents of ``dataset.toml``, which describe all prints of a folder."""
 
     name: str | None = None  # of the database
     dpi: float | None = None  # None: each file's own

@@ -29,7 +29,7 @@ ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully tra
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyImage:
-    """Hold one impression as it was read.
+    """One impression as it was read.
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def _eight_bit(values: NDArray[Any]) -> Grey:
     narrow, wide = (1.0, 255.0) if values.dtype.kind == "f" else (255.0, 65535.0)
     span = narrow if values.max() <= narrow and values.dtype.char != "H" else wide
     if values.min() < 0 or values.max() > span:
-        found = f"pixel values run from {values.min():g} to {values.max():g}"
-        raise ImageError(f"{found}, outside 0 to {span:g}")
+        given = f"pixel values run from {values.min():g} to {values.max():g}"
+        raise ImageError(f"{given}, outside 0 to {span:g}")
     scaled = np.empty(values.shape, np.uint8)
     for rows in _bands(values.shape):
         scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))

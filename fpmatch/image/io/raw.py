@@ -19,7 +19,7 @@ _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class RawSize:
-    """Hold the positive size of an image whose file is its pixels, row by row, 8 bits each."""
+    """The positive size of an image whose file is its pixels, row by row, 8 bits each."""
 
     width: int
     height: int

@@ -1,7 +1,7 @@
 """Prints inside records: ANSI/NIST-ITL files (AN2, EFT, EBTS) and finger image records.
 
-Finger image records are those of ISO/IEC 19794-4:2005 and :2011 and of ANSI/INCITS 381-2004. Images
-are compressed like a file of their own, or bare pixels.
+ISO/IEC 19794-4:2005 and :2011 and ANSI/INCITS 381-2004 define finger image records. Images are
+compressed like a file of their own, or bare pixels.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ def decode_an2(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> Gre
         raise ImageReadError(f"ANSI/NIST file without a grey print (its records: type {types})")
     record = prints[0]
     is_binary = record.type == _GREY_FINGER
-    found = _binary_print(record.data, first) if is_binary else _tagged_print(record)
-    image = _decode(found, f"ANSI/NIST type {record.type}", limits, decode_file)
-    if found.note:
-        image = replace(image, notes=(*image.notes, found.note))
+    stored = _binary_print(record.data, first) if is_binary else _tagged_print(record)
+    image = _decode(stored, f"ANSI/NIST type {record.type}", limits, decode_file)
+    if stored.note:
+        image = replace(image, notes=(*image.notes, stored.note))
     if len(prints) == 1:
         return image
     return replace(image, notes=(*image.notes, f"the first of its {len(prints)} images was read"))
@@ -192,13 +192,13 @@ def _decode(
             raise ImageReadError(f"damaged {record} image (pixels are missing)")
         decoded = decode_raw(image.data[: size.bytes], size, limits)
         return replace(decoded, dpi=image.dpi, format=record)
-    found = decode_file(image.data, limits)
-    if found is None:
+    opened = decode_file(image.data, limits)
+    if opened is None:
         raise ImageReadError(f"{record} with an image that cannot be read ({image.compression})")
-    notes = found.notes
-    height, width = found.pixels.shape
+    notes = opened.notes
+    height, width = opened.pixels.shape
     if (height, width) != (image.height, image.width):
         given = f"its record gives a size of {image.width} x {image.height} pixels"
         notes += (f"{given}, but its image has {width} x {height}",)
-    dpi = found.dpi if image.dpi is None else image.dpi
-    return replace(found, dpi=dpi, format=f"{record}, {found.format}", notes=notes)
+    dpi = opened.dpi if image.dpi is None else image.dpi
+    return replace(opened, dpi=dpi, format=f"{record}, {opened.format}", notes=notes)

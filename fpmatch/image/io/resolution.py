@@ -76,8 +76,8 @@ def tagged_dpi(image: Image.Image, head: bytes) -> tuple[float | None, tuple[str
         if usable_dpi(horizontal) and usable_dpi(vertical):
             both = f"{float(horizontal):g} and {float(vertical):g} dpi"
             notes.append(f"its resolution is not the same along both axes ({both}): ignored")
-    found = (_IN_A_COMMENT.search(comment[:_COMMENT_BYTES]) for comment in _comments(image, head))
-    dpis = (usable_dpi(match[1] or match[2]) for match in found if match)
+    matches = (_IN_A_COMMENT.search(comment[:_COMMENT_BYTES]) for comment in _comments(image, head))
+    dpis = (usable_dpi(match[1] or match[2]) for match in matches if match)
     dpi = next((dpi for dpi in dpis if dpi is not None), None)
     return dpi, tuple(notes[:1]) if dpi is None else ()
 

@@ -53,7 +53,7 @@ _ESCAPES: Final = {
 
 
 class _HuffmanTable(NamedTuple):
-    """Hold, for each word of 16 bits, the symbol whose code it starts with and its length."""
+    """The symbol, and the length of its code, that each word of 16 bits starts with."""
 
     symbols: bytes
     lengths: bytes  # in bits; 0 where no code fits

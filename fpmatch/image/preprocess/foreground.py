@@ -30,7 +30,7 @@ MIN_SIDE_PX: Final = 64
 
 
 class Box(NamedTuple):
-    """Hold a box of an image: rows `top` to before `bottom`, columns `left` to before `right`."""
+    """A box of an image: rows `top` to before `bottom`, columns `left` to before `right`."""
 
     top: int
     bottom: int

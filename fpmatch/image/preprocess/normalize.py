@@ -24,7 +24,7 @@ CLIP: Final = 3.0  # largest normalized value
 
 
 class NormalizedImage(NamedTuple):
-    """Hold a locally normalized image, (H, W)."""
+    """A locally normalized image, (H, W)."""
 
     pixels: Floats  # zero mean, unit deviation, ridges positive; 0 where invalid
     contrast: Floats  # local standard deviation of the grey levels

@@ -74,14 +74,14 @@ def find_polarities(
         return dict.fromkeys(folders, polarity)
     known = cache(read_dataset_info)
     place = {folder: (places or {}).get(folder, folder) for folder in folders}
-    found = {folder: known(folder).polarity for folder in folders}
+    polarities = {folder: known(folder).polarity for folder in folders}
     for folder, above in place.items():
-        if found[folder] == "auto" and above != folder:
-            found[folder] = known(above if above.is_dir() else above.parent).polarity
+        if polarities[folder] == "auto" and above != folder:
+            polarities[folder] = known(above if above.is_dir() else above.parent).polarity
     group = {f: place[f] if len(of) < FEW_IMAGES else f for f, of in folders.items()}
-    open_ = [folder for folder in folders if found[folder] == "auto"]
+    open_ = [folder for folder in folders if polarities[folder] == "auto"]
     if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
-        return found
+        return polarities
     most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
     samples = [
         (path, dpi or known(folder).dpi)
@@ -92,11 +92,11 @@ def find_polarities(
     for (path, _), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
         if one is not None:
             evidence[group[path.parent]].append(one)
-    found |= {folder: common_polarity(evidence[group[folder]]) for folder in open_}
-    doubtful = [folder for folder in open_ if found[folder] == "auto"]
+    polarities |= {folder: common_polarity(evidence[group[folder]]) for folder in open_}
+    doubtful = [folder for folder in open_ if polarities[folder] == "auto"]
     groups = dict.fromkeys(group[folder] for folder in doubtful)
     together = common_polarity([one for key in groups for one in evidence[key]])
-    return found | dict.fromkeys(doubtful, together)
+    return polarities | dict.fromkeys(doubtful, together)
 
 
 def _sample(paths: Sequence[Path], most: int) -> list[Path]:

@@ -1,9 +1,9 @@
 """Cues by which ridges differ from valleys: pores, gaps, roughness and width.
 
 Pores and creases are dots and short gaps of the valleys' grey level in the ridges; valleys have few
-dots of the ridges' level. Width and grey level of ridges vary with pressure and moisture, those of
-valleys differently. Each cue compares the dark lines of a print with its bright lines, so that the
-negative image has the opposite value.
+dots of the ridges' level. Width and grey level vary with pressure and moisture, differently for
+ridges and for valleys. Each cue compares the dark lines of a print with its bright lines, so that
+the negative image has the opposite value.
 """
 
 from __future__ import annotations
@@ -71,9 +71,9 @@ def line_cues(grey: Grey) -> Doubles | None:
 
 def _middle(grey: Grey, side: int) -> Grey:
     """Return the foreground of an image, or the middle of a large one."""
-    found = grey[foreground_box(grey).slices]
-    top, left = (max(0, (length - side) // 2) for length in found.shape)
-    return np.ascontiguousarray(found[top : top + side, left : left + side])
+    foreground = grey[foreground_box(grey).slices]
+    top, left = (max(0, (length - side) // 2) for length in foreground.shape)
+    return np.ascontiguousarray(foreground[top : top + side, left : left + side])
 
 
 def _flow(ridges: Floats, image: NormalizedImage) -> tuple[tuple[Floats, Floats], Mask]:
@@ -86,11 +86,11 @@ def _flow(ridges: Floats, image: NormalizedImage) -> tuple[tuple[Floats, Floats]
     size = np.sqrt(difference * difference + doubled * doubled) + np.float32(1e-9)
     coherent = (size > _MIN_COHERENCE * (xx + yy)).view(np.uint8)
     strong = float(percentiles(_shrunk(image.contrast, _SHRUNK).ravel(), _STRONG_PERCENTILE)[0])
-    found = image.valid & (image.contrast > _MIN_CONTRAST * strong)
-    found &= cv2.resize(coherent, ridges.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0
-    found[[0, -1]] = found[:, [0, -1]] = False
+    lines = image.valid & (image.contrast > _MIN_CONTRAST * strong)
+    lines &= cv2.resize(coherent, ridges.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0
+    lines[[0, -1]] = lines[:, [0, -1]] = False
     element = np.ones((2 * _MARGIN + 1,) * 2, np.uint8)
-    print_ = np.asarray(cv2.erode(found.view(np.uint8), element), bool)
+    print_ = np.asarray(cv2.erode(lines.view(np.uint8), element), bool)
     return (_enlarged(difference / size, ridges), _enlarged(doubled / size, ridges)), print_
 
 

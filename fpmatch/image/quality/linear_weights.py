@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearWeights:
-    """Hold name, middle, spread and weight of each feature, the bias, and their provenance."""
+    """Name, middle, spread and weight of each feature, the bias, and their provenance."""
 
     names: tuple[str, ...]
     middle: Doubles

@@ -44,7 +44,7 @@ _ANY_PERIODS: Final = (2.6, 28.0)  # of ridges at a wrong resolution
 
 @dataclass(frozen=True, slots=True)
 class QualityMeasures:
-    """Hold the quality measures of one print; NaN where there is nothing to measure.
+    """The quality measures of one print; NaN where there is nothing to measure.
 
     The peak is the ridge period even if the resolution is wrong; its share is one of all energy,
     noise included. Periods are in pixels at 500 dpi, spreads are standard deviations of the

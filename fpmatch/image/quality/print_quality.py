@@ -40,7 +40,7 @@ BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Hold one fault of a print."""
+    """One fault of a print."""
 
     code: str  # no ridges, too small, partial, too dry, too wet, blurred or wrong resolution
     message: str  # what is wrong, and what to do about it
@@ -52,7 +52,7 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class PrintQuality:
-    """Hold the quality of a print; ``str()`` gives it on one line.
+    """The quality of a print; ``str()`` gives it on one line.
 
     Parameters
     ----------
@@ -122,15 +122,15 @@ def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
     blurred = m.detail < MIN_DETAIL and m.concentration >= MIN_CONCENTRATION / 2
     if _is_far_off(m, blurred=blurred):  # then no length or area is right
         return [*_about_ink(m), wrong_resolution(m.peak_px, dpi)]
-    found = _about_area(m) + _about_ink(m)
+    reasons = _about_area(m) + _about_ink(m)
     if blurred:
         advice = "(hold still, focus, clean the sensor)"
-        found.append(Reason("blurred", f"edges of ridges are soft {advice}"))
+        reasons.append(Reason("blurred", f"edges of ridges are soft {advice}"))
     shortest, longest = PERIODS_PX
     odd = m.period_px < shortest or (m.period_px > longest and not blurred)  # blur lengthens it
     if odd and m.concentration >= MIN_CONCENTRATION:
-        found.append(wrong_resolution(m.period_px, dpi))
-    return found
+        reasons.append(wrong_resolution(m.period_px, dpi))
+    return reasons
 
 
 def _is_far_off(m: QualityMeasures, *, blurred: bool) -> bool:
@@ -144,18 +144,18 @@ def _is_far_off(m: QualityMeasures, *, blurred: bool) -> bool:
 
 
 def _about_area(m: QualityMeasures) -> list[Reason]:
-    found = []
+    reasons = []
     if m.ridges_mm2 <= 0:
-        found.append(Reason("no ridges", "no fingerprint is found in the image"))
+        reasons.append(Reason("no ridges", "no fingerprint is found in the image"))
     if m.image_mm2 < MIN_IMAGE_MM2:
         side = math.sqrt(MIN_IMAGE_MM2)
         area = f"the image shows {m.image_mm2:.0f} mm² of skin at most"
         advice = f"a larger sensor, {side:.0f} x {side:.0f} mm at least"
-        found.append(Reason("too small", f"{area} ({advice})"))
+        reasons.append(Reason("too small", f"{area} ({advice})"))
     elif 0 < m.ridges_mm2 < MIN_RIDGES_MM2:
         area = f"ridges on {m.ridges_mm2:.0f} mm² only"
-        found.append(Reason("partial", f"{area} (lay the whole fingertip on the sensor)"))
-    return found
+        reasons.append(Reason("partial", f"{area} (lay the whole fingertip on the sensor)"))
+    return reasons
 
 
 def _about_ink(m: QualityMeasures) -> list[Reason]:

@@ -2,8 +2,8 @@
 
 Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300).
 The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is measured in
-pixels, in windows of which one wave has much of the energy; at a resolution at which it would be
-far outside that range, while it is within it at 500 dpi, the resolution cannot be right.
+pixels, in windows where one wave has much of the energy. A resolution cannot be right if it puts
+the period far outside that range, while 500 dpi puts it inside.
 """
 
 from __future__ import annotations
@@ -68,10 +68,10 @@ def ridge_period_px(pixels: Grey) -> float | None:
     contrast = windows.std(axis=(1, 2), dtype=np.float64)
     clear = contrast > max(1.0, _LEAST_CONTRAST * float(np.quantile(contrast, 0.9)))
     periods = [_periods(windows[clear][k : k + _BATCH]) for k in range(0, clear.sum(), _BATCH)]
-    found = np.concatenate(periods) if periods else np.empty(0)
-    if len(found) < _LEAST_WINDOWS:
+    distances = np.concatenate(periods) if periods else np.empty(0)
+    if len(distances) < _LEAST_WINDOWS:
         return None
-    low, middle, high = np.quantile(found, [0.2, 0.5, 0.8]).tolist()
+    low, middle, high = np.quantile(distances, [0.2, 0.5, 0.8]).tolist()
     return float(middle) if high <= _MOST_SPREAD * low else None
 
 

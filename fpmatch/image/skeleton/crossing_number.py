@@ -20,7 +20,7 @@ _MAX_BRANCHES: Final = 4
 
 
 class SkeletonNodes(NamedTuple):
-    """Hold the N nodes of a skeleton and the beginnings of up to four branches of each."""
+    """The N nodes of a skeleton and the beginnings of up to four branches of each."""
 
     y: Ints  # pixels of the nodes, (N,)
     x: Ints

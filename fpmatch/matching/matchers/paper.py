@@ -1,13 +1,13 @@
 """Matcher "paper": the literal method of Choi, Lee and Lee on the positions of minutiae alone.
 
-`fpmatch.pointset.unit_circle.matcher` does the matching; here positions are brought to 500 dpi,
-and its result becomes a `Comparison`. Directions, kinds and qualities are not used,
-and a missing or spurious minutia changes every one-ring it touches: this matcher is kept as the
-yardstick for its tolerant descendant, not for its error rates.
+`fpmatch.pointset.unit_circle.matcher` does the matching. This module converts positions to 500 dpi,
+and the result to a `Comparison`. Directions, kinds and qualities are not used. A missing or
+spurious minutia changes every one-ring that contains it, so the error rates are high: the matcher
+is kept as the yardstick for the default one.
 
 It decides as the paper does: two prints match where more than a share ρ of the minutiae of the
-smaller template is paired. The calibrated score stands beside that decision and does not make it,
-unless a threshold is given. The docstring of `fpmatch.pointset.unit_circle.matcher` states what the
+smaller template is paired. The calibrated score is reported, but decides only if a threshold is
+given. The docstring of `fpmatch.pointset.unit_circle.matcher` states what the
 paper leaves open, the choices made, and where the method departs from Fig. 7.
 """
 
@@ -44,7 +44,7 @@ MIN_POINTS: Final = 4  # the fewest among which one can have a closed one-ring
 
 @dataclass(frozen=True, slots=True)
 class PreparedPositions:
-    """Hold the positions of a template's minutiae at 500 dpi, and its own resolution."""
+    """The positions of a template's minutiae at 500 dpi, and its own resolution."""
 
     at_500_dpi: PreparedPoints
     dpi: float

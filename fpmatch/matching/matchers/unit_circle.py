@@ -1,9 +1,9 @@
 """The default matcher: the paper's mesh and unit circle, drawn through paired minutiae.
 
-The steps are those of the paper's Fig. 7: triangulate (`prepare`); match the neighbourhoods of the
-minutiae locally; relax the local matches, so that those that agree support each other; triangulate
-the pairs, whose rings on the unit circle show which pairs hold, which are missing, and how well the
-two prints agree; fit the transform to the pairs.
+The steps follow Fig. 7 of the paper: triangulate (`prepare`); match the neighbourhoods of the
+minutiae locally; relax the local matches, so that matches that agree support each other;
+triangulate the pairs, whose rings on the unit circle show which pairs hold, which are missing, and
+how well the two prints agree; fit the transform to the pairs.
 """
 
 from __future__ import annotations
@@ -83,32 +83,32 @@ class UnitCircleMatcher:
         return _comparison(a, b, aligned, swapped=swapped)
 
     def explain(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> Comparison:
         """Align two prints in any case, and give all reasons against one finger.
 
-        The result has the similarity of `found`, which `compare` returned, and the best transform
-        there is; competing transforms are among the reasons.
+        The result has the similarity of `comparison`, which `compare` returned, and the best
+        transform there is; competing transforms are among the reasons.
         """
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        aligned = found.detail or _align_in_any_case(a, b)
+        aligned = comparison.detail or _align_in_any_case(a, b)
         if aligned is None:
-            return found
+            return comparison
         whole = _comparison(a, b, aligned, swapped=swapped)
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
         alignment, evidence = aligned
         competing = competing_pairs(a, b, alignment, similarity)
         reason = explain(probe, reference, evidence, competing)
-        return replace(whole, similarity=found.similarity, reason=reason)
+        return replace(whole, similarity=comparison.similarity, reason=reason)
 
     def compared(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> Compared | None:
-        """Return how much of two prints was compared in `found`; None where nothing was aligned."""
-        if found.detail is None:
+        """Return how much of two prints was compared; None where nothing was aligned."""
+        if comparison.detail is None:
             return None
-        evidence: Evidence = found.detail[1]
+        evidence: Evidence = comparison.detail[1]
         model = score.load_weights().model_of(probe, reference)
         first = min(probe, reference, key=lambda side: side.key)
         by_ridges = model.ridge_sum(evidence.features) / evidence.decade
@@ -121,25 +121,25 @@ class UnitCircleMatcher:
         )
 
     def ridge_map(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> RidgeMap | None:
-        """Return where the ridges agree in `found`; None where they were not compared."""
-        if found.detail is None or not found.detail[1].cells:
+        """Return where the ridges agree; None where they were not compared."""
+        if comparison.detail is None or not comparison.detail[1].cells:
             return None
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        return ridge_map(a, b, found.detail[0], swapped=swapped)
+        return ridge_map(a, b, comparison.detail[0], swapped=swapped)
 
     def mesh_points(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the pairs of `found` where the mesh has them, in pixels of probe and reference.
+        """Return the pairs where the mesh has them, in pixels of probe and reference.
 
         A pair lies halfway between the partner and where its ring predicts it, as for the ridges.
         """
-        if found.detail is None:
+        if comparison.detail is None:
             return None
-        alignment: Alignment = found.detail[0]
+        alignment: Alignment = comparison.detail[0]
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         paired = np.flatnonzero(alignment.partner >= 0)
@@ -206,15 +206,15 @@ class UnitCircleMatcher:
         >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
         >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
         >>> many = PackedTemplates.pack([print_, print_])
-        >>> found = MATCHER.similarities(print_, many)
-        >>> bool(found[1] == MATCHER.compare(print_, print_).similarity)
+        >>> similarity = MATCHER.similarities(print_, many)
+        >>> bool(similarity[1] == MATCHER.compare(print_, print_).similarity)
         True
         """
         first, last, _ = slice(first, last).indices(len(references))
-        found, undecided = similarities(probe, references, first, last)
+        similarity, undecided = similarities(probe, references, first, last)
         for k in undecided.tolist():
-            found[k - first] = self.compare(probe, references[k]).similarity
-        return found
+            similarity[k - first] = self.compare(probe, references[k]).similarity
+        return similarity
 
 
 MATCHER: Final = UnitCircleMatcher()

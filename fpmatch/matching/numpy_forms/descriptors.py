@@ -56,22 +56,22 @@ def encode_neighbours(
     column, row = u.astype(np.int64), v.astype(np.int64)
     sector = np.minimum(t.astype(np.int64), SECTORS - 1)
     on_column, on_row = u - column >= 0.5, v - row >= 0.5
-    found = (row * SIDE + column) * SECTORS + sector
-    found += (4 * on_row + 2 * on_column + (t - sector >= 0.5)) << STEPS
+    codes = (row * SIDE + column) * SECTORS + sector
+    codes += (4 * on_row + 2 * on_column + (t - sector >= 0.5)) << STEPS
     # of the neighbours in one cell the first counts
     not_first = ~valid
     not_second = ~valid | (row + on_row == SIDE) | (column + on_column == SIDE)
-    cell, other = found & CELL, second(found)
+    cell, other = codes & CELL, second(codes)
     same_cell = cell[:, :, None] == cell[:, None]
     same_other = other[:, :, None] == other[:, None]
     for k in range(1, words):
         not_first[:, k] |= (same_cell[:, k, :k] & ~not_first[:, :k]).any(axis=1)
         not_second[:, k] |= (same_other[:, k, :k] & ~not_second[:, :k]).any(axis=1)
-    found |= NOT_FIRST * not_first
-    found |= NOT_SECOND * not_second
+    codes |= NOT_FIRST * not_first
+    codes |= NOT_SECOND * not_second
     out = np.asarray(word)
     out[:] = NOWHERE
-    out[:, :words] = np.where(valid, found, NOWHERE)
+    out[:, :words] = np.where(valid, codes, NOWHERE)
     return 0
 
 
@@ -97,14 +97,14 @@ def encode_orientations(
         x = (px + c * places[0] - s * places[1]) / step[p] - first_column
         y = -(py + s * places[0] + c * places[1]) / step[p] - first_row
         known = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
-        found = np.zeros(known.shape, np.int64)
-        found[known] = code[y[known].astype(np.intp), x[known].astype(np.intp)]
-        relative = (found - 1.0) * BINS / ORIENTATIONS
+        flow = np.zeros(known.shape, np.int64)
+        flow[known] = code[y[known].astype(np.intp), x[known].astype(np.intp)]
+        relative = (flow - 1.0) * BINS / ORIENTATIONS
         relative -= (np.asarray(direction_bin)[of] * (2.0 * BINS / 256.0))[:, None]
         while (below := relative < 0.0).any():
             relative[below] += BINS
         bins = np.minimum(relative.astype(np.int64), BINS - 1)
-        np.asarray(word)[of] = np.where(found > 0, bins, UNKNOWN)
+        np.asarray(word)[of] = np.where(flow > 0, bins, UNKNOWN)
     return 0
 
 

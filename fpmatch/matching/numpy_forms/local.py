@@ -133,8 +133,8 @@ def keep_greatest(best: Floats, place: tuple[Numbers, ...], value: Floats) -> No
 
 def eighth(c: Floats, s: Floats) -> Numbers:
     """Return the numbers of the eighths of the turn that contain directions."""
-    found: Numbers = (c < 0.0) + 2 * (s < 0.0) + 4 * (np.abs(s) > np.abs(c))
-    return found
+    number: Numbers = (c < 0.0) + 2 * (s < 0.0) + 4 * (np.abs(s) > np.abs(c))
+    return number
 
 
 def _agreement(entry: Floats, seen: Floats, precision: Floats, min_cosine: float) -> Floats:
@@ -142,8 +142,8 @@ def _agreement(entry: Floats, seen: Floats, precision: Floats, min_cosine: float
     du, dv = seen[0] - entry[0], seen[1] - entry[1]
     near = 1.0 - (du * du + dv * dv) * precision
     turn = (seen[2] * entry[2] + seen[3] * entry[3] - min_cosine) * (0.25 / (1.0 - min_cosine))
-    found: Floats = (near + np.abs(near)) * (turn + np.abs(turn))
-    return found
+    agreement: Floats = (near + np.abs(near)) * (turn + np.abs(turn))
+    return agreement
 
 
 def normalize_by_size(

@@ -44,7 +44,7 @@ def predict(
     minutiae = np.asarray(a)[:, :size_a]
     vertices = [side[: mesh.vertices].tolist() for side in (mesh.ax, mesh.ay, mesh.bx, mesh.by)]
     predicted, nearest = mesh.predicted, mesh.nearest
-    found = 0
+    by_mesh = 0
     rings = _rings(mesh, minutiae[:2])
     for i, (px, py, pc, ps) in enumerate(minutiae.T.tolist()):
         image = _image(rings[i], vertices, px, py)
@@ -55,7 +55,7 @@ def predict(
             predicted[3, i] = scale * (s * pc + c * ps)
             nearest[i] = FAR_AWAY
             continue
-        found += 1
+        by_mesh += 1
         image_x, image_y, turn_c, turn_s, nearest[i], weight = image
         predicted[0, i], predicted[1, i] = image_x, image_y
         predicted[2, i] = turn_c * pc - turn_s * ps
@@ -65,7 +65,7 @@ def predict(
             for k, v in enumerate(rings[i]):
                 mesh.ring[k], mesh.weight[k] = v, weight[k]
             mesh._measure_one(a, i, b, partner[i])
-    return found
+    return by_mesh
 
 
 def _rings(mesh: Any, places: Any) -> list[list[int]]:

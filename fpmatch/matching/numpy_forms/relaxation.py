@@ -52,8 +52,8 @@ def _compatibility(r: Any, a: Floats, b: Floats, rotation: Floats) -> Floats:
     angle = angle / np.where(valid, length, 1.0) - r.min_angle_cosine
     valid &= angle > 0.0
     turned = turned / (1.0 - r.min_rotation_cosine)
-    found: Floats = np.where(valid, near * turned * angle / (1.0 - r.min_angle_cosine), 0.0)
-    return found
+    agreement: Floats = np.where(valid, near * turned * angle / (1.0 - r.min_angle_cosine), 0.0)
+    return agreement
 
 
 def relax(relaxation: Any) -> int:

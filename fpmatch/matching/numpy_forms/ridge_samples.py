@@ -36,6 +36,6 @@ def restore(
         highest = (total >> np.uint64(7)) & np.uint64(0x0101010101010101)
         bits = (highest * np.uint64(0x0102040810204080)) >> np.uint64(56)
         bits <<= np.arange(0, 64, 8, dtype=np.uint64)
-        found = np.asarray(ridges)[of].reshape(rows, columns)
-        found[row, column] = np.bitwise_or.reduce(bits, axis=1)
+        image = np.asarray(ridges)[of].reshape(rows, columns)
+        image[row, column] = np.bitwise_or.reduce(bits, axis=1)
     return 0

@@ -40,8 +40,8 @@ def flow_agreements(search: Any, small: Any, i: Any, large: Any, j: Any) -> list
         return [-2.0] * len(count)
     total = np.cumsum(np.where(common, agreement, 0.0), axis=1)[:, -1]
     enough = (count > 0) & (count >= search.least_common * search.samples)
-    found: list[float] = np.where(enough, total / np.maximum(count, 1), -2.0).tolist()
-    return found
+    agreements: list[float] = np.where(enough, total / np.maximum(count, 1), -2.0).tolist()
+    return agreements
 
 
 def select(search: Any, small: Any, large: Any) -> int:

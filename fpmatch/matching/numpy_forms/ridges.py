@@ -40,10 +40,10 @@ def inside(view: Any, x: Floats, y: Floats) -> NDArray[np.bool_]:
     """Return which places lie in the print area."""
     x = x * view.per_px - view.first_column
     y = -y * view.per_px - view.first_row
-    found: NDArray[np.bool_] = (x >= 0.0) & (x < view.columns) & (y >= 0.0) & (y < view.rows)
-    row, column = y[found].astype(np.intp), x[found].astype(np.intp)
-    found[found] = cells_of(view)[row, column] > 0
-    return found
+    within: NDArray[np.bool_] = (x >= 0.0) & (x < view.columns) & (y >= 0.0) & (y < view.rows)
+    row, column = y[within].astype(np.intp), x[within].astype(np.intp)
+    within[within] = cells_of(view)[row, column] > 0
+    return within
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
@@ -119,8 +119,8 @@ def _windows(correlator: Any, wide: int, u: NDArray[np.intp], v: NDArray[np.intp
     )
     right = u.astype(np.uint64)
     kept = np.asarray(correlator.kept)[u]
-    found: Words = ((near >> right) & kept) | ((far << (np.uint64(SIDE) - right)) & ~kept)
-    return found
+    windows: Words = ((near >> right) & kept) | ((far << (np.uint64(SIDE) - right)) & ~kept)
+    return windows
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere

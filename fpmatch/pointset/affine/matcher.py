@@ -3,19 +3,19 @@
 The triangle matcher for similarities looks up triangles of like shape; under an affine transform
 every triangle has every shape, and a Delaunay triangulation does not survive either. So:
 
-1. *Normalization*. Both sets are widened, so that their second moments are those of a circle. Where
-   most points have partners that leaves a rotation between them, and a modest stretch where many
-   are missing or a part of the plane is.
+1. *Normalization*. Both sets are widened until they have the second moments of a circle. Where most
+   points have partners, a rotation is left between them; where many points or a part of the plane
+   are missing, a modest stretch, too.
 2. *Proposals*. Triangles of a point and two of its neighbours in the triangulation of the widened
-   set, the most informative of P first, are compared with all those of Q. The linear map between
-   two, in the widened frames, must neither stretch one direction much more than another nor change
-   the density of points beyond reason.
-3. *Sequential test*, *refinement* and *decision* are those for similarities, but for the transform,
-   which is fitted to three pairs and refitted as it grows: a match is accepted only where so many
-   pairs, three of which determine the transform, are not expected by chance among as many pairs of
+   set, the most informative of P first, are compared with all triangles of Q. The linear map
+   between two, in the widened frames, must neither stretch one direction much more than another nor
+   change the density of points beyond reason.
+3. *Sequential test*, *refinement* and *decision* are as for similarities, except that the transform
+   is fitted to three pairs and refitted as it grows. A match is accepted only where so many pairs,
+   three of which determine the transform, are not expected by chance among as many pairs of
    triangles (a contrario). The pairs are the optimal one-to-one pairing.
 
-Distances are those of Q as given; all else is the same whatever affine map the sets went through.
+Distances are in the units of Q as given. All else is the same after any affine map of the sets.
 """
 
 from __future__ import annotations
@@ -94,12 +94,12 @@ def match_affine(
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
     match = partial(_match, tolerance=tolerance, parameters=parameters or _DEFAULT)
-    found = match_given(p_set, q_set, tolerance, match)
-    if found.transform is None:
-        return found
-    rows_p, rows_q = found.pairs.T
-    rms = rms_distance(found.transform.apply(p_set.given[rows_p]), q_set.given[rows_q])
-    return replace(found, rms=rms)
+    matched = match_given(p_set, q_set, tolerance, match)
+    if matched.transform is None:
+        return matched
+    rows_p, rows_q = matched.pairs.T
+    rms = rms_distance(matched.transform.apply(p_set.given[rows_p]), q_set.given[rows_q])
+    return replace(matched, rms=rms)
 
 
 def _match(

@@ -33,7 +33,7 @@ def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triang
         start, end = np.vstack([repeats, repeats[:, ::-1]]).T
         line = np.arange(n)
     order = np.lexsort((np.angle(z[end] - z[start]), start))
-    found = (
+    arrays = (
         np.empty((0, 3), np.int32),
         np.sort(np.vstack([path, repeats]), axis=1).astype(np.int32),
         line.astype(np.int32),
@@ -41,9 +41,9 @@ def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triang
         end[order].astype(np.int32),
         np.zeros(n, np.bool_),
     )
-    for array in found:
+    for array in arrays:
         array.setflags(write=False)
-    return Triangulation(points, *found)
+    return Triangulation(points, *arrays)
 
 
 def _split_coincident(z: Plane) -> tuple[Ints, Ints]:

@@ -94,9 +94,9 @@ def _describe(
 ) -> TriangleDescriptors:
     most = 3 * len(triangles)
     corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
-    found = corner, shape, side, worth
-    number = kernel.describe_triangles(points, triangles, tie, shortest, outliers, *found)
-    return TriangleDescriptors(number, *found)
+    arrays = corner, shape, side, worth
+    number = kernel.describe_triangles(points, triangles, tie, shortest, outliers, *arrays)
+    return TriangleDescriptors(number, *arrays)
 
 
 def sort_by_shape(triangles: TriangleDescriptors, widest: float) -> CellGrid:

@@ -168,11 +168,11 @@ def best_overlay(
     The search ends with the first that overlays `enough` points. The matching distance is in the
     unit frame of `q`.
     """
-    found = np.empty(2, np.int32)
+    best = np.empty(2, np.int32)
     kernel.best_overlay(
-        moves, p.unit, q.grid, tolerance, enough, np.full(len(q), -1, np.int32), found
+        moves, p.unit, q.grid, tolerance, enough, np.full(len(q), -1, np.int32), best
     )
-    return (int(found[0]), int(found[1])) if found[0] >= 0 else None
+    return (int(best[0]), int(best[1])) if best[0] >= 0 else None
 
 
 def _match_globally(
@@ -185,8 +185,8 @@ def _match_globally(
     best: tuple[Similarity, Ints] | None = None
     enough = min(fewest_above(rho, len(p)), len(p))
     begin = 0
-    while found := best_overlay(p, q, moves[begin:], tolerance, enough):
-        index, count = found
+    while overlay := best_overlay(p, q, moves[begin:], tolerance, enough):
+        index, count = overlay
         move, pairs = _refit(p, q, Similarity.of_move(moves[begin + index]), tolerance)
         if best is None or len(pairs) > len(best[1]):
             best = move, pairs

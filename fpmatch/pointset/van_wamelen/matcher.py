@@ -66,7 +66,7 @@ BASE_DOUBT: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class SearchPlan:
-    """Hold the numbers that follow from the sizes of the sets, ρ and λ."""
+    """The numbers that follow from the sizes of the sets, ρ and λ."""
 
     neighbours: int  # k: of a pivot in the local test
     window: int  # k3, odd: ranks of Q's list tried for each base neighbour
@@ -203,15 +203,15 @@ def _search(
     # permutations of the sets as given: the search is the same whatever the grids
     pivots = p.order.argsort()[rng.permutation(m)[: plan.pivots]]
     scene = q.order.argsort()[rng.permutation(n)]
-    move, pair, found = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
+    move, pair, counts = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
     near_p, squared = np.empty(plan.neighbours, np.int32), np.empty(plan.neighbours)
     near_q = np.full((n, plan.neighbours), -1, np.int32)
     kernel.search(
         *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q, squared),
         *(plan.bases, plan.window, plan.enough_near, plan.enough, tolerance, max_steps),
-        *(move, pair, np.zeros(n, np.int32), steps, found),
+        *(move, pair, np.zeros(n, np.int32), steps, counts),
     )
-    pairs, local_matches = found.tolist()
+    pairs, local_matches = counts.tolist()
     similarity = Similarity.of_move(move) if pairs else Similarity()
     return local_matches, similarity, pair[0, :, :pairs]
 

@@ -34,7 +34,7 @@ class Reader(NamedTuple):
 
 @dataclass(frozen=True)
 class Target:
-    """Hold the name of a target and what makes its good files and its reader.
+    """The name of a target and what makes its good files and its reader.
 
     Parameters
     ----------

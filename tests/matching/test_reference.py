@@ -5,6 +5,8 @@ triangulate them alike. Prints that coincide with themselves under other transfo
 there the last bit of a sum decides between equals.
 """
 
+import importlib
+import re
 from dataclasses import fields, replace
 from itertools import combinations
 from pathlib import Path
@@ -28,6 +30,7 @@ from matching_prints import (
 
 from fpmatch.image.extract import extract
 from fpmatch.matching import neighbourhood
+from fpmatch.matching import reference as method
 from fpmatch.matching._pair_mesh_kernel import PairMesh
 from fpmatch.matching.align import PairMeshParameters
 from fpmatch.matching.calibration import load_calibration
@@ -225,3 +228,17 @@ def test_verification_by_the_reference(samples):
     assert plain.match == compiled.match
     assert plain.score == pytest.approx(compiled.score, abs=1e-6)
     assert plain.reason == compiled.reason
+
+
+def test_the_page_names_every_step_and_its_kernel():
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "explanation" / "how_it_works.md").read_text(encoding="utf-8")
+    steps = re.findall(r"\| `(\w+)\.py`: `(\w+)` \| `([\w/]+\.py)` \|", page)
+    assert len(steps) == 12
+    for file, function, kernel in steps:
+        module = importlib.import_module(f"{method.__name__}.{file}".removesuffix(".__init__"))
+        assert callable(getattr(module, function))
+        assert (root / "fpmatch" / kernel).is_file()
+    assert {file for file, _, _ in steps} == {
+        path.stem for path in Path(method.__file__).parent.glob("*.py")
+    }

@@ -23,7 +23,7 @@ import numpy as np
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import encode
 from fpmatch.matching.prepare import prepare as prepare_print
-from fpmatch.matching.reference.alignment import Pairing, grow, seeded
+from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
 from fpmatch.matching.reference.relaxation import relax
@@ -63,7 +63,7 @@ def match(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Pairing, Evidence] 
     p, model = AlignmentParameters(), load_weights().model_of(a, b)
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     candidates = relax(a.points, b.points, similarity)
-    weighed = partial(weigh, a, b, similarity, candidates)
+    weighed = partial(weigh, a, b, candidates)
     if a.key == b.key:  # only the identity is its own inverse
         every = np.arange(len(a))
         identity = Pairing(a.points, b.points, every, np.ones(len(a)))
@@ -88,8 +88,9 @@ def match(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Pairing, Evidence] 
         best = _greatest(weighed(each) for each in grown if each.pairs)
     if doubtful and not (best and best[1].total > model.confident_threshold):
         small = min(a.region.area, b.region.area) <= load_weights().small_area
-        starts = search_by_ridges(a, b, None if small else (candidates.first, candidates.second))
-        grown = (grow(seeded(a.points, b.points, *start), p.rounds) for start in starts)
+        pairs = search_by_ridges(a, b, None if small else (candidates.first, candidates.second))
+        starts = (seeded(a.points, b.points, *one_pair(len(a), *pair)) for pair in pairs)
+        grown = (grow(start, p.rounds) for start in starts)
         found = [weighed(each) for each in grown if each.pairs]
         best = _greatest([best, *found] if best else found)
     return best

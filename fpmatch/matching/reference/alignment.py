@@ -55,20 +55,19 @@ class Pairing:
         return mesh, *predict(mesh, self.directions[0], self.move)
 
 
-def seeded(a: Floats, b: Floats, partner: Numbers | int, weight: Floats | int) -> Pairing:
-    """Return given pairs with the transform that they fit, of one by its place and direction.
-
-    Minutiae i of A and j of B, in place of partners and weights, are the one pair.
-    """
-    if isinstance(partner, int) or isinstance(weight, int):
-        i, j = partner, weight
-        partner, weight = np.full(a.shape[1], -1), np.zeros(a.shape[1])
-        partner[i], weight[i] = j, 1.0
+def seeded(a: Floats, b: Floats, partner: Numbers, weight: Floats) -> Pairing:
+    """Return given pairs with the transform that they fit, of one by its place and direction."""
     pairing = Pairing(a, b, partner, weight)
     (z_a, z_b), (d_a, d_b) = pairing.places, pairing.directions
     i = int(np.flatnonzero(partner >= 0)[0])
     linear = complex(d_b[partner[i]] * d_a[i].conj())
     return _fitted(replace(pairing, move=(linear, complex(z_b[partner[i]] - linear * z_a[i]))))
+
+
+def one_pair(size: int, i: int, j: int) -> tuple[Numbers, Floats]:
+    """Return partners and weights of so many minutiae of A, of which i alone is paired, with j."""
+    alone = np.arange(size) == i
+    return np.where(alone, j, -1), alone.astype(np.float64)
 
 
 def grow(pairing: Pairing, rounds: int, *, settled: bool = False) -> Pairing:

@@ -33,7 +33,6 @@ LEAST_SPREAD: Final = 0.5  # between the two quantiles
 def weigh(
     a: PreparedTemplate,
     b: PreparedTemplate,
-    similarity: NDArray[np.float32],
     candidates: Candidates,
     pairing: Pairing,
     *,
@@ -44,42 +43,37 @@ def weigh(
     The ridges are compared where the sum of the minutiae is above `ridges_from`.
     """
     model = load_weights().model_of(a, b)
-    entries, drift = _gather(a, b, similarity, candidates, pairing)
+    entries = _gather(a, b, candidates, pairing)
     features = _features(model, entries)
     if model.sums(features) > ridges_from:
-        correlation, cells = compare_ridges(a.region, b.region, pairing.move, drift)
-        entries |= {"ridges": correlation, "cells": cells}
+        drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
+        ridges = compare_ridges(a.region, b.region, pairing.move, drift)
+        entries |= zip(("ridges", "cells"), ridges, strict=True)
         features = _features(model, entries)
     total = float(model.sums(features))
     decade, estimate = _condition(model, total, entries)
-    return pairing, Evidence(
-        **entries, features=features, total=total, decade=decade, minus_log_fmr=estimate
-    )
+    entries |= {"features": features, "total": total, "decade": decade, "minus_log_fmr": estimate}
+    return pairing, Evidence(**entries)
 
 
 def _gather(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    similarity: NDArray[np.float32],
-    candidates: Candidates,
-    pairing: Pairing,
-) -> tuple[dict[str, Any], Plane]:
-    """Return the evidence of the minutiae, and how the mesh of pairs moves the cells of A."""
+    a: PreparedTemplate, b: PreparedTemplate, candidates: Candidates, pairing: Pairing
+) -> dict[str, Any]:
+    """Return the evidence of the minutiae."""
     partner, (linear, shift) = pairing.partner, pairing.move
     mesh, predicted, _, _ = pairing.mesh
     paired = np.flatnonzero(partner >= 0)
     others = np.setdiff1d(np.arange(len(b)), partner[paired])
     back = (b.points[0, others] + 1j * b.points[1, others] - shift) / linear
-    common_a, unpaired_a = _unpaired(
-        a, np.flatnonzero(partner < 0), b.region, predicted[partner < 0]
-    )
+    own = np.flatnonzero(partner < 0)
+    common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own])
     common_b, unpaired_b = _unpaired(b, others, a.region, back)
     common_a, common_b = common_a + len(paired), common_b + len(paired)
     smaller = min(a.region.area, b.region.area)
     area = min(_common_cells(a.region, b.region, linear, shift) * a.region.step**2, smaller)
-    entries = {
+    return {
         "pairs": len(paired),
-        "local": float(similarity[paired, partner[paired]].astype(np.float64).sum()),
+        "local": float(candidates.similarity[paired, partner[paired]].astype(np.float64).sum()),
         "unpaired": unpaired_a + unpaired_b,
         "common": common_a + common_b,
         "overlap": area / smaller if smaller > 0.0 else 0.0,
@@ -91,7 +85,6 @@ def _gather(
         "area": area,
         "chance": common_a * common_b * PAIR_AREA / area if area > 0.0 else 0.0,
     }
-    return entries, drift_of(a.region, mesh, predicted, pairing.move)
 
 
 def _unpaired(

@@ -53,8 +53,7 @@ def mesh_of_pairs(a: Plane, b: Plane, partner: Numbers, move: tuple[complex, com
     paired = paired[np.sort(np.unique(a[paired], return_index=True)[1])]
     vertex = np.concatenate([frame, a[paired]])
     image = np.concatenate([move[1] + move[0] * frame, b[partner[paired]]])
-    last_first = -np.arange(len(vertex))
-    xy = np.stack([vertex.real, vertex.imag])
+    xy, last_first = np.stack([vertex.real, vertex.imag]), -np.arange(len(vertex))
     across = triangulate(xy, last_first, fan=False, rounding=ROUNDING)
     u, v = np.nonzero(across >= 0)
     last = (u > v) & (u > across[u, v])
@@ -77,9 +76,8 @@ def _cavities(at: Plane, vertex: Plane, triangles: Numbers) -> list[list[int]]:
     beyond = np.pad(inside, ((0, 0), (0, 1)))[:, number[end, start]]
     rings: list[list[int]] = []
     for border in inside[:, :, None] & ~beyond:
-        sides = list(zip(start[border].tolist(), end[border].tolist(), strict=True))
-        following = dict(sides)
-        rings.append(chain(following) if len(following) == len(sides) else [])
+        following = dict(zip(start[border].tolist(), end[border].tolist(), strict=True))
+        rings.append(chain(following) if len(following) == border.sum() else [])
     return rings
 
 
@@ -99,11 +97,8 @@ def predict(
     A minutia is a weighted mean of its ring by eq. (4), and so is its image; its direction turns as
     the spokes of the ring do. One without a ring is mapped by the transform.
     """
-    place, turn = (
-        move[1] + move[0] * mesh.at,
-        np.full(len(mesh.at), move[0] / (abs(move[0]) or 1.0)),
-    )
-    nearest = np.full(len(mesh.at), FAR_AWAY)
+    place, nearest = move[1] + move[0] * mesh.at, np.full(len(mesh.at), FAR_AWAY)
+    turn = np.full(len(mesh.at), move[0] / (abs(move[0]) or 1.0))
     for i, ring in by_degree(mesh.rings, np.arange(len(mesh.at))):
         away = mesh.vertex[ring] - mesh.at[i, None]
         weight = ring_weights(away)

@@ -25,6 +25,7 @@ NEAR: Final = 1e-6  # px: minutiae nearer than this coincide
 class Candidates:
     """The local matches of two prints, each minutia in one of them at most, after relaxation."""
 
+    similarity: NDArray[np.float32]  # (N, M): of all minutiae of A and of B
     first: Numbers  # (K,): minutiae of A
     second: Numbers  # (K,): minutiae of B
     relaxed: Floats  # (K,): similarity after relaxation
@@ -77,7 +78,8 @@ def relax(a: Floats, b: Floats, similarity: NDArray[np.float32]) -> Candidates:
     share = (1.0 - p.inertia) / max(len(first) - 1, 1)
     for _ in range(p.rounds):
         relaxed = p.inertia * relaxed + share * (relaxed @ support)
-    return Candidates(first, second, relaxed, support, np.zeros(len(first), bool))
+    unexplained = np.zeros(len(first), bool)
+    return Candidates(similarity, first, second, relaxed, support, unexplained)
 
 
 def _select(similarity: NDArray[np.float32], most: int) -> tuple[Numbers, Numbers]:

@@ -95,9 +95,8 @@ def compare_ridges(
     seen &= (v >= 0.0) & (v < SIDE * (b.code.shape[0] + 3.0))
     theirs = np.zeros((*u.shape, 2 * REACH + 1, 2 * REACH + 1), bool)
     theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
-    ours = _bits(a.ridges)[
-        SIDE * row[:, None] + sample[:, 0], SIDE * column[:, None] + sample[:, 1]
-    ]
+    own_v, own_u = SIDE * row[:, None] + sample[:, 0], SIDE * column[:, None] + sample[:, 1]
+    ours = _bits(a.ridges)[own_v, own_u]
     agreeing = np.zeros((rows + 2, columns + 2, *theirs.shape[2:]), np.intp)
     agreeing[row + 1, column + 1] = (theirs == ours[:, :, None, None]).sum(axis=1)
     both = np.zeros((rows + 2, columns + 2), np.intp)
@@ -127,10 +126,10 @@ def search_by_ridges(
 
     Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
     """
-    p = RidgeSearchParameters()
     if b.region.area < a.region.area:
         found = search_by_ridges(b, a, None if pairs is None else pairs[::-1])
         return [(j, i) for i, j in found]
+    p = RidgeSearchParameters()
     most, least_flow, least_value = p.found, p.least_flow, 0.0
     if pairs is not None:
         most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value
@@ -144,9 +143,8 @@ def search_by_ridges(
         correlation, cells = compare_ridges(a.region, b.region, (linear[k], shift[k]))
         value = (correlation - p.usual_correlation) * np.sqrt(cells)
         at = shift + linear * middle
-        near = (abs(at - at[k]) ** 2 < p.apart_px**2) & (
-            (linear * linear[k].conj()).real > p.apart_cosine
-        )
+        near = abs(at - at[k]) ** 2 < p.apart_px**2
+        near &= (linear * linear[k].conj()).real > p.apart_cosine
         if value <= least_value or any(near[m] and other >= value for other, m in entered):
             continue
         entered = [(other, m) for other, m in entered if not near[m]] + [(value, k)]

@@ -31,6 +31,7 @@ class Candidates:
     relaxed: Floats  # (K,): similarity after relaxation
     support: Floats  # (K, K): how well two of them agree, 0 to 1
     explained: NDArray[np.bool_]  # (K,): which an earlier hypothesis contains
+    parameters: RelaxationParameters
 
     @property
     def strength(self) -> float:
@@ -52,7 +53,7 @@ class Candidates:
         strongest of all. All candidates that are strong enough are the pairs of the first
         hypothesis; in the others each counts as much as it supports the seed.
         """
-        p = RelaxationParameters()
+        p = self.parameters
         for number in range(most):
             left = np.where(self.explained, 0.0, self.relaxed)
             seed, strongest = left.argmax() if len(left) else 0, self.relaxed.max(initial=0.0)
@@ -69,17 +70,22 @@ class Candidates:
             yield partner, weight
 
 
-def relax(a: Floats, b: Floats, similarity: NDArray[np.float32]) -> Candidates:
+def relax(
+    a: Floats,
+    b: Floats,
+    similarity: NDArray[np.float32],
+    parameters: RelaxationParameters | None = None,
+) -> Candidates:
     """Select the most similar pairs of minutiae and relax them: each supports those it fits."""
-    p = RelaxationParameters()
+    p = parameters or RelaxationParameters()
     first, second = _select(similarity, p.candidates)
     relaxed = similarity[first, second].astype(np.float64)
-    support = _compatibility(a[:, first], b[:, second])
+    support = _compatibility(a[:, first], b[:, second], p)
     share = (1.0 - p.inertia) / max(len(first) - 1, 1)
     for _ in range(p.rounds):
         relaxed = p.inertia * relaxed + share * (relaxed @ support)
     unexplained = np.zeros(len(first), bool)
-    return Candidates(similarity, first, second, relaxed, support, unexplained)
+    return Candidates(similarity, first, second, relaxed, support, unexplained, p)
 
 
 def _select(similarity: NDArray[np.float32], most: int) -> tuple[Numbers, Numbers]:
@@ -94,9 +100,8 @@ def _select(similarity: NDArray[np.float32], most: int) -> tuple[Numbers, Number
     return first, second
 
 
-def _compatibility(a: Floats, b: Floats) -> Floats:
+def _compatibility(a: Floats, b: Floats, p: RelaxationParameters) -> Floats:
     """Return how well candidates agree, shape (K, K), 0 to 1: in distance, rotation, direction."""
-    p = RelaxationParameters()
     z_a, z_b = a[0] + 1j * a[1], b[0] + 1j * b[1]
     rotation = (b[2] + 1j * b[3]) * (a[2] - 1j * a[3])
     span_a, span_b = z_a - z_a[:, None], z_b - z_b[:, None]

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 MAX_SCORE: Final = 100.0
 CALIBRATION_FOLDER: Final = Path(__file__).with_name("calibration_data")
+SHARED: Final = {"reference": "unit-circle"}  # matchers with the similarities of another
 _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
 MALFORMED: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
@@ -210,13 +211,14 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
 def _calibration_of_package(matcher_name: str) -> Calibration:
     if matcher_name not in calibrated_matchers():
         raise MatcherError(f"matcher {matcher_name!r} has no calibration; see fpmatch calibrate")
-    file = CALIBRATION_FOLDER / f"{matcher_name}.json"
+    file = CALIBRATION_FOLDER / f"{SHARED.get(matcher_name, matcher_name)}.json"
     return Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
 
 
 def calibrated_matchers() -> list[str]:
     """Return the names of the matchers for which the package has a calibration."""
-    return sorted(file.stem for file in CALIBRATION_FOLDER.glob("*.json"))
+    own = {file.stem for file in CALIBRATION_FOLDER.glob("*.json")}
+    return sorted(own | {name for name, other in SHARED.items() if other in own})
 
 
 def score_to_fmr(score: float) -> float:

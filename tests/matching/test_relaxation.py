@@ -1,8 +1,6 @@
-"""Relaxation of local matches: the kernel against a numpy twin, and what it is for."""
+"""Relaxation of local matches: the kernel against the reference, and what it is for."""
 
-import math
 from collections import namedtuple
-from itertools import permutations
 
 import numpy as np
 import pytest
@@ -19,61 +17,14 @@ from matching_prints import (
 
 from fpmatch.matching import _relaxation_kernel as kernel
 from fpmatch.matching.align import RelaxationParameters
+from fpmatch.matching.reference.relaxation import relax
 
 P = RelaxationParameters()
 MOST = 25 if COMPILED else 12
 """Minutiae a side; the candidates support each other in pairs."""
 
-STRONGEST = 4  # relaxed similarities of which `strength` is the mean
-
 Relaxed = namedtuple("Relaxed", "first second support relaxed strength")
 """Candidates, how well any two of them agree, their relaxed similarities, the mean of the best."""
-
-
-def candidates_twin(similarity, most):
-    """Return the pairs of the greatest similarity, each minutia once, the first of equals."""
-    found = []
-    left = similarity.astype(float)
-    while len(found) < most and (left > 0).any():
-        i, j = divmod(int(left.argmax()), left.shape[1])
-        found.append((i, j))
-        left[i, :] = 0
-        left[:, j] = 0
-    return found
-
-
-def compatibility_twin(a, b, one, other, p):
-    """Return how well two candidates agree: three terms, each 1 at best and 0 at its tolerance."""
-    (z_a, d_a), (z_b, d_b) = ((side[0] + 1j * side[1], side[2] + 1j * side[3]) for side in (a, b))
-    rotation, other_rotation = (d_b[j] / d_a[i] for i, j in (one, other))
-    line_a, line_b = z_a[other[0]] - z_a[one[0]], z_b[other[1]] - z_b[one[1]]
-    shorter = min(abs(line_a), abs(line_b))
-    if shorter < 1e-6:
-        return 0.0
-    turn = np.angle(other_rotation / rotation)
-    mean_rotation = rotation * np.exp(0.5j * turn)
-    angle = np.angle(line_b / (line_a * mean_rotation))
-    difference = (abs(line_a) - abs(line_b)) / (p.distance_px + p.distance_per_px * shorter)
-    terms = (
-        1 - difference**2,
-        (np.cos(turn) - p.min_rotation_cosine) / (1 - p.min_rotation_cosine),
-        (np.cos(angle) - p.min_angle_cosine) / (1 - p.min_angle_cosine),
-    )
-    return math.prod(max(float(term), 0.0) for term in terms)
-
-
-def relaxation_twin(a, b, similarity, p):
-    found = candidates_twin(similarity, p.candidates)
-    n = len(found)
-    support = np.zeros((n, n))
-    for k, m in permutations(range(n), 2):
-        support[k, m] = compatibility_twin(a, b, found[k], found[m], p)
-    relaxed = np.array([similarity[pair] for pair in found], float)
-    for _ in range(p.rounds):
-        taken = support @ relaxed / max(n - 1, 1)
-        relaxed = p.inertia * relaxed + (1 - p.inertia) * taken
-    strength = np.sort(relaxed)[::-1][:STRONGEST].sum() / STRONGEST
-    return Relaxed([i for i, _ in found], [j for _, j in found], support, relaxed, strength)
 
 
 def relaxation_of(a, b, similarity, p=P, module=kernel, room=3):
@@ -155,11 +106,11 @@ def hypothesis_twin(of, explained, size_a, p, *, whole):
 
 
 @given(seeds, any_parameters)
-def test_relaxation_agrees_with_its_twin(seed, p):
+def test_relaxation_agrees_with_the_reference(seed, p):
     a, b, similarity = any_case(seed)
     found = result_of(relaxation_of(a, b, similarity, p))
-    expected = relaxation_twin(a, b, similarity, p)
-    assert (found.first, found.second) == (expected.first, expected.second)
+    expected = relax(a, b, similarity, p)
+    assert (found.first, found.second) == (expected.first.tolist(), expected.second.tolist())
     assert found.support == pytest.approx(expected.support, abs=1e-9)
     assert found.relaxed == pytest.approx(expected.relaxed, abs=1e-9)
     assert found.strength == pytest.approx(expected.strength, abs=1e-9)

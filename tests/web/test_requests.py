@@ -215,7 +215,9 @@ def test_a_matcher_by_place_is_not_offered(server: httpx.Client, image: bytes) -
         for name in ("antigravity:fly", "unit-circl", "fpmatch.matching.matchers.paper:MATCHER"):
             data = {"matcher": name} | ({"subject": "1"} if path == "/gallery/verify" else {})
             error = refusal(server.post(path, files=files, data=data), 422)
-            assert error.startswith(f"unknown matcher '{name}'; known: paper, unit-circle")
+            assert error.startswith(
+                f"unknown matcher '{name}'; known: paper, reference, unit-circle"
+            )
             assert "OBJECT" not in error
             assert "pattern" not in error
     for path in ("/openapi.json", *(f"/{file.name}" for file in STATIC.iterdir())):

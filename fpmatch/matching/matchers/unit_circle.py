@@ -68,7 +68,7 @@ class UnitCircleMatcher:
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
-            return nothing_found(_too_few(probe, reference))
+            return nothing_found(too_few(probe, reference))
         if a.key == b.key:
             aligned = align(a, b)
         else:
@@ -79,7 +79,7 @@ class UnitCircleMatcher:
                 return nothing_found(UNLIKE, as_similarity(rejected))
             aligned = workspace.align(reference, reference_first=swapped)
         if aligned is None:
-            return nothing_found(_too_few(probe, reference) or UNPAIRED)
+            return nothing_found(too_few(probe, reference) or UNPAIRED)
         return _comparison(a, b, aligned, swapped=swapped)
 
     def explain(
@@ -262,7 +262,7 @@ def _comparison(
     )
 
 
-def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
+def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
     """Return which side has too few minutiae to match; "" if neither."""
     few = [
         f"the {name} has no ridges"

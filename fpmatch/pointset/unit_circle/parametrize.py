@@ -67,30 +67,47 @@ def parametrize(ring: ArrayLike, centre: ArrayLike) -> UnitCircle:
 def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64]:
     """Return Floater's weights (d,) of a centre in its ring (eq. 4); see `parametrize`."""
     away = _offsets_from(ring, centre)
-    d = len(away)
-    cross = away.real[:, None] * away.imag - away.imag[:, None] * away.real
-    if cross[0, 1] < 0:  # the ring runs clockwise: mirror it
-        cross = -cross
-    leaves = (cross >= 0) & (np.roll(cross, -1, axis=1) < 0)
+    if (away[0].conjugate() * away[1]).imag < 0:  # the ring runs clockwise: mirror it
+        away = away.conjugate()
+    return ring_weights(away)
+
+
+def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return the weights (..., d) of the origin in rings (..., d) of x + iy, counter-clockwise.
+
+    They are NaN where a ring does not go round the origin.
+    """
+    d = away.shape[-1]
+    cross = away.real[..., :, None] * away.imag[..., None, :]
+    cross = cross - cross.swapaxes(-1, -2)
+    leaves = (cross >= 0) & (np.roll(cross, -1, axis=-1) < 0)
     line = np.arange(d)
-    r = leaves.argmax(axis=1)
+    r = leaves.argmax(axis=-1)
     s = (r + 1) % d
-    share = np.zeros((d, d))
-    share[line, line] = cross[r, s]
-    share[line, r] += cross[s, line]
-    share[line, s] += cross[line, r]
-    share /= share.sum(axis=1, keepdims=True)
-    return np.asarray(share.mean(axis=0))
+    rings = tuple(np.indices(r.shape)[:-1])
+    share = np.zeros(cross.shape)
+    share[*rings, line, line] = own = cross[*rings, r, s]
+    share[*rings, line, r] += cross[*rings, s, line]
+    share[*rings, line, s] += cross[*rings, line, r]
+    whole = share.sum(axis=-1, keepdims=True)
+    around = (leaves.any(axis=-1) & (own > 0) & (whole[..., 0] > 0)).all(axis=-1)
+    whole[~around] = np.nan
+    return np.asarray((share / whole).mean(axis=-2))
 
 
 def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
     """Return the angles (d,) of a ring's points on the unit circle by chord length (eq. 3)."""
     points = as_points(ring, "ring")
-    side = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
-    if not side.any():
+    if (points == points[:1]).all():
         raise PointSetError("ring: its points must not all coincide")
-    along = np.concatenate([[0.0], side.cumsum()])
-    return np.asarray(2 * np.pi * along[:-1] / along[-1])
+    return ring_angles(points.view(np.complex128).ravel())
+
+
+def ring_angles(ring: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return the angles (..., d) of the points x + iy of rings on their unit circles."""
+    side = abs(np.roll(ring, -1, axis=-1) - ring)
+    along = side.cumsum(axis=-1)
+    return np.asarray(2 * np.pi * (along - side) / along[..., -1:])
 
 
 def _offsets_from(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.complex128]:

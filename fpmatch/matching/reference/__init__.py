@@ -1,0 +1,123 @@
+"""The default matcher's method in plain numpy and scipy, step by step as the paper's Fig. 7.
+
+Two prints are prepared: each is *triangulated*, and the *rings* of its minutiae are described
+(`neighbourhood`). `match` compares them: the *local match* (`neighbourhood`), *relaxed* so that
+local matches that agree support each other (`relaxation`); *pairs* that *grow* over their mesh on
+the unit circle by eq. (3) and (4) (`alignment`, `pair_mesh`); the *ridges* (`ridges`); the
+*evidence* and the *score* (`evidence`). `transform_of` fits eq. (1) in the pixels of the images.
+
+The compiled matcher takes the same steps, many times as fast. Both make the same pairs, and the
+same evidence to 1e-9, unless the last bit of a sum decides between equals, because numpy adds in
+another order: minutiae at the same distance from a prediction, a cell on the border of a print.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.bit_descriptors import encode
+from fpmatch.matching.prepare import prepare as prepare_print
+from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
+from fpmatch.matching.reference.evidence import weigh
+from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
+from fpmatch.matching.reference.relaxation import relax
+from fpmatch.matching.reference.ridges import search_by_ridges
+from fpmatch.matching.score import load_weights
+from fpmatch.pointset.similarity import Similarity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from fpmatch.matching.neighbourhood import NeighbourhoodParameters
+    from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate
+    from fpmatch.matching.score import Evidence
+    from fpmatch.minutiae import Template
+
+MIN_PAIRS_FOR_SCALE: Final = 6
+MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
+
+
+def prepare(
+    template: Template,
+    parameters: PreparationParameters | None = None,
+    neighbourhood: NeighbourhoodParameters | None = None,
+) -> PreparedTemplate:
+    """Triangulate the minutiae of a template and describe their rings.
+
+    The area of the print, and the bit descriptors of the prefilter, are those of the package.
+    """
+    p = prepare_print(template, parameters)
+    rings = neighbourhoods(p.points, neighbourhood)
+    bits = encode(p.points, p.quality, rings, p.region)
+    return replace(p, neighbourhoods=rings, bit_descriptors=bits)
+
+
+def match(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Pairing, Evidence] | None:
+    """Align print A with print B, in the order of their content; None if nothing is paired."""
+    p, model = AlignmentParameters(), load_weights().model_of(a, b)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    candidates = relax(a.points, b.points, similarity)
+    weighed = partial(weigh, a, b, candidates)
+    if a.key == b.key:  # only the identity is its own inverse
+        every = np.arange(len(a))
+        identity = Pairing(a.points, b.points, every, np.ones(len(a)))
+        return weighed(identity, ridges_from=model.refine_threshold)
+
+    coarse = []
+    for partner, weight in candidates.hypotheses(len(a), p.hypotheses):
+        pairing = grow(seeded(a.points, b.points, partner, weight), p.coarse_rounds)
+        candidates.explain(pairing.partner)
+        coarse += [weighed(pairing, ridges_from=math.inf)] if pairing.pairs else []
+        if coarse and coarse[-1][1].total > model.confident_threshold:
+            coarse = coarse[-1:]
+            break
+        if pairing.pairs and candidates.strength < model.relaxation_threshold:
+            break
+    best = _greatest(coarse)
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    doubtful = shown and not (best and best[1].total > model.confident_threshold)
+    if best and best[1].total > model.refine_threshold:
+        kept = (each for each, evidence in coarse if evidence.total > model.refine_threshold)
+        grown = (grow(each, p.rounds - p.coarse_rounds, settled=True) for each in kept)
+        best = _greatest(weighed(each) for each in grown if each.pairs)
+    if doubtful and not (best and best[1].total > model.confident_threshold):
+        small = min(a.region.area, b.region.area) <= load_weights().small_area
+        pairs = search_by_ridges(a, b, None if small else (candidates.first, candidates.second))
+        starts = (seeded(a.points, b.points, *one_pair(len(a), *pair)) for pair in pairs)
+        grown = (grow(start, p.rounds) for start in starts)
+        found = [weighed(each) for each in grown if each.pairs]
+        best = _greatest([best, *found] if best else found)
+    return best
+
+
+def _greatest(weighed: Iterable[tuple[Pairing, Evidence]]) -> tuple[Pairing, Evidence] | None:
+    """Return the pairing of the greatest sum, the first of equals; None of none."""
+    return max(weighed, key=lambda each: each[1].total, default=None)
+
+
+def transform_of(
+    a: PreparedTemplate, b: PreparedTemplate, pairing: Pairing
+) -> tuple[Similarity, float]:
+    """Fit eq. (1) to the pairs in pixels; also return the root of their mean square distance.
+
+    Where the places of few pairs do not determine it, the scale is that of the resolutions, and
+    the rotation that of the pairing, to which the directions contribute.
+    """
+    i = np.flatnonzero(pairing.partner >= 0)
+    places = a.points[:2, i] / a.to_500dpi, b.points[:2, pairing.partner[i]] / b.to_500dpi
+    own, other = (place.T * (1.0, -1.0) for place in places)
+    weight = pairing.weight[i]
+    scale = a.to_500dpi / b.to_500dpi
+    fitted = Similarity.fit(own, other, weight)
+    stretch = fitted.scale / scale
+    if len(i) < MIN_PAIRS_FOR_SCALE or not 1.0 / MAX_STRETCH <= stretch <= MAX_STRETCH:
+        turned = Similarity(scale, -float(np.angle(pairing.move[0])))
+        shift = np.average(other - turned.apply(own), axis=0, weights=weight)
+        fitted = replace(turned, tx=float(shift[0]), ty=float(shift[1]))
+    return fitted, math.sqrt(np.mean(np.sum((fitted.apply(own) - other) ** 2, axis=1)))

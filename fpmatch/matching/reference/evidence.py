@@ -1,0 +1,141 @@
+"""Evidence and score: what speaks for and against one finger, weighed; see `matching.score`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.matching._amount_kernel import most_decades, quality_correction
+from fpmatch.matching.reference.pair_mesh import measure
+from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
+from fpmatch.matching.score import Evidence, ScoreParameters, load_weights
+from fpmatch.matching.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.print_area import PrintArea
+    from fpmatch.matching.reference.alignment import Pairing
+    from fpmatch.matching.reference.relaxation import Candidates
+    from fpmatch.matching.score_model import ScoreModel
+
+    Floats = NDArray[np.float64]
+    Plane = NDArray[np.complex128]
+
+LEAST_RELAXED: Final = 0.01  # added before the logarithm is taken
+PAIR_AREA: Final = 75.0  # px²: within 12 px and 30° of a minutia
+LEAST_SPREAD: Final = 0.5  # between the two quantiles
+
+
+def weigh(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    candidates: Candidates,
+    pairing: Pairing,
+    *,
+    ridges_from: float = -math.inf,
+) -> tuple[Pairing, Evidence]:
+    """Return a pairing with the evidence in it, weighed.
+
+    The ridges are compared where the sum of the minutiae is above `ridges_from`.
+    """
+    model = load_weights().model_of(a, b)
+    entries = _gather(a, b, candidates, pairing)
+    features = _features(model, entries)
+    if model.sums(features) > ridges_from:
+        drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
+        ridges = compare_ridges(a.region, b.region, pairing.move, drift)
+        entries |= zip(("ridges", "cells"), ridges, strict=True)
+        features = _features(model, entries)
+    total = float(model.sums(features))
+    decade, estimate = _condition(model, total, entries)
+    entries |= {"features": features, "total": total, "decade": decade, "minus_log_fmr": estimate}
+    return pairing, Evidence(**entries)
+
+
+def _gather(
+    a: PreparedTemplate, b: PreparedTemplate, candidates: Candidates, pairing: Pairing
+) -> dict[str, Any]:
+    """Return the evidence of the minutiae."""
+    partner, (linear, shift) = pairing.partner, pairing.move
+    mesh, predicted, _, _ = pairing.mesh
+    paired = np.flatnonzero(partner >= 0)
+    others = np.setdiff1d(np.arange(len(b)), partner[paired])
+    back = (b.points[0, others] + 1j * b.points[1, others] - shift) / linear
+    own = np.flatnonzero(partner < 0)
+    common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own])
+    common_b, unpaired_b = _unpaired(b, others, a.region, back)
+    common_a, common_b = common_a + len(paired), common_b + len(paired)
+    smaller = min(a.region.area, b.region.area)
+    area = min(_common_cells(a.region, b.region, linear, shift) * a.region.step**2, smaller)
+    return {
+        "pairs": len(paired),
+        "local": float(candidates.similarity[paired, partner[paired]].astype(np.float64).sum()),
+        "unpaired": unpaired_a + unpaired_b,
+        "common": common_a + common_b,
+        "overlap": area / smaller if smaller > 0.0 else 0.0,
+        "relaxed": float(candidates.relaxed[candidates.among(partner)].sum()),
+        **measure(mesh, pairing.places[1], partner, predicted),
+        "fewest": min(len(a), len(b)),
+        "ridges": 0.0,
+        "cells": 0,
+        "area": area,
+        "chance": common_a * common_b * PAIR_AREA / area if area > 0.0 else 0.0,
+    }
+
+
+def _unpaired(
+    own: PreparedTemplate, which: NDArray[np.intp], other: PrintArea, at: Plane
+) -> tuple[int, float]:
+    """Return how many unpaired minutiae lie in the other print, and the weight of those well in."""
+    p = ScoreParameters()
+    margin = p.margin_px if other.has_flow else p.hull_margin_px
+    inside = codes_at(other, at) > 0
+    well = inside.copy()
+    for step in (margin, -margin, 1j * margin, -1j * margin):
+        well &= codes_at(other, at + step) > 0
+    squares = own.quality**2
+    raised = quality_correction(squares.sum(), len(own))
+    return int(inside.sum()), float(squares[which[well]].sum() * raised)
+
+
+def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -> int:
+    """Return how many cells of A fall into the region of B."""
+    row, column = np.nonzero(a.code)
+    at = (a.first_column + column + 0.5) - 1j * (a.first_row + row + 0.5)
+    return int(np.count_nonzero(codes_at(b, shift + linear * a.step * at)))
+
+
+def _features(model: ScoreModel, e: dict[str, Any]) -> Floats:
+    """Return what evidence amounts to, by `FEATURES`."""
+    p = ScoreParameters()
+    per_pair = 1.0 / (1.0 + e["pairs"])
+    features = [
+        math.log(LEAST_RELAXED + e["relaxed"]),
+        *(e[name] * per_pair for name in ("places", "weights", "fullness", "turned")),
+        e["strain"],
+        math.log1p(e["local"]),
+        math.sqrt(e["unpaired"] / (e["pairs"] + p.doubt_pairs)),
+        e["overlap"],
+        e["pairs"] / (e["fewest"] + p.doubt_minutiae),
+    ]
+    if e["cells"]:
+        features += [e["ridges"], math.log(e["cells"] + p.doubt_cells)]
+        features += [(e["ridges"] - p.usual_correlation) * math.sqrt(e["cells"])]
+    else:
+        usual = model.standard[STANDARD.index("impostor_mean")]
+        features += [usual[FEATURES.index(name)] for name in RIDGE_FEATURES]
+    return np.array(features)
+
+
+def _condition(model: ScoreModel, total: float, e: dict[str, Any]) -> tuple[float, float]:
+    """Return by how much the sum rises where the FMR falls tenfold, and -ln(FMR) of a sum."""
+    amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
+    low, high = (model.quantiles @ amount).tolist()
+    decade = max(high - low, LEAST_SPREAD)
+    unusual = e["ridges"] - ScoreParameters().usual_correlation
+    limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
+    return decade, math.log(10.0) * min(2.0 + (total - low) / decade, limit)

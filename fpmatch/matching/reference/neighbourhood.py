@@ -1,0 +1,117 @@
+"""Rings and local match: the neighbours of each minutia, and how alike they are in two prints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from fpmatch.matching.local import LocalParameters
+from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
+from fpmatch.pointset.delaunay.collinear import triangulate_collinear
+from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS
+from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.unit_circle.parametrize import ring_weights
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Plane = NDArray[np.complex128]
+
+LEAST_WEIGHT: Final = 1e-9  # of all neighbours of a minutia together
+
+
+def neighbourhoods(
+    points: NDArray[np.float64], parameters: NeighbourhoodParameters | None = None
+) -> Neighbourhoods:
+    """Describe the nearest neighbours, in the first two rings, of minutiae (4, N).
+
+    A neighbour is seen in the frame of its minutia, whose direction is +u. It counts by its weight
+    of eq. (4) where it is in the ring, by a constant beyond.
+    """
+    p = parameters or NeighbourhoodParameters()
+    z, d = points[0] + 1j * points[1], points[2] + 1j * points[3]
+    joined, rings = _mesh(z)
+    near = joined | (joined.astype(np.intp) @ joined > 0)
+    np.fill_diagonal(near, False)
+    count = np.minimum(near.sum(axis=1), p.size).astype(np.int32)
+    neighbour = np.zeros((len(z), p.size), np.int32)
+    frame = np.zeros((len(z), 6, p.size), np.float32)
+    for i, ring in enumerate(rings):
+        j = np.flatnonzero(near[i])
+        away = z[j] - z[i]
+        squared = away.real * away.real + away.imag * away.imag
+        j = j[np.argsort(squared, kind="stable")[: p.size]]
+        weight = np.full(len(z), p.second_ring_weight)
+        of_ring = ring_weights(z[ring] - z[i]) if ring else np.full(1, np.nan)
+        if not np.isnan(of_ring[0]):
+            weight[ring] += (1.0 - p.second_ring_weight) * of_ring * len(ring)
+        weight = weight[j] * (len(j) / max(weight[j].sum(), LEAST_WEIGHT))
+        place, direction = (z[j] - z[i]) * d[i].conj(), d[j] * d[i].conj()
+        tolerance = p.tolerance_px + p.tolerance_per_px * abs(z[j] - z[i])
+        rows = place.real, place.imag, direction.real, direction.imag, tolerance**-2
+        neighbour[i, : len(j)] = j
+        frame[i, :, : len(j)] = *rows, np.sqrt(weight)
+    frame[:, 5] = np.minimum(np.rint(frame[:, 5].astype(np.float64) * 100), 255) / 100
+    return Neighbourhoods(count, neighbour, frame)
+
+
+def _mesh(z: Plane) -> tuple[NDArray[np.bool_], list[list[int]]]:
+    """Return which minutiae are joined, shape (N, N), and the closed ring of each, or none.
+
+    Of minutiae at one place the first is in the mesh, and the others are joined to it.
+    """
+    joined = np.zeros((len(z), len(z)), bool)
+    rings: list[list[int]] = [[] for _ in z]
+    xy = np.column_stack([z.real, z.imag])
+    steps = np.rint(np.ldexp(UnitFrame.of(xy).apply(xy), GRID_BITS)).view(np.complex128).ravel()
+    _, first, which = np.unique(steps, return_index=True, return_inverse=True)
+    place = z[first]  # by x, then y
+    axis = place - place[:1]
+    longest = axis[abs(axis).argsort()[-1:]]
+    if not (abs(cross(longest, axis)) > FLATNESS * abs(longest) ** 2).any():
+        u, v = triangulate_collinear(xy, GRID_BITS).edges.T
+    else:
+        whole = np.stack([steps.real, steps.imag])[:, first].astype(np.int64).astype(object)
+        across = triangulate(whole, np.arange(len(place)), fan=True)
+        for v in range(len(place)):
+            rings[first[v]] = [int(first[w]) for w in ring_of(across, v)]
+        sides = first[np.stack(np.nonzero(across >= 0))]
+        u, v = np.hstack([sides, [np.arange(len(z)), first[which]]])
+    joined[u, v] = joined[v, u] = True
+    return joined, rings
+
+
+def local_similarity(a: Neighbourhoods, b: Neighbourhoods) -> NDArray[np.float32]:
+    """Return the similarity of all minutiae of A and B: the weighted share of like neighbours.
+
+    A neighbour in A counts by the most similar one in B, or not at all.
+    """
+    p = LocalParameters()
+    (i, k, own), (j, _, other) = _listed(a), _listed(b)
+    n, m, size = len(a.count), len(b.count), a.frame.shape[2]
+    reach = 1.01 * np.sqrt(1.0 / own[4].min(initial=1.0))
+    met = KDTree(own[:2].T).sparse_distance_matrix(
+        KDTree(other[:2].T), reach, output_type="ndarray"
+    )
+    of_a, of_b = met["i"], met["j"]
+    u, v, c, s, precision, _ = own[:, of_a]
+    other_u, other_v, other_c, other_s, _, weight = other[:, of_b]
+    near = 1.0 - ((u - other_u) ** 2 + (v - other_v) ** 2) * precision
+    turn = (c * other_c + s * other_s - p.min_cosine) * (1.0 / (1.0 - p.min_cosine))
+    best = np.zeros((size, n, m))
+    value = np.maximum(near, 0.0) * np.maximum(turn, 0.0) * weight
+    np.maximum.at(best, (k[of_a], i[of_a], j[of_b]), value)
+    total = np.zeros((n, m))
+    for rank in range(size):
+        total += best[rank] * a.frame[:, 5, rank, None].astype(np.float64)
+    share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
+    return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)
+
+
+def _listed(of: Neighbourhoods) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Return whose each neighbour is, its place among them, and the neighbours, shape (6, K)."""
+    owner, k = np.nonzero(np.arange(of.frame.shape[2]) < of.count[:, None])
+    return owner, k, of.frame[owner, :, k].astype(np.float64).T

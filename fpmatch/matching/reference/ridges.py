@@ -1,0 +1,180 @@
+"""Ridges: how well those of A, moved by the mesh of pairs, agree with those of B."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from fpmatch.matching._ridge_kernel import SAMPLES
+from fpmatch.matching.reference.pair_mesh import FRAME
+from fpmatch.matching.reference.triangulation import cross
+from fpmatch.matching.ridges import RidgeSearchParameters
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.print_area import PrintArea
+    from fpmatch.matching.reference.pair_mesh import PairMesh
+
+    Plane = NDArray[np.complex128]
+    Numbers = NDArray[np.intp]
+    Move = tuple[complex, complex]
+
+SIDE: Final = 8  # bits along a cell
+REACH: Final = 2  # bits by which ridges may lie off
+FEWEST_AROUND: Final = 4  # cells of 3 by 3 that must be in both prints
+MOST_CELLS: Final = 16384
+FLOW_SAMPLES: Final = 24  # cells whose orientation is compared
+CODES: Final = 255  # of the orientation, from 1 on
+
+
+def codes_at(region: PrintArea, z: Plane) -> NDArray[np.uint8]:
+    """Return the codes of a print area at places: 0 outside."""
+    per_px = 1.0 / region.step
+    x, y = z.real * per_px - region.first_column, -z.imag * per_px - region.first_row
+    rows, columns = region.code.shape
+    found = np.zeros(z.shape, np.uint8)
+    within = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
+    found[within] = region.code[y[within].astype(np.intp), x[within].astype(np.intp)]
+    return found
+
+
+def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:
+    """Return how far from the transform the mesh moves each block of two by two cells.
+
+    The triangle round the middle of a block is mapped affinely. A pair lies halfway between the
+    partner and where its ring predicts it: so noise is less.
+    """
+    image = mesh.image.copy()
+    image[FRAME:] = 0.5 * (image[FRAME:] + predicted[mesh.owner[FRAME:]])
+    row, column = np.indices([(size + 1) // 2 for size in region.code.shape])
+    side = 2.0 * region.step
+    middle = (region.first_column + 1.0) * region.step + column * side
+    middle = middle - 1j * ((region.first_row + 1.0) * region.step + row * side)
+    p, q, r = mesh.vertex[mesh.triangles.T, None]
+    at_q = cross(middle.ravel() - p, r - p)
+    at_r = cross(q - p, middle.ravel() - p)
+    area = cross(q - p, r - p)
+    inside = (at_q >= 0.0) & (at_r >= 0.0) & (at_q + at_r <= area)
+    t, block = inside.argmax(axis=0), np.arange(middle.size)
+    share_q, share_r = (at[t, block] / area[t, 0] for at in (at_q, at_r))
+    p, q, r = image[mesh.triangles[t].T]
+    moved = p + share_q * (q - p) + share_r * (r - p) - (move[1] + move[0] * middle.ravel())
+    return np.where(inside.any(axis=0), moved, 0.0).reshape(middle.shape)
+
+
+def compare_ridges(
+    a: PrintArea, b: PrintArea, move: Move, drift: Plane | None = None
+) -> tuple[float, int]:
+    """Return the mean correlation of the ridges of the cells compared, and how many these are.
+
+    Eight bits of a cell of A are looked up in B, at 5 by 5 shifts; of these that counts under which
+    the most bits agree in the cell and those around it.
+    """
+    rows, columns = a.code.shape
+    too_large = (rows + 2) * (columns + 2) > MOST_CELLS
+    too_large |= (b.code.shape[0] + 4) * (b.code.shape[1] + 4) > MOST_CELLS
+    if a.ridges is None or b.ridges is None or too_large:
+        return 0.0, 0
+    row, column = np.nonzero(a.code)
+    half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
+    at = (a.first_column + column) * a.step + half - 1j * ((a.first_row + row) * a.step + half)
+    at = move[0] * at + move[1] + (0.0 if drift is None else drift[row // 2, column // 2])
+    common = codes_at(b, at) > 0
+    row, column, at = row[common], column[common], at[common]
+    sample = np.array(SAMPLES)
+    offset = move[0] * ((sample[:, 1] - 3.5) - 1j * (sample[:, 0] - 3.5)) * (a.step / b.step)
+    per_bit = SIDE / b.step
+    u = ((at.real + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH)[:, None] + offset.real
+    v = ((0.5 - at.imag) * per_bit - SIDE * (b.first_row - 2.0) - REACH)[:, None] - offset.imag
+    windows = sliding_window_view(np.pad(_bits(b.ridges), 2 * SIDE), (2 * REACH + 1,) * 2)
+    seen = (u >= 0.0) & (u < SIDE * (b.code.shape[1] + 3.0))
+    seen &= (v >= 0.0) & (v < SIDE * (b.code.shape[0] + 3.0))
+    theirs = np.zeros((*u.shape, 2 * REACH + 1, 2 * REACH + 1), bool)
+    theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
+    own_v, own_u = SIDE * row[:, None] + sample[:, 0], SIDE * column[:, None] + sample[:, 1]
+    ours = _bits(a.ridges)[own_v, own_u]
+    agreeing = np.zeros((rows + 2, columns + 2, *theirs.shape[2:]), np.intp)
+    agreeing[row + 1, column + 1] = (theirs == ours[:, :, None, None]).sum(axis=1)
+    both = np.zeros((rows + 2, columns + 2), np.intp)
+    both[row + 1, column + 1] = 1
+    i, j = np.indices((3, 3)).reshape(2, -1, 1)
+    around, total = (of[row + i, column + j].sum(axis=0) for of in (both, agreeing))
+    compared = around >= FEWEST_AROUND
+    if not compared.any():
+        return 0.0, 0
+    best = total[compared].max(axis=(1, 2))
+    value = 2.0 * best / (len(SAMPLES) * around[compared]) - 1.0
+    return float(value.mean()), len(value)
+
+
+def _bits(ridges: NDArray[np.uint64]) -> NDArray[np.bool_]:
+    """Return the ridge images of cells (rows, columns) as one, 8 by 8 bits a cell."""
+    rows, columns = ridges.shape
+    bytes_ = ridges.astype("<u8").view(np.uint8).reshape(rows, columns, SIDE)
+    bits = np.unpackbits(bytes_, axis=2, bitorder="little").reshape(rows, columns, SIDE, SIDE)
+    return bits.transpose(0, 2, 1, 3).reshape(SIDE * rows, SIDE * columns).astype(bool)
+
+
+def search_by_ridges(
+    a: PreparedTemplate, b: PreparedTemplate, pairs: tuple[Numbers, Numbers] | None
+) -> list[tuple[int, int]]:
+    """Return pairs of minutiae under whose transforms the ridges correlate best, the best first.
+
+    Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
+    """
+    if b.region.area < a.region.area:
+        found = search_by_ridges(b, a, None if pairs is None else pairs[::-1])
+        return [(j, i) for i, j in found]
+    p = RidgeSearchParameters()
+    most, least_flow, least_value = p.found, p.least_flow, 0.0
+    if pairs is not None:
+        most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value
+    i, j = np.indices((len(a), len(b))).reshape(2, -1) if pairs is None else pairs
+    linear = (b.points[2, j] + 1j * b.points[3, j]) * (a.points[2, i] - 1j * a.points[3, i])
+    shift = b.points[0, j] + 1j * b.points[1, j] - linear * (a.points[0, i] + 1j * a.points[1, i])
+    flow, middle = _flow_agreement(a.region, b.region, linear, shift)
+    best = np.argsort(-flow, kind="stable")[: p.compared if pairs is None else p.candidates]
+    entered: list[tuple[float, int]] = []
+    for k in best[flow[best] >= least_flow].tolist():
+        correlation, cells = compare_ridges(a.region, b.region, (linear[k], shift[k]))
+        value = (correlation - p.usual_correlation) * np.sqrt(cells)
+        at = shift + linear * middle
+        near = abs(at - at[k]) ** 2 < p.apart_px**2
+        near &= (linear * linear[k].conj()).real > p.apart_cosine
+        if value <= least_value or any(near[m] and other >= value for other, m in entered):
+            continue
+        entered = [(other, m) for other, m in entered if not near[m]] + [(value, k)]
+        entered = sorted(entered, key=lambda entry: -entry[0])[:most]
+    return [(int(i[k]), int(j[k])) for _, k in entered]
+
+
+def _flow_agreement(
+    small: PrintArea, large: PrintArea, linear: Plane, shift: Plane
+) -> tuple[NDArray[np.float64], complex]:
+    """Return the mean cosine of twice the difference of orientation under transforms, -1 to 1.
+
+    It is -2 where the prints have too little in common. Also return the middle of the samples.
+    """
+    row, column = np.nonzero(small.code)
+    passed = -(-np.arange(FLOW_SAMPLES) * len(row) // FLOW_SAMPLES)
+    row, column = (of[np.unique(passed[passed < len(row)])] for of in (row, column))
+    at = (small.first_column + column + 0.5) * small.step
+    at = at - 1j * ((small.first_row + row + 0.5) * small.step)
+    codes = codes_at(large, shift[:, None] + linear[:, None] * at)
+    ours, theirs = (_flow(of) for of in (small.code[row, column], codes))
+    agreement = (linear[:, None] ** 2 * ours * theirs.conj()).real
+    common = (codes > 0).sum(axis=1)
+    enough = (common > 0) & (common >= RidgeSearchParameters().least_common * len(at))
+    total = np.where(codes > 0, agreement, 0.0).sum(axis=1)
+    return np.where(enough, total / np.maximum(common, 1), -2.0), complex(
+        at.mean() if len(at) else 0
+    )
+
+
+def _flow(codes: NDArray[np.uint8]) -> Plane:
+    """Return the unit vectors of twice the orientation that codes state."""
+    return np.asarray(np.exp(2j * np.pi * (codes.astype(np.float64) - 1.0) / CODES))

@@ -1,0 +1,244 @@
+"""The compiled matcher against the method in plain numpy and scipy: the same pairs and evidence.
+
+Minutiae have whole coordinates, as extracted ones have, so that co-circular ones abound: the two
+triangulate them alike. Prints that coincide with themselves under other transforms are left out:
+there the last bit of a sum decides between equals.
+"""
+
+import importlib
+import re
+from dataclasses import fields, replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    EMPTY,
+    any_points,
+    distorted,
+    jittered,
+    moved,
+    on_pixels,
+    seeds,
+    striped_field,
+    template_of,
+)
+
+from fpmatch.image.extract import extract
+from fpmatch.matching import neighbourhood
+from fpmatch.matching import reference as method
+from fpmatch.matching._pair_mesh_kernel import PairMesh
+from fpmatch.matching.align import PairMeshParameters
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
+from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.reference import pair_mesh
+from fpmatch.matching.reference.neighbourhood import neighbourhoods
+from fpmatch.matching.reference.triangulation import triangulate
+from fpmatch.matching.verify import verify
+
+SAMPLES = sorted((Path(__file__).parents[2] / "sample_data").glob("10[12]_*.tif"))
+AREAS = {"area"}  # in px²: large numbers
+EXAMPLES = 40 if COMPILED else 5
+
+
+def prepared(template):
+    """Return a template as the reference prepares it; hold that of the compiled matcher equal."""
+    compiled, plain = (matcher.prepare(template) for matcher in (COMPILED_MATCHER, REFERENCE))
+    ours, theirs = plain.neighbourhoods, compiled.neighbourhoods
+    assert ours.count.tolist() == theirs.count.tolist()
+    np.testing.assert_allclose(ours.frame, theirs.frame, rtol=1e-6, atol=1e-9)
+    assert compiled.key == plain.key
+    return plain
+
+
+def hold_equal(probe, reference):
+    """Hold the comparisons of two prepared prints equal; return that of the compiled matcher."""
+    compiled = COMPILED_MATCHER.compare(probe, reference)
+    plain = REFERENCE.compare(probe, reference)
+    assert plain.pairs.tolist() == compiled.pairs.tolist()
+    assert plain.pairs.dtype == compiled.pairs.dtype
+    assert plain.reason == compiled.reason
+    for name in ("similarity", "rms_px", "agreement", "overlap"):
+        assert getattr(plain, name) == pytest.approx(getattr(compiled, name), rel=1e-9, abs=1e-9)
+    assert (plain.detail is None) == (compiled.detail is None)
+    if compiled.detail is not None:
+        (alignment, evidence), (own_alignment, own_evidence) = compiled.detail, plain.detail
+        for entry in fields(evidence):
+            ours, theirs = (getattr(side, entry.name) for side in (own_evidence, evidence))
+            relative = 1e-9 if entry.name in AREAS else 0.0
+            assert ours == pytest.approx(theirs, rel=relative, abs=1e-9), entry.name
+        for entry in fields(alignment):
+            ours, theirs = (getattr(side, entry.name) for side in (own_alignment, alignment))
+            np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-6, err_msg=entry.name)
+        matrices = plain.transform.matrix, compiled.transform.matrix
+        np.testing.assert_allclose(*matrices, rtol=1e-9, atol=1e-6)
+    return compiled
+
+
+@pytest.fixture(scope="module")
+def samples():
+    """Return the eight prints of two sample fingers."""
+    return [extract(path) for path in SAMPLES]
+
+
+def without_ridges(template):
+    return replace(template, field=None)
+
+
+def fragment(template, side=140):
+    """Return the middle of a print, `side` pixels wide, with its ridges."""
+    centre = np.median(template.minutiae.xy, axis=0)
+    inside = np.flatnonzero((abs(template.minutiae.xy - centre) < side / 2).all(axis=1))
+    field = template.field
+    row, column = np.indices(field.mask.shape) + 0.5
+    near = abs(column * field.step - centre[0]) < side / 2
+    near &= abs(row * field.step - centre[1]) < side / 2
+    field = replace(field, mask=field.mask & near)
+    return replace(template, minutiae=template.minutiae.take(inside), field=field)
+
+
+KINDS = {
+    "whole": (lambda print_: print_,) * 2,
+    "minutiae alone": (without_ridges,) * 2,
+    "one without ridges": (without_ridges, lambda print_: print_),
+    "fragments": (fragment,) * 2,
+    "fragments of minutiae": (lambda print_: without_ridges(fragment(print_)),) * 2,
+    "a fragment and a whole print": (fragment, lambda print_: print_),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sample_prints_have_the_same_pairs_and_evidence(kind, samples):
+    first, second = ([prepared(change(print_)) for print_ in samples] for change in KINDS[kind])
+    which = list(combinations(range(len(samples)), 2))
+    compared = [hold_equal(first[i], second[j]) for i, j in which[:: 1 if COMPILED else 9]]
+    assert any(found.detail for found in compared)
+
+
+def test_a_print_and_itself(samples):
+    for print_ in samples[:2]:
+        side = prepared(print_)
+        assert len(hold_equal(side, side).pairs) == len(side)
+
+
+def whole_pixels(points):
+    """Return minutiae at whole pixels, as extracted ones are."""
+    return np.ascontiguousarray(np.vstack([np.rint(points[:2]), points[2:]]))
+
+
+def any_print(seed):
+    """Return minutiae at whole pixels, no two at one place, and of any directions."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(0, 45))
+    xy = np.unique(rng.integers(0, 260, (n, 2)), axis=0)
+    angle = rng.uniform(0, 2 * np.pi, len(xy))
+    points = np.vstack([xy[:, :1].T, -xy[:, 1:].T, np.cos(angle), np.sin(angle)])
+    return np.ascontiguousarray(points.astype(np.float64)[:, rng.permutation(len(xy))])
+
+
+FIELDS = (None, striped_field(side=8), striped_field(side=16, orientation=1.9))
+
+
+@given(seeds, st.sampled_from(FIELDS), st.sampled_from(FIELDS), st.sampled_from([500.0, 569.0]))
+@settings(max_examples=EXAMPLES)
+def test_random_prints_and_their_impressions(seed, field, other_field, dpi):
+    rng = np.random.default_rng(seed)
+    a = any_print(seed)
+    bent = distorted(a, rng.uniform(-3, 3)) if a.shape[1] else a
+    worn = jittered(rng, moved(bent, rng.uniform(-3, 3), complex(150, -150)), 1.5, 0.1)
+    b = whole_pixels(np.hstack([worn[:, int(rng.integers(0, 6)) :], any_print(seed + 1)[:, :6]]))
+    quality = rng.integers(0, 101, b.shape[1])
+    sides = [template_of(a, field=field), template_of(b, dpi, quality, other_field)]
+    sides.append(template_of(any_print(seed + 2)))
+    for probe, reference in combinations(map(prepared, sides), 2):
+        hold_equal(probe, reference)
+        hold_equal(reference, probe)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3])
+def test_few_minutiae(n):
+    few = any_print(6)[:, :n]
+    for field in FIELDS:
+        sides = [template_of(few, field=field), template_of(any_print(6), field=field), EMPTY]
+        for probe, reference in combinations(map(prepared, sides), 2):
+            hold_equal(probe, reference)
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_crowded_minutiae_have_the_same_neighbours(seed):
+    """Coincident, collinear and co-circular minutiae: the tie rules of the triangulation."""
+    points = any_points(seed)
+    ours, theirs = neighbourhoods(points), neighbourhood.neighbourhoods(points)
+    assert ours.count.tolist() == theirs.count.tolist()
+    kept = np.arange(ours.neighbour.shape[1]) < ours.count[:, None]
+    assert ours.neighbour[kept].tolist() == theirs.neighbour[kept].tolist()
+    # weights are rounded to hundredths, and those of equal size either way
+    np.testing.assert_allclose(ours.frame[:, 5], theirs.frame[:, 5], atol=0.011)
+    np.testing.assert_allclose(ours.frame[:, :5], theirs.frame[:, :5], rtol=1e-6, atol=1e-6)
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_crowded_pairs_have_the_same_mesh(seed):
+    rng = np.random.default_rng(seed)
+    a = on_pixels(rng, int(rng.integers(1, 20)))
+    n = a.shape[1]
+    partner = np.where(rng.random(n) < 0.7, np.arange(n), -1)
+    kernel = PairMesh(PairMeshParameters(), n)
+    kernel.build(a, n, a, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0)
+    z = a[0] + 1j * a[1]
+    mesh = pair_mesh.mesh_of_pairs(z, z, partner, (1 + 0j, 0j))
+    assert mesh.owner.tolist() == np.array(kernel.owner)[: kernel.vertices].tolist()
+    ours, theirs = (
+        {tuple(sorted(corners)) for corners in triangles.tolist()}
+        for triangles in (mesh.triangles, np.array(kernel.corner)[: kernel.triangles])
+    )
+    assert ours == theirs
+
+
+def test_co_circular_points_follow_the_rule_that_is_asked_for():
+    square = np.array([[0, 1, 1, 0], [0, 0, 1, 1]], object)
+    for fan, first in ((True, 0), (False, 1), (True, 2)):
+        rank = np.roll(np.arange(4), first)
+        across = triangulate(square, rank, fan=fan)
+        end = int(rank.argmin())
+        triangles_of_end = np.count_nonzero(across[end] >= 0)
+        assert triangles_of_end == 1 + fan
+
+
+def test_similarities_of_packed_prints(samples):
+    prints = [prepared(print_) for print_ in samples[:4]]
+    similarities = REFERENCE.similarities(prints[0], PackedTemplates.pack(prints), 1)
+    alone = [REFERENCE.compare(prints[0], other).similarity for other in prints[1:]]
+    assert similarities.tolist() == alone
+
+
+def test_verification_by_the_reference(samples):
+    assert get_matcher("reference") is REFERENCE
+    assert load_calibration("reference") == load_calibration("unit-circle")
+    plain, compiled = (verify(*samples[:2], matcher=name) for name in ("reference", "unit-circle"))
+    assert plain.match == compiled.match
+    assert plain.score == pytest.approx(compiled.score, abs=1e-6)
+    assert plain.reason == compiled.reason
+
+
+def test_the_page_names_every_step_and_its_kernel():
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "explanation" / "how_it_works.md").read_text(encoding="utf-8")
+    steps = re.findall(r"\| `(\w+)\.py`: `(\w+)` \| `([\w/]+\.py)` \|", page)
+    assert len(steps) == 12
+    for file, function, kernel in steps:
+        module = importlib.import_module(f"{method.__name__}.{file}".removesuffix(".__init__"))
+        assert callable(getattr(module, function))
+        assert (root / "fpmatch" / kernel).is_file()
+    assert {file for file, _, _ in steps} == {
+        path.stem for path in Path(method.__file__).parent.glob("*.py")
+    }

@@ -9,6 +9,8 @@ the unit circle by eq. (3) and (4) (`alignment`, `pair_mesh`); the *ridges* (`ri
 The compiled matcher takes the same steps, many times as fast. Both make the same pairs, and the
 same evidence to 1e-9, unless the last bit of a sum decides between equals, because numpy adds in
 another order: minutiae at the same distance from a prediction, a cell on the border of a print.
+Minutiae within about 1e-9 of the extent of a print, which scipy's Delaunay drops, are the other
+exception.
 """
 
 from __future__ import annotations

@@ -255,8 +255,8 @@ CASES = {
     ],
     "points bench": [
         (
-            "--quick --matcher triangles --trials 1 --independent-trials 1 --workers 1 "
-            "--json {out}/b.json",
+            "--quick --matcher paper --model clutter --trials 1 --independent-trials 1 "
+            "--budget 0.001 --workers 1 --json {out}/b.json",
             {0},
         )
     ],

@@ -244,6 +244,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.slow
 @both_ways
 @pytest.mark.parametrize(("change", "how", "max_px", "least"), CHANGES)
 def test_minutiae_stay_where_they_are_on_the_finger(way, change, how, max_px, least):

@@ -314,6 +314,7 @@ def test_with_few_open_files_others_are_answered_and_the_log_is_short():
             server.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
 @pytest.mark.parametrize("group", [False, True])
 def test_sigterm_lets_requests_end_and_the_status_is_0(prints, group):

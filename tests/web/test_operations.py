@@ -217,6 +217,7 @@ def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path: Pa
             client.verify(tmp_path / "missing.png", b"")
 
 
+@pytest.mark.slow
 def test_sixty_clients_at_once_are_all_answered(prints: dict[str, bytes]) -> None:
     """Requests beyond those that are read wait for their turn, and none is refused."""
     settings = Settings(workers=1, limits=Limits(waiting=2))

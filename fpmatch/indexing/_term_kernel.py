@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the terms of a print, which are the edges of its Delaunay mesh, quantised.
 
 An edge from one minutia to another has a length, the directions of both minutiae relative to it,

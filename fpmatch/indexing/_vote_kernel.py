@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: votes of a probe's terms for the prints of a segment, and for how to move the probe.
 
 Each posting that a probe's term finds votes for a print, and for the rotation and the shift that

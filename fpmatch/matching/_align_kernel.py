@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: align two prints: pair their minutiae, one to one, and fit the transform of the pairs.
 
 The pairs come from hypotheses of the relaxed local matches (`_relaxation_kernel`). The Delaunay

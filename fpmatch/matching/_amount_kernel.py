@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the amount of evidence in a comparison, and the bound that it sets for the FMR."""
 
 import cython

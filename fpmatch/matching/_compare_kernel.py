@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: compare a probe with references, one after the other.
 
 Each comparison takes the same steps: the prefilter; the local similarity of all minutiae; alignment

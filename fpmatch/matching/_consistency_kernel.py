@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the pairs of minutiae of two prints that agree in one rotation and one shift."""
 
 import cython

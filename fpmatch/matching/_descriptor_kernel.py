@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: bit descriptors of prints in few bytes, unpacked one print after the other to be scored.
 
 A minutia takes three words of 32 bits, and more for its neighbours. The first is x and y in whole

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: bit descriptors of a print's minutiae.
 
 Each minutia has a word for each of its neighbours: the cell of position and direction, in the

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the evidence in an alignment of two prints, and its weighted sum.
 
 A transform is (c, s, x, y) as `_align_kernel` has it; ``evidence`` has the entries named below.

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the local similarity of every minutia of one print to every minutia of the other.
 
 A neighbour is described in the frame of its minutia, whose direction is +u: by its position (u, v)

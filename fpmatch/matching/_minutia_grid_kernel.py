@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: a grid that finds the minutiae near a place."""
 
 import cython

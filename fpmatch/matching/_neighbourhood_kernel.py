@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the rings of minutiae on the unit circle, and their nearest neighbours in their frames.
 
 `map_to_circle` places closed one-rings on the unit circle by the lengths of their sides (eq. 3),

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the Delaunay mesh of the paired minutiae, and what it predicts and measures.
 
 The paired minutiae of print A are triangulated; their partners are the same mesh in print B, so

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: score prints against one print by their bit descriptors (see `_encode_kernel`).
 
 One print is put into tables: under each cell, a bit for each of its minutiae that has a neighbour

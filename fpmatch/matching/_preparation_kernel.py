@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: small steps of preparing prints, each a pass over an array.
 
 They are the box around the mask of a ridge field, the codes of the ridge orientation, the qualities

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: relaxation of the local matches of two prints.
 
 A candidate is a pair of minutiae, one of each print, whose neighbourhoods are similar. Two

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the correlation of the ridges of two prints whose minutiae are aligned.
 
 A cell of a print has a binary ridge image of 8 by 8 bits: bit ``8 * row + column`` is set on a

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the binary ridge images of cells from eight samples each (see `ridge_samples`).
 
 What the samples around a cell say of a row of its bits are words of a table, with a byte for each

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: search by the ridges for transforms that align two prints.
 
 Each pair of minutiae, one of each print, fixes a transform: the one that maps position and

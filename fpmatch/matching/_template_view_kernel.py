@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: a prepared print as the other kernels see it, and how it is unpacked from few bytes.
 
 Minutiae, neighbourhoods and regions are as `fpmatch.matching.prepare` and

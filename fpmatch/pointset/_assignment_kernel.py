@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the best one-to-one pairing of two overlaid point sets.
 
 Of all pairings within a distance t, the one with the least Σ(d² - t²) over its pairs: many pairs,

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the bounding box of points, and points sorted into the cells of a square grid.
 
 Interpreted, the functions run as they stand.

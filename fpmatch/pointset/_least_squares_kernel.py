@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: least-squares fits of transforms to paired points.
 
 A move is the similarity transform of eq. (1) as (s·cos θ, s·sin θ, tx, ty), or an affine one as the

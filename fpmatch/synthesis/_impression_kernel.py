@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: what an extractor finds of fingers pressed on a sensor, without an image.
 
 Fingers are lattices of `_ridge_phase_kernel`; angles are 65,536ths of a turn. All arrays hold a

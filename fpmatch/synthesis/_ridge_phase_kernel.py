@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: ridge orientation, ridge phase and minutiae of fingers, on a coarse lattice.
 
 The height of the ridges at a point is the cosine of a phase, which advances by a turn from ridge to

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: propose affine transforms from pairs of local triangles.
 
 Any triangle can be mapped onto any other, so every triangle of P, in a given order, is compared

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
 A move is a similarity transform of four values or an affine one of six, as in

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: propose similarity transforms from similar triangles.
 
 Every triangle of P, in a given order, is compared with the triangles of Q of nearly its shape; each

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: test the transforms that pairs of triangles propose, one neighbour after the other.
 
 Each neighbour with a partner is added to the fit of the transform, so that most false proposals are

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the triangles of a mesh with their shapes, and the triangles of one-rings with gaps.
 
 A triangle's shape is the complex number z of its third corner where its longest side is mapped to

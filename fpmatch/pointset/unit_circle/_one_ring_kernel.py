@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: shape-preserving weights, transforms of ring pairs, and overlays of whole sets.
 
 Rings are flat: the ring of centre ``centre[i]`` is ``vertex[start[i]:start[i + 1]]``, counter-

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: nearest neighbours in a grid, counted, and the area of a convex hull.
 
 Indices of points are indices into the order of the grid's cells. `steps` (1,) counts the points and

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the search of van Wamelen, Li and Iyengar, from local to global matches.
 
 Each set is a grid whose points lie in [0, 1)²; indices of points are indices into the order of its

@@ -71,6 +71,8 @@ def extensions() -> list[Extension]:
             "wraparound": False,
             "cdivision": True,
             "initializedcheck": False,
+            # A local variable has the type of what is assigned to it, unless it is annotated.
+            "infer_types": True,
             # Module variables are constants; objects with scratch arrays serve one thread each.
             "freethreading_compatible": True,
         },

@@ -48,7 +48,7 @@ EQUAL_WEIGHTS: Final = """        weight[s] += side * whole
         weight[line] = 1.0 / degree
     return True
 """
-FIND_RING: Final = """        v = self.vertex_of[i]
+FIND_RING: Final = """        v: cython.Py_ssize_t = self.vertex_of[i]
         if v < 0:
             self._cavity(a[0, i], a[1, i])
         else:

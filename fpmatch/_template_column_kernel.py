@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: minutiae and cells of packed templates, whose numbers have as few bits as they need.
 
 A column of numbers begins with a byte of its own, and has the highest bit of each number first.
@@ -27,11 +28,12 @@ def at_500_dpi(values, zoom, column):
     return least
 
 
+@cython.locals(place=cython.int)
 def write_columns(columns, widths, data):
     """Write numbers from 0 on, row k of `columns` in ``widths[k]`` bits each, to zeros."""
-    begin = 0
+    begin: cython.Py_ssize_t = 0
     for k in range(columns.shape[0]):
-        bit = 8 * begin
+        bit: cython.Py_ssize_t = 8 * begin
         for i in range(columns.shape[1]):
             for place in range(widths[k] - 1, -1, -1):
                 if columns[k, i] >> place & 1:
@@ -41,6 +43,7 @@ def write_columns(columns, widths, data):
     return 0
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def read_columns(data, at, widths, start, columns):
     """Read the numbers that `write_columns` wrote of many templates; `data` has all their bytes.
 
@@ -49,14 +52,14 @@ def read_columns(data, at, widths, start, columns):
     """
     with cython.nogil:
         for t in range(at.shape[0]):
-            begin = at[t]
+            begin: cython.Py_ssize_t = at[t]
             for k in range(columns.shape[0]):
                 bit = 8 * begin
                 for i in range(start[t], start[t + 1]):
-                    value = 0
-                    left = widths[t, k]
+                    value: cython.longlong = 0
+                    left: cython.int = widths[t, k]
                     while left > 0:
-                        place = 8 - (bit & 7)
+                        place: cython.int = 8 - (bit & 7)
                         taken = place if place < left else left
                         byte = cython.cast(cython.int, data[bit >> 3]) >> (place - taken)
                         value = (value << taken) | (byte & ((1 << taken) - 1))
@@ -67,6 +70,7 @@ def read_columns(data, at, widths, start, columns):
     return 0
 
 
+@cython.locals(top=cython.int, bottom=cython.int, left=cython.int, right=cython.int)
 def read_cells(data, at, end, start, columns, cell_bytes, mask, orientation, after, tight):
     """Read the cells of the ridge fields of many templates: mask and orientation.
 
@@ -79,15 +83,17 @@ def read_cells(data, at, end, start, columns, cell_bytes, mask, orientation, aft
 
     Return how many cells are inside.
     """
-    filled = 0
+    filled: cython.Py_ssize_t = 0
     with cython.nogil:
         for t in range(at.shape[0]):
             inside = top = bottom = left = right = 0
-            cells = start[t + 1] - start[t]
-            width = columns[t]
+            cells: cython.Py_ssize_t = start[t + 1] - start[t]
+            width: cython.Py_ssize_t = columns[t]
             row = column = 0
             for i in range(cells):
-                value = cython.cast(cython.int, data[at[t] + (i >> 3)]) >> (7 - (i & 7)) & 1
+                value: cython.int = (
+                    cython.cast(cython.int, data[at[t] + (i >> 3)]) >> (7 - (i & 7)) & 1
+                )
                 mask[start[t] + i] = value
                 inside += value
                 top |= value & (row == 0)

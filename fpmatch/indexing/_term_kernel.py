@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the terms of a print, which are the edges of its Delaunay mesh, quantised.
 
 An edge from one minutia to another has a length, the directions of both minutiae relative to it,
@@ -28,6 +29,7 @@ PLACES = cython.declare(cython.int, 32)  # steps of a place along x and y, after
 PER_PX = cython.declare(cython.double, 0.125)  # steps of a place
 
 
+@cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t, side=cython.int, k=cython.int)
 def measure_curvatures(points, edge, code, doubled, step, first_row, first_column, curvature):
     """Fill `curvature` (E,) for the edges (E, 2) of a mesh, in radians: `UNKNOWN` where it is not.
 
@@ -44,7 +46,7 @@ def measure_curvatures(points, edge, code, doubled, step, first_row, first_colum
         scale = SIDE_PX / length if length > 0.0 else 0.0
         curvature[e] = UNKNOWN
         c = s = 1.0
-        known = length > 0.0
+        known: cython.bint = length > 0.0
         for side in range(2):
             x = (0.5 * (points[0, i] + points[0, j]) - scale * dy) / step - first_column - 0.5
             y = -(0.5 * (points[1, i] + points[1, j]) + scale * dx) / step - first_row - 0.5
@@ -57,7 +59,7 @@ def measure_curvatures(points, edge, code, doubled, step, first_row, first_colum
                     share = (x - column if k & 1 else 1.0 - (x - column)) * (
                         y - row if k >> 1 else 1.0 - (y - row)
                     )
-                    which = code[int(at_y), int(at_x)]
+                    which: cython.int = code[int(at_y), int(at_x)]
                     mean_c += share * doubled[0, which]
                     mean_s += share * doubled[1, which]
             known = known and mean_c * mean_c + mean_s * mean_s > LEAST_KNOWN
@@ -68,6 +70,7 @@ def measure_curvatures(points, edge, code, doubled, step, first_row, first_colum
     return 0
 
 
+@cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t)
 def describe_edges(points, edge, curvature, term, pose):
     """Fill `term` and `pose` for the edges (E, 2) of a mesh, each from its first end to its second.
 
@@ -80,15 +83,15 @@ def describe_edges(points, edge, curvature, term, pose):
         dy = points[1, j] - points[1, i]
         length = sqrt(dx * dx + dy * dy)
         along = atan2(dy, dx)
-        bin_ = int(log1p(GROWTH / LENGTH_ERROR_PX * length) / GROWTH / WIDTH)
-        cell = bin_ if bin_ < LENGTHS else LENGTHS - 1
+        bin_: cython.int = int(log1p(GROWTH / LENGTH_ERROR_PX * length) / GROWTH / WIDTH)
+        cell: cython.int = bin_ if bin_ < LENGTHS else LENGTHS - 1
         cell = cell * SECTORS + sector(atan2(points[3, i], points[2, i]) - along, SECTORS)
         cell = cell * SECTORS + sector(atan2(points[3, j], points[2, j]) - along, SECTORS)
         cell = cell * CURVATURES + (curvature[e] > -STRONG) + (curvature[e] > -MODERATE)
         cell += (curvature[e] > 0.0) + (curvature[e] > MODERATE) + (curvature[e] > STRONG)
         term[e] = cell + (curvature[e] >= UNKNOWN)
-        x = int(floor(0.5 * (points[0, i] + points[0, j]) * PER_PX))
-        y = int(floor(0.5 * (points[1, i] + points[1, j]) * PER_PX))
+        x: cython.int = int(floor(0.5 * (points[0, i] + points[0, j]) * PER_PX))
+        y: cython.int = int(floor(0.5 * (points[1, i] + points[1, j]) * PER_PX))
         cell = sector(along + 0.5 * FULL_TURN / ROTATIONS, ROTATIONS)
         pose[e] = (cell * PLACES + (x & (PLACES - 1))) * PLACES + (y & (PLACES - 1))
     return 0
@@ -98,7 +101,7 @@ def sector(angle, count):
     """Return in which of so many equal parts of a turn an angle lies."""
     share = angle / FULL_TURN
     share -= floor(share)
-    bin_ = int(share * count)
+    bin_: cython.int = int(share * count)
     return bin_ if bin_ < count else count - 1
 
 

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: votes of a probe's terms for the prints of a segment, and for how to move the probe.
 
 Each posting that a probe's term finds votes for a print, and for the rotation and the shift that
@@ -40,6 +41,7 @@ def count_votes(start, posting, term, weight, reading, shift, factor, cursor, ta
     return 0
 
 
+@cython.locals(at=cython.uint, votes_each=cython.uint)
 def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes):
     """Do what `count_votes` does."""
     for q in range(term.shape[0]):
@@ -49,7 +51,7 @@ def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, t
     while first < votes.shape[0]:
         last = min(first + PRINTS, votes.shape[0])
         memset(cells, 0, (last - first) * CELLS)
-        limit = (cython.cast(cython.ulonglong, last) << 16) - 1
+        limit: cython.uint = (cython.cast(cython.ulonglong, last) << 16) - 1
         for q in range(term.shape[0]):
             at, end, votes_each = cursor[q], start[term[q] + 1], weight[q]
             place = cython.address(shift[reading[q], 0])
@@ -61,9 +63,9 @@ def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, t
                 if found > limit:
                     break
                 at += 1
-                own = place[found >> 10 & TURN]
+                own: cython.uint = place[found >> 10 & TURN]
                 # the highest two bits of x and of y, without a carry from y to x
-                cell = (((found | 31) - own) >> 2 & 192) + ((found - own) >> 3 & 3)
+                cell: cython.uint = (((found | 31) - own) >> 2 & 192) + ((found - own) >> 3 & 3)
                 cell += own >> 8 & 60
                 counted = cython.address(cells[(found >> 8 & PRINT_BITS) + cell])
                 count = counted[0] + votes_each
@@ -76,12 +78,13 @@ def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, t
     return 0
 
 
+@cython.locals(k=cython.Py_ssize_t)
 def lists_ascend(start, posting, prints):
     """Return whether the prints of each list ascend, and are among so many; `start` ascends."""
     for t in range(start.shape[0] - 1):
-        before = 0
+        before: cython.uint = 0
         for k in range(start[t], start[t + 1]):
-            p = posting[k] >> 16
+            p: cython.uint = posting[k] >> 16
             if p < before or p >= prints:
                 return False
             before = p

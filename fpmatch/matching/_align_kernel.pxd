@@ -1,5 +1,4 @@
 # Types of the kernel, and what other kernels may use of it.
-cimport cython
 from fpmatch.matching._minutia_grid_kernel cimport MinutiaGrid
 from fpmatch.matching._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching._relaxation_kernel cimport Relaxation
@@ -22,52 +21,24 @@ cdef class Aligner:
     cdef readonly int hypotheses, coarse_rounds, rounds
     cdef Py_ssize_t at_hand
 
-    @cython.locals(row=cython.Py_ssize_t, i=cython.Py_ssize_t)
     cpdef int load_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
-    @cython.locals(row=cython.Py_ssize_t, j=cython.Py_ssize_t)
     cpdef int load_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t, measured=cython.bint)
     cpdef int refine(self, Py_ssize_t k) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t)
     cpdef int start_from(self, Py_ssize_t i, Py_ssize_t j) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t)
     cdef int _save_coarse(self, Py_ssize_t k) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t)
     cdef int _list_pairs(self) noexcept nogil
-    @cython.locals(
-        i=cython.Py_ssize_t, j=cython.Py_ssize_t, a=cython.double[:, ::1], b=cython.double[:, ::1],
-    )
     cdef int _first_fit(self) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t, r=cython.int, changed=cython.bint, reach=cython.double)
     cpdef int grow(self, int rounds, bint measured) noexcept nogil
     cpdef int measure(self) noexcept nogil
     cdef int _predict(self, bint measured) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t)
     cpdef int impose(
         self, int[::1] partner, double c, double s, double x, double y
     ) noexcept nogil
-    @cython.locals(
-        i=cython.Py_ssize_t, j=cython.Py_ssize_t, e=cython.Py_ssize_t, cell=cython.Py_ssize_t,
-        row=cython.Py_ssize_t, column=cython.Py_ssize_t, best_j=cython.Py_ssize_t, found=cython.Py_ssize_t, x=cython.double, y=cython.double,
-        place=cython.double, line=cython.double, d2=cython.double, r2=cython.double,
-        cosine=cython.double, value=cython.double, best=cython.double, total=cython.double,
-        least=cython.double, scale=cython.double,
-    )
     cpdef double pair(self) noexcept nogil
-    @cython.locals(
-        i=cython.Py_ssize_t, j=cython.Py_ssize_t, p=cython.Py_ssize_t, n=cython.int,
-        w=cython.double, total=cython.double, amx=cython.double, amy=cython.double,
-        bmx=cython.double, bmy=cython.double, cosine=cython.double, sine=cython.double,
-        spread=cython.double, turn_c=cython.double, turn_s=cython.double, dx=cython.double,
-        dy=cython.double, ex=cython.double, ey=cython.double, length=cython.double,
-        scale=cython.double,
-    )
     cpdef int fit(self) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t, row=cython.Py_ssize_t)
     cpdef int save_best(self) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t, row=cython.Py_ssize_t)
     cpdef int copy_best(
         self, double[::1] transform, int[::1] partner, double[::1] weight,
         double[:, ::1] predicted,

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: align two prints: pair their minutiae, one to one, and fit the transform of the pairs.
 
 The pairs come from hypotheses of the relaxed local matches (`_relaxation_kernel`). The Delaunay
@@ -110,7 +111,7 @@ class Aligner:
 
     def refine(self, k):
         """Grow the mesh of hypothesis k to the end; return the number of pairs."""
-        measured = self.at_hand == k
+        measured: cython.bint = self.at_hand == k
         self.at_hand = -1
         for i in range(self.size_a):
             self.partner[i] = self.coarse_partner[k, i]
@@ -155,8 +156,8 @@ class Aligner:
 
     def _first_fit(self):
         """Fit the transform to the pairs at hand, of which there is one at least."""
-        i = self.paired[0]
-        j = self.partner[i]
+        i: cython.Py_ssize_t = self.paired[0]
+        j: cython.Py_ssize_t = self.partner[i]
         a, b = self.a, self.b
         # of a single pair: its own directions and positions
         self.c = a[2, i] * b[2, j] + a[3, i] * b[3, j]
@@ -181,7 +182,7 @@ class Aligner:
                 self.reach[i] = reach if reach < self.reach_limit_px else self.reach_limit_px
                 self.former[i] = self.partner[i]
             self.pair()
-            changed = False
+            changed: cython.bint = False
             for i in range(self.size_a):
                 changed = changed or self.former[i] != self.partner[i]
             if measured and not changed:
@@ -237,15 +238,15 @@ class Aligner:
             line = (y - self.grid.y0) * self.grid.per_px
             if not (0.0 <= place < self.grid.columns and 0.0 <= line < self.grid.rows):
                 continue
-            row = int(line)
-            column = int(place)
+            row: cython.Py_ssize_t = int(line)
+            column: cython.Py_ssize_t = int(place)
             cell = row * self.grid.columns + column
             best = 0.0
             best_j = -1
             r2 = self.reach[i] * self.reach[i]
             for e in range(self.grid.start[cell], self.grid.start[cell + 1]):
                 j = self.grid.item[e]
-                d2 = (self.b[0, j] - x) * (self.b[0, j] - x)
+                d2: cython.double = (self.b[0, j] - x) * (self.b[0, j] - x)
                 d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
                 cosine = self.predicted[2, i] * self.b[2, j] + self.predicted[3, i] * self.b[3, j]
                 # one test of both: one of them nearly always fails, each of them often does not
@@ -275,6 +276,7 @@ class Aligner:
                 self.weight[i] = 0.0
         return total
 
+    @cython.locals(p=cython.Py_ssize_t)
     def fit(self):
         """Fit the similarity transform to the pairs by weighted least squares; return their number.
 
@@ -286,8 +288,8 @@ class Aligner:
         total = amx = amy = bmx = bmy = 0.0
         cosine = sine = spread = turn_c = turn_s = 0.0
         for p in range(n):
-            i = self.paired[p]
-            j = self.partner[i]
+            i: cython.Py_ssize_t = self.paired[p]
+            j: cython.Py_ssize_t = self.partner[i]
             w = self.weight[i]
             total += w
             amx += w * self.a[0, i]

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the amount of evidence in a comparison, and the bound that it sets for the FMR."""
 
 import cython
@@ -24,6 +25,7 @@ def smaller_area(a, b):
     return min(a.inside * (a.step * a.step), b.inside * (b.step * b.step))
 
 
+@cython.locals(columns=cython.double, rows=cython.double)
 def common_cells(a, b, c, s, x, y):
     """Return how many cells of A fall into the region of B."""
     place = a.cell_at
@@ -31,7 +33,7 @@ def common_cells(a, b, c, s, x, y):
     right = c * a.step * b.per_px
     down = s * a.step * b.per_px
     columns, rows = b.columns, b.rows
-    cells = 0
+    cells: cython.int = 0
     for row in range(a.rows):
         first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
         first_x += down * (a.first_row + row + 0.5)
@@ -42,8 +44,8 @@ def common_cells(a, b, c, s, x, y):
                 bx = first_x + column * right
                 by = first_y - column * down
                 if 0.0 <= bx < columns and 0.0 <= by < rows:
-                    at_row = int(by)
-                    at_column = int(bx)
+                    at_row: cython.Py_ssize_t = int(by)
+                    at_column: cython.Py_ssize_t = int(bx)
                     cells += b.cell[b.cell_at + at_row * b.columns + at_column] != 0
             place += 1
     return cells

@@ -1,5 +1,4 @@
 # Types of the kernel.
-cimport cython
 from fpmatch.matching._align_kernel cimport Aligner
 from fpmatch.matching._prefilter_kernel cimport Prefilter
 from fpmatch.matching._evidence_kernel cimport EvidenceScorer
@@ -22,22 +21,13 @@ cdef class Comparer:
     cpdef double shortfall(self, TemplateView reference, bint reference_first) noexcept nogil
     cpdef double align(self, TemplateView reference, bint reference_first) noexcept nogil
     cdef int _normalize(self, TemplateView a, TemplateView b) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, shortfall=cython.double)
     cpdef int compare_packed(
         self, PackedView packed, TemplateView reference, Py_ssize_t first,
         const signed char[::1] order, double[::1] similarity,
     )
-    @cython.locals(total=cython.double, pairs=cython.int)
     cdef double _similarity(self, TemplateView reference, bint reference_first) noexcept nogil
 
 
-@cython.locals(
-    i=cython.Py_ssize_t, j=cython.Py_ssize_t, k=cython.Py_ssize_t, n=cython.int, w=cython.double,
-    mass=cython.double, pmx=cython.double, pmy=cython.double, qmx=cython.double,
-    qmy=cython.double, px=cython.double, py=cython.double, qx=cython.double, qy=cython.double,
-    cosine=cython.double, sine=cython.double, spread=cython.double, scale=cython.double,
-    free=cython.double, total=cython.double,
-)
 cpdef int fit_pairs(
     double[:, ::1] a, double[:, ::1] b, double to_500dpi_a, double to_500dpi_b,
     const int[::1] index_a, const int[::1] index_b, int[::1] partner, double[::1] weight,

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: compare a probe with references, one after the other.
 
 Each comparison takes the same steps: the prefilter; the local similarity of all minutiae; alignment
@@ -123,6 +124,7 @@ class Comparer:
         return as_similarity(total) if pairs > 0 else 0.0
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def fit_pairs(
     a,
     b,
@@ -149,12 +151,12 @@ def fit_pairs(
     ``fitted[:4]`` become scale, rotation and shift, ``fitted[4]`` the root of the mean square
     distance; from B to A where `swapped`, and `pairs` are sorted accordingly.
     """
-    n = 0
+    n: cython.int = 0
     mass = pmx = pmy = qmx = qmy = 0.0
     cosine = sine = spread = total = 0.0
     scale = to_500dpi_a / to_500dpi_b
     for i in range(a.shape[1]):
-        j = partner[i]
+        j: cython.Py_ssize_t = partner[i]
         if j < 0:
             continue
         w = weight[i]

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the pairs of minutiae of two prints that agree in one rotation and one shift."""
 
 import cython
@@ -48,6 +49,7 @@ class PairSet:
         self.of_turn = memoryview(np.zeros(TURNS_APART, np.uint64))
         self.consistent = memoryview(np.zeros(most, np.uint64))
 
+    @cython.locals(k=cython.int, entry=cython.int)
     def order_by_own(self, own):
         """Put the pairs in the order of the own minutiae, so many of them, then of the others."""
         # the starts run one ahead while the pairs are sorted, two while they are counted
@@ -67,10 +69,11 @@ class PairSet:
                 self.pair[entry, k] = self.turned[entry, k]
         return 0
 
+    @cython.locals(entry=cython.int)
     def keep_best(self):
         """Keep pairs that weigh more than `least`, and the first `equal` that weigh as much."""
-        kept = 0
-        equal = self.equal
+        kept: cython.int = 0
+        equal: cython.int = self.equal
         if self.count <= self.most:
             return self.count
         for k in range(self.count):
@@ -83,11 +86,12 @@ class PairSet:
         self.count = kept
         return kept
 
+    @cython.locals(h=cython.Py_ssize_t)
     def locate(self, own_turn, own_xy, first, xy, direction_bin, other_first):
         """Write rows and positions of the pairs in prints A and B, and the rotation of B onto A."""
         of_own = 1 if other_first else 0
         for h in range(self.count):
-            own = self.pair[0, h]
+            own: cython.Py_ssize_t = self.pair[0, h]
             other = first + self.pair[1, h]
             # a number below 64: there are no more own minutiae, nor pairs
             self.row[0, h] = own
@@ -104,6 +108,7 @@ class PairSet:
                 self.b[k, h] = own_xy[own, k] if other_first else xy[other, k]
         return 0
 
+    @cython.locals(best=cython.int, best_bound=cython.int)
     def consistent_weight(self):
         """Return the greatest weight of pairs that agree with one of them in rotation and shift.
 
@@ -116,7 +121,7 @@ class PairSet:
             self.consistent[h] = (ONE << h) & ALL
             self.bound[h] = self.pair[2, h]
         for h in range(self.count - 1, -1, -1):
-            turn = self.angle[h] // TURN
+            turn: cython.Py_ssize_t = self.angle[h] // TURN
             left = self.of_turn[turn]
             left |= self.of_turn[(turn + 1) % TURNS_APART]
             left |= self.of_turn[(turn + TURNS_APART - 1) % TURNS_APART]
@@ -124,14 +129,16 @@ class PairSet:
             c = self.cosine_of[self.angle[h]]
             s = self.sine_of[self.angle[h]]
             while left:
-                g = lowest_place(left)
+                g: cython.Py_ssize_t = lowest_place(left)
                 left &= left - 1
-                apart = (self.angle[g] - self.angle[h] + self.most_turn) & 255
+                apart: cython.int = (self.angle[g] - self.angle[h] + self.most_turn) & 255
                 dx = self.b[0, g] - self.b[0, h]
                 dy = self.b[1, g] - self.b[1, h]
                 ex = c * dx - s * dy - (self.a[0, g] - self.a[0, h])
                 ey = s * dx + c * dy - (self.a[1, g] - self.a[1, h])
-                near = ex * ex + ey * ey <= self.near2 + self.spread2 * (dx * dx + dy * dy)
+                near: cython.bint = ex * ex + ey * ey <= self.near2 + self.spread2 * (
+                    dx * dx + dy * dy
+                )
                 if near & (apart <= 2 * self.most_turn):
                     self.consistent[h] |= (ONE << g) & ALL
                     self.consistent[g] |= (ONE << h) & ALL
@@ -153,12 +160,12 @@ class PairSet:
 
         Of the pairs of one minutia, of either print, the first counts.
         """
-        total = 0
+        total: cython.int = 0
         counted = 0
-        last = -1
+        last: cython.int = -1
         left = self.consistent[h]
         while left:
-            g = lowest_place(left)
+            g: cython.Py_ssize_t = lowest_place(left)
             left &= left - 1
             if self.row[1, g] == last or counted >> self.row[0, g] & 1:
                 continue

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: bit descriptors of prints in few bytes, unpacked one print after the other to be scored.
 
 A minutia takes three words of 32 bits, and more for its neighbours. The first is x and y in whole
@@ -56,10 +57,10 @@ def word_of(dx, dy, c, s, turn):
     `turn` is its relative direction, a quarter of a turn on, in 256ths. A neighbour outside of the
     grid has any word.
     """
-    column = int(c * dx + s * dy + MIDDLE)
-    row = int(c * dy - s * dx + MIDDLE)
+    column: cython.int = int(c * dx + s * dy + MIDDLE)
+    row: cython.int = int(c * dy - s * dx + MIDDLE)
     # the highest four of five bits make the cell, the lowest the step to the second grid's cell
-    cell = ((row * 0x4040) & 0x4780) | ((column * 0x2004) & 0x2078)
+    cell: cython.int = ((row * 0x4040) & 0x4780) | ((column * 0x2004) & 0x2078)
     return cell | ((turn >> 5) & 7) | ((turn << 8) & 0x1000)
 
 
@@ -74,13 +75,14 @@ class DescriptorWriter:
         self.number = memoryview(np.zeros(1 << 16, np.int32))
         self.used = 0
 
+    @cython.locals(k=cython.Py_ssize_t)
     def write(self, places, whole, direction_bin, neighbour, neighbour_bits, orientation_bins):
         """Write the minutiae that have words; return how many words of `content` they take.
 
         `places` are their whole steps from the origin, which are pixels where `whole`; `neighbour`
         is which minutiae are the neighbours.
         """
-        kept = 0
+        kept: cython.int = 0
         for i in range(neighbour_bits.shape[0]):
             self.number[i] = -1
             for k in range(NEIGHBOUR_WORDS):
@@ -96,13 +98,14 @@ class DescriptorWriter:
                 )
         return self.used
 
+    @cython.locals(k=cython.Py_ssize_t, lower=cython.int)
     def _write_one(
         self, i, places, whole, direction_bin, neighbour, neighbour_bits, orientation_bins
     ):
         """Write a minutia."""
         at = self.used + HEAD
-        count = 0
-        below = 0 if whole else AS_THEY_ARE
+        count: cython.int = 0
+        below: cython.longlong = 0 if whole else AS_THEY_ARE
         for k in range(MOST - HEAD):
             self.content[at + k] = 0
         c = self.cosine[direction_bin[i]]
@@ -110,10 +113,10 @@ class DescriptorWriter:
         # first the neighbours in the direction of their steps, then those just below it
         for lower in range(2):
             for k in range(NEIGHBOUR_WORDS):
-                word = neighbour_bits[i, k]
+                word: cython.int = neighbour_bits[i, k]
                 if word & NOWHERE == NOWHERE or below == AS_THEY_ARE:
                     continue
-                j = neighbour[i, k]
+                j: cython.Py_ssize_t = neighbour[i, k]
                 turn = direction_bin[j] - direction_bin[i] + QUARTER
                 dx = places[j, 0] - places[i, 0]
                 dy = places[j, 1] - places[i, 1]
@@ -128,7 +131,7 @@ class DescriptorWriter:
                 if apart or self.number[j] < 0:
                     below = AS_THEY_ARE
                     continue
-                bits = place_of(self.number[j]) | (word & NOWHERE) >> 8
+                bits: cython.uint = place_of(self.number[j]) | (word & NOWHERE) >> 8
                 self.content[at + count // 4] |= bits << (8 * (count % 4))
                 count += 1
         if below == AS_THEY_ARE:
@@ -145,7 +148,7 @@ class DescriptorWriter:
         bins <<= 60
         for k in range(ORIENTATION_WORDS):
             bins |= cython.cast(cython.ulonglong, orientation_bins[i, k]) << (5 * k)
-        head = count
+        head: cython.ulonglong = count
         head = places[i, 0] | places[i, 1] << 10 | direction_bin[i] << 20 | head << 28
         self.content[self.used] = head
         self.content[self.used + 1] = bins & LOW_32
@@ -187,20 +190,21 @@ class DescriptorReader:
         self.near, self.all_near = memoryview(near), memoryview(near.ravel())
         self.two_words = memoryview(np.zeros(NEIGHBOUR_WORDS // 2, np.uint32))
 
+    @cython.locals(n=cython.int, follow=cython.int, as_they_are=cython.int, m=cython.Py_ssize_t)
     def unpack(self, k):
         """Unpack print k; return its number of minutiae, or -1 where it was never packed."""
-        at = self.start[k]
-        end = self.start[k + 1]
+        at: cython.Py_ssize_t = self.start[k]
+        end: cython.Py_ssize_t = self.start[k + 1]
         x = self.origin[k, 0]
         y = self.origin[k, 1]
-        step = float(1 << (self.step[k] & 15))
+        step: cython.float = float(1 << (self.step[k] & 15))
         n = follow = as_they_are = 0
         while at < end:
             if n == ROOM or end - at < HEAD:
                 return self._damaged(n)
-            head = self.content[at]
-            last = self.content[at + 2]
-            count = head >> 28
+            head: cython.uint = self.content[at]
+            last: cython.ulonglong = self.content[at + 2]
+            count: cython.int = head >> 28
             self.below[n] = last >> 28
             self._spread(n, self.content[at + 1] | last << 32)
             at += HEAD
@@ -208,7 +212,7 @@ class DescriptorReader:
             self.count[n] = count
             # either list goes on where this one is in it
             self.follow[follow] = self.as_they_are[as_they_are] = n
-            follows = (self.below[n] - AS_THEY_ARE) >> 31 & 1
+            follows: cython.int = (self.below[n] - AS_THEY_ARE) >> 31 & 1
             follow += follows
             as_they_are += 1 - follows
             at += (count + 1 + 2 * follows) >> (1 + follows)  # two, or four, in 32 bits
@@ -259,7 +263,7 @@ class DescriptorReader:
         """
         with cython.nogil:
             for t in range(which.shape[0]):
-                k = which[t]
+                k: cython.Py_ssize_t = which[t]
                 if cython.compiled and t + 1 < which.shape[0]:
                     self._fetch(which[t + 1])
                 n = self.unpack(k)
@@ -279,15 +283,16 @@ class DescriptorReader:
 
     def _fetch(self, k):
         """Fetch the bytes of print k into the cache; those of another print may lie far off."""
-        at = self.start[k]
+        at: cython.Py_ssize_t = self.start[k]
         while at < self.start[k + 1]:
             prefetch(cython.address(self.content[at]))
             at += LINE
         return 0
 
+    @cython.locals(k=cython.int)
     def _copy_words(self, i):
         """Copy the words of minutia i, which are as they are."""
-        at = self.words_at[i]
+        at: cython.Py_ssize_t = self.words_at[i]
         count = self.count[i]
         if at + NEIGHBOUR_WORDS // 2 > self.content.shape[0]:  # fewer are left of all prints
             for k in range((count + 1) // 2):
@@ -304,13 +309,14 @@ class DescriptorReader:
         """Omit what stands after the words of minutia i."""
         count = self.count[i]
         for k in range(NEIGHBOUR_WORDS):
-            counts = (k - count) >> 31
+            counts: cython.int = (k - count) >> 31
             self.near[i, k] = (self.near[i, k] & counts) | (NOWHERE & ~counts)
         return 0
 
+    @cython.locals(k=cython.int)
     def _find_neighbours(self, i):
         """Find the neighbours of minutia i, from whose places its words follow."""
-        at = self.words_at[i]
+        at: cython.Py_ssize_t = self.words_at[i]
         for k in range((self.count[i] + 3) // 4):
             four = self.content[at + k]
             self.near[i, 4 * k] = self.placed[four & 255]
@@ -322,9 +328,9 @@ class DescriptorReader:
     def _write_words(self, i):
         """Write the words of minutia i that follow from the places of its neighbours."""
         own = self.head[i]
-        x = own & 1023
-        y = own >> 10 & 1023
-        turn = (own >> 20) - QUARTER
+        x: cython.int = own & 1023
+        y: cython.int = own >> 10 & 1023
+        turn: cython.int = (own >> 20) - QUARTER
         c = self.cosine[own >> 20]
         s = self.sine[own >> 20]
         count = self.count[i]
@@ -332,8 +338,8 @@ class DescriptorReader:
         # a loop that compilers turn into one over four neighbours at once
         for k in range(NEIGHBOUR_WORDS):
             other = self.near[i, k]
-            counts = (k - count) >> 31
-            word = (other >> 17 & 0x0800) | (other >> 14 & 0x8000)
+            counts: cython.int = (k - count) >> 31
+            word: cython.int = (other >> 17 & 0x0800) | (other >> 14 & 0x8000)
             word |= word_of(
                 (other & 1023) - x,
                 (other >> 10 & 1023) - y,

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: bit descriptors of a print's minutiae.
 
 Each minutia has a word for each of its neighbours: the cell of position and direction, in the
@@ -34,11 +35,12 @@ def second(word):
     Half a cell on in direction, the last sector runs into the first one of the next column; so it
     is with every print.
     """
-    place = SECOND + (word & CELL)
+    place: cython.int = SECOND + (word & CELL)
     place += (word >> STEPS & 1) + SECTORS * (word >> (STEPS + 1) & 1)
     return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
+@cython.locals(k=cython.Py_ssize_t)
 def encode_neighbours(count, frame, angle, coded, per_px, word):
     """Fill `word` for the minutiae of a print that are `coded`; the others have none.
 
@@ -65,14 +67,16 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
                     continue
                 t = float(angle[i, k]) / FULL_TURN + APART
                 t = (t + 1.0 if t < 0.0 else t) * SECTORS
-                column = int(u)
-                row = int(v)
-                sector = int(t)
+                column: cython.int = int(u)
+                row: cython.int = int(v)
+                sector: cython.int = int(t)
                 sector = sector if sector < SECTORS else SECTORS - 1
-                on_column = u - column >= 0.5
-                on_row = v - row >= 0.5
+                on_column: cython.int = u - column >= 0.5
+                on_row: cython.int = v - row >= 0.5
                 cell = (row * SIDE + column) * SECTORS + sector
-                found = cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+                found: cython.int = (
+                    cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+                )
                 other = second(found)
                 for m in range(k):
                     found |= NOT_FIRST * (cells[m] == cell)
@@ -87,6 +91,9 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
     return 0
 
 
+@cython.locals(
+    rows=cython.Py_ssize_t, columns=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.Py_ssize_t
+)
 def encode_orientations(
     points, direction_bin, start, cell, cell_start, shape, step, has_flow, places, word
 ):
@@ -111,9 +118,9 @@ def encode_orientations(
                     y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / side - shape[p, 2]
                     if not (0.0 <= x < columns and 0.0 <= y < rows):
                         continue
-                    row = int(y)
-                    column = int(x)
-                    code = cell[cell_start[p] + row * columns + column]
+                    row: cython.Py_ssize_t = int(y)
+                    column: cython.Py_ssize_t = int(x)
+                    code: cython.int = cell[cell_start[p] + row * columns + column]
                     if code > 0:
                         # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
                         relative = (code - 1.0) * BINS / ORIENTATIONS

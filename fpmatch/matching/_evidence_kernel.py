@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the evidence in an alignment of two prints, and its weighted sum.
 
 A transform is (c, s, x, y) as `_align_kernel` has it; ``evidence`` has the entries named below.
@@ -129,7 +130,7 @@ class EvidenceScorer:
         aligner.relax(similarity)
         refine = self.limits[self.model, REFINE]
         confident = self.limits[self.model, CONFIDENT]
-        weak = aligner.relaxation.strength < self.limits[self.model, RELAXATION]
+        weak: cython.bint = aligner.relaxation.strength < self.limits[self.model, RELAXATION]
         for k in range(hypotheses):
             self.coarse[k] = UNPAIRED_SUM
             count = k + 1
@@ -175,7 +176,7 @@ class EvidenceScorer:
         if ridges and a.has_ridges and b.has_ridges:
             total = self._compare_ridges(a, b, aligner)
         self.last = total
-        better = self.found == 0 or total > self.most
+        better: cython.bint = self.found == 0 or total > self.most
         if better:
             self.most = total
             aligner.save_best()
@@ -216,6 +217,7 @@ class EvidenceScorer:
                 self.feature[k] = self.standard[self.model, IMPOSTOR, k]
         return 0
 
+    @cython.locals(k=cython.Py_ssize_t)
     def condition(self, total):
         """Return -ln(FMR) of a weighted sum, given how much was compared.
 
@@ -238,9 +240,10 @@ class EvidenceScorer:
         limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
         return LOG_10 * min(2.0 + (total - low) / high, limit)
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _total(self):
         """Return the weighted sum of the features."""
-        m = self.model
+        m: cython.Py_ssize_t = self.model
         total = self.limits[m, BIAS]
         self.describe()
         for k in range(FEATURES):

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the local similarity of every minutia of one print to every minutia of the other.
 
 A neighbour is described in the frame of its minutia, whose direction is +u: by its position (u, v)
@@ -99,6 +100,7 @@ class NeighbourIndex:
         self.item = np.empty(self._list(count, frame, False), np.int32)
         self._list(count, frame, True)
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _list(self, count, frame, filling):
         """Count the entries of all cells, or else, if `filling`, list them; return their number.
 
@@ -137,11 +139,7 @@ class NeighbourIndex:
                 self.start[cell + 2] += self.start[cell + 1]
         return self.start[cells + 1 - filling]
 
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _line(self, place: cython.double) -> cython.Py_ssize_t:
+    def _line(self, place):
         """Return the row or column of cells of a coordinate."""
         place = place * self.per_px + self.half
         if not place > 0.0:
@@ -150,6 +148,7 @@ class NeighbourIndex:
             return 2 * self.half - 1
         return int(place)
 
+    @cython.locals(k=cython.Py_ssize_t, at=cython.Py_ssize_t)
     def to_prints_before(self, count, frame, minutiae, min_cosine, similarity):
         """Fill ``similarity[i, j]`` for the minutiae i of another print A and j of the indexed one.
 
@@ -169,7 +168,7 @@ class NeighbourIndex:
                 cell = self._line(v) * 2 * self.half + self._line(u)
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
-                    e = item[at]
+                    e: cython.Py_ssize_t = item[at]
                     weight = float(entry[e, 5])
                     near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     j = k * n + owner[e]
@@ -184,6 +183,7 @@ class NeighbourIndex:
                 total[j] = 0.0
         return 0
 
+    @cython.locals(m=cython.Py_ssize_t, at=cython.Py_ssize_t)
     def to_prints_after(self, count, frame, minutiae, min_cosine, similarity):
         """Fill ``similarity[i, j]`` for the minutiae i of the indexed print and j of another, B.
 
@@ -203,7 +203,7 @@ class NeighbourIndex:
                 cell = self._line(v) * 2 * self.half + self._line(u)
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
-                    e = item[at]
+                    e: cython.Py_ssize_t = item[at]
                     precision = float(entry[e, 4])
                     near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     best[e] = near if near > best[e] else best[e]

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: a grid that finds the minutiae near a place."""
 
 import cython
@@ -26,6 +27,7 @@ class MinutiaGrid:
         self.columns = self.rows = 0
         self.x0 = self.y0 = self.per_px = 0.0
 
+    @cython.locals(filling=cython.int, row=cython.int, column=cython.int, j=cython.Py_ssize_t)
     def load(self, points, size):
         """List the first `size` columns of `points` (4, N); return 0."""
         reach = self.reach
@@ -45,7 +47,7 @@ class MinutiaGrid:
         self.y0 -= reach
         self.columns = self._line(x1 + reach - self.x0) + 1
         self.rows = self._line(y1 + reach - self.y0) + 1
-        cells = self.columns * self.rows
+        cells: cython.Py_ssize_t = self.columns * self.rows
         for cell in range(cells + 2):
             self.start[cell] = 0
         # the starts run one ahead while the cells are filled, two while their items are counted

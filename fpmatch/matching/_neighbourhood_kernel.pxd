@@ -22,28 +22,13 @@ cdef class NeighbourhoodWriter:
     cdef Py_ssize_t size
     cdef double second_weight, tolerance, growth
 
-    @cython.locals(
-        n=cython.Py_ssize_t, i=cython.Py_ssize_t, e=cython.Py_ssize_t, k=cython.Py_ssize_t,
-        begin=cython.Py_ssize_t, end=cython.Py_ssize_t, listed=cython.int, total=cython.double,
-    )
     cpdef int write(
         self, Py_ssize_t first, const int[:, ::1] edge, const int[::1] start, const int[::1] ring,
         const unsigned char[::1] interior,
     ) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t, e=cython.Py_ssize_t, k=cython.Py_ssize_t, j=cython.int)
     cdef int _join(self, Py_ssize_t n, const int[:, ::1] edge) noexcept nogil
-    @cython.locals(
-        e=cython.Py_ssize_t, f=cython.Py_ssize_t, k=cython.Py_ssize_t, size=cython.Py_ssize_t,
-        j=cython.int, via=cython.int, listed=cython.int, x=cython.double, y=cython.double,
-        dx=cython.double, dy=cython.double, squared=cython.double,
-    )
     cdef int _list_nearest(self, Py_ssize_t first, Py_ssize_t i) noexcept nogil
     cdef bint _before(self, Py_ssize_t row, Py_ssize_t k, double squared, int j) noexcept nogil
-    @cython.locals(
-        k=cython.Py_ssize_t, j=cython.Py_ssize_t, row=cython.Py_ssize_t, x=cython.double,
-        y=cython.double, c=cython.double, s=cython.double, dx=cython.double, dy=cython.double,
-        tolerance=cython.double,
-    )
     cdef int _write_frame(
         self, Py_ssize_t first, Py_ssize_t i, Py_ssize_t listed, double scale,
     ) noexcept nogil

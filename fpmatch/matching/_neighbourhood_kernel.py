@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the rings of minutiae on the unit circle, and their nearest neighbours in their frames.
 
 `map_to_circle` places closed one-rings on the unit circle by the lengths of their sides (eq. 3),
@@ -99,6 +100,7 @@ class NeighbourhoodWriter:
         self.weight = numbers[entries : entries + capacity]
         self.distance = numbers[entries + capacity :]
 
+    @cython.locals(begin=cython.Py_ssize_t, k=cython.Py_ssize_t)
     def write(self, first, edge, start, ring, interior):
         """Write the neighbourhoods of the print whose first minutia is `first`, by its mesh.
 
@@ -131,7 +133,7 @@ class NeighbourhoodWriter:
                 self.weight[ring[e]] += (
                     (1.0 - self.second_weight) * self.ring_weight[e] * (end - begin)
                 )
-            total = 0.0
+            total: cython.double = 0.0
             for k in range(listed):
                 total += self.weight[self.near[first + i, k]]
             total = listed / (total if total > LEAST_WEIGHT else LEAST_WEIGHT)
@@ -157,12 +159,13 @@ class NeighbourhoodWriter:
                 self.joined_start[j + 1] += 1
         return 0
 
+    @cython.locals(e=cython.Py_ssize_t)
     def _list_nearest(self, first, i):
         """List the nearest minutiae of the first two rings of minutia i; return their number."""
         x = self.x[first + i]
         y = self.y[first + i]
         size = self.size
-        listed = 0
+        listed: cython.int = 0
         self.met[i] = i
         for e in range(self.joined_start[i], self.joined_start[i + 1]):
             via = self.joined[e]
@@ -197,7 +200,7 @@ class NeighbourhoodWriter:
         row = first + i
         x, y, c, s = self.x[row], self.y[row], self.c[row], self.s[row]
         for k in range(listed):
-            j = self.near[row, k]
+            j: cython.Py_ssize_t = self.near[row, k]
             dx = self.x[first + j] - x
             dy = self.y[first + j] - y
             tolerance = self.tolerance + self.growth * sqrt(self.distance[k])

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the Delaunay mesh of the paired minutiae, and what it predicts and measures.
 
 The paired minutiae of print A are triangulated; their partners are the same mesh in print B, so
@@ -80,6 +81,7 @@ class PairMesh:
         self.residual_px = p.residual_px
         self.residual_per_px = p.residual_per_px
 
+    @cython.locals(i=cython.Py_ssize_t)
     def build(self, a, size_a, b, partner, c, s, x, y):
         """Triangulate the pairs; return the number of triangles.
 
@@ -121,6 +123,7 @@ class PairMesh:
         self._sort_fans()
         return self.triangles
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _insert(self, v):
         """Insert a vertex into the triangulation; return whether it was inserted."""
         x, y = self.ax[v], self.ay[v]
@@ -130,8 +133,8 @@ class PairMesh:
             return False
         for k in range(self.ring_size):
             following = k + 1 if k + 1 < self.ring_size else 0
-            p = self.ring[k]
-            q = self.ring[following]
+            p: cython.Py_ssize_t = self.ring[k]
+            q: cython.Py_ssize_t = self.ring[following]
             area = (self.ax[p] - x) * (self.ay[q] - y) - (self.ay[p] - y) * (self.ax[q] - x)
             if area <= LEAST_AREA:
                 return False
@@ -165,6 +168,7 @@ class PairMesh:
         self.circle[t, 2] = x * x + y * y - ROUNDING
         return 0
 
+    @cython.locals(found=cython.int)
     def _cavity(self, x, y):
         """List the triangles whose circumcircle contains a point; return their number.
 
@@ -183,8 +187,8 @@ class PairMesh:
         for k in range(found):
             t = self.inside[k]
             for e in range(3):
-                u = self.corner[t, e]
-                v = self.corner[t, e + 1 if e < 2 else 0]
+                u: cython.longlong = self.corner[t, e]
+                v: cython.longlong = self.corner[t, e + 1 if e < 2 else 0]
                 back = (v << 24) | u
                 f = kept - 1
                 while f >= 0 and self.side[f] != back:
@@ -233,7 +237,7 @@ class PairMesh:
         for t in range(self.triangles):
             for e in range(3):
                 v = self.corner[t, e]
-                at = self.fan_start[v + 1]
+                at: cython.Py_ssize_t = self.fan_start[v + 1]
                 self.fan_from[at] = self.corner[t, e + 1 if e < 2 else 0]
                 self.fan_to[at] = self.corner[t, e + 2 if e < 1 else e - 1]
                 self.fan_start[v + 1] += 1
@@ -246,7 +250,7 @@ class PairMesh:
         of the mesh are measured.
         """
         scale = sqrt(c * c + s * s)
-        found = 0
+        found: cython.int = 0
         scale = 1.0 / scale if scale > 0.0 else 0.0
         if measured:
             self.places = self.weights = self.full = self.strain = 0.0
@@ -269,13 +273,14 @@ class PairMesh:
 
     def _find_ring(self, a, i):
         """Make `ring` the ring of minutia i of A, a vertex of the mesh or not."""
-        v = self.vertex_of[i]
+        v: cython.Py_ssize_t = self.vertex_of[i]
         if v < 0:
             self._cavity(a[0, i], a[1, i])
         else:
             self._chain(self.fan_from, self.fan_to, self.fan_start[v], self.fan_start[v + 1])
         return self.ring_size
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _predict_one(self, a, i):
         """Predict minutia i of A by the current ring; return whether the ring encloses it.
 
@@ -289,7 +294,7 @@ class PairMesh:
         ):
             return False
         for k in range(self.ring_size):
-            v = self.ring[k]
+            v: cython.Py_ssize_t = self.ring[k]
             x += self.weight[k] * self.bx[v]
             y += self.weight[k] * self.by[v]
         for k in range(self.ring_size):
@@ -316,12 +321,13 @@ class PairMesh:
         self.nearest[i] = sqrt(nearest2)
         return True
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _measure_one(self, a, i, b, j):
         """Measure the pair of minutia i of A and j of B on the ring that predicted it."""
         radius = on_pairs = 0.0
         for k in range(self.ring_size):
-            v = self.ring[k]
-            u = self.ring[k + 1 if k + 1 < self.ring_size else 0]
+            v: cython.Py_ssize_t = self.ring[k]
+            u: cython.Py_ssize_t = self.ring[k + 1 if k + 1 < self.ring_size else 0]
             dx = self.ax[v] - a[0, i]
             dy = self.ay[v] - a[1, i]
             length_a = sqrt(dx * dx + dy * dy)
@@ -351,6 +357,7 @@ class PairMesh:
         """Return the mean relative change of length of the edges at pairs."""
         return self.strain / self.edges if self.edges > 0 else 0.0
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _place_agreement(self):
         """Return the agreement of the ring's places on the two unit circles (eq. 3), 0 to 1.
 
@@ -359,8 +366,8 @@ class PairMesh:
         around_a = around_b = mean = square = 0.0
         for k in range(self.ring_size):
             following = k + 1 if k + 1 < self.ring_size else 0
-            v = self.ring[k]
-            u = self.ring[following]
+            v: cython.Py_ssize_t = self.ring[k]
+            u: cython.Py_ssize_t = self.ring[following]
             self.place[k] = around_a
             self.other_place[k] = around_b
             dx = self.ax[u] - self.ax[v]

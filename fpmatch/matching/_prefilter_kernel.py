@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: score prints against one print by their bit descriptors (see `_encode_kernel`).
 
 One print is put into tables: under each cell, a bit for each of its minutiae that has a neighbour
@@ -66,6 +67,7 @@ class Prefilter:
         self.cell = memoryview(np.zeros((2, ROOM, WORDS), np.uint16))
         self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
 
+    @cython.locals(k=cython.Py_ssize_t, b=cython.int, d=cython.int)
     def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
         """Put a print into the tables, in place of the one that is in them.
 
@@ -84,7 +86,7 @@ class Prefilter:
                 break
             words = self.used_words
             for k in range(WORDS):
-                word = neighbour_bits[i, k]
+                word: cython.int = neighbour_bits[i, k]
                 if not word & NOT_FIRST:
                     self.neighbour_table[word & CELL] |= bit
                     self.used[self.used_words] = word & CELL
@@ -123,6 +125,7 @@ class Prefilter:
         self.pairs.locate(self.own_turn, self.own_xy, first, xy, direction_bin, other_first)
         return self.pairs.consistent_weight()
 
+    @cython.locals(begin=cython.Py_ssize_t, end=cython.Py_ssize_t, flowing=cython.bint)
     def score_many(
         self, first, start, xy, direction_bin, neighbour_bits, orientation_bins, has_flow, weight
     ):
@@ -135,6 +138,10 @@ class Prefilter:
                 )
         return 0
 
+    @cython.locals(
+        k=cython.int, grid=cython.int, found=cython.int, above=cython.int, least=cython.int,
+        limit=cython.int,
+    )  # fmt: skip
     def _pair(self, first, last, neighbour_bits, orientation_bins, flowing, other_first):
         """Gather the pairs of minutiae that agree in enough words; return their number.
 
@@ -150,7 +157,7 @@ class Prefilter:
         for k in range(MOST_WEIGHT + 1):
             of_weight[k] = 0
         most = self.pairs.most
-        room = self.pairs.pair.shape[1]
+        room: cython.int = self.pairs.pair.shape[1]
         found = above = least = limit = 0
         t1 = none_of(TOO_LITTLE + 1, 1)
         t2 = none_of(TOO_LITTLE + 1, 2)
@@ -162,7 +169,7 @@ class Prefilter:
             of_a = (j - first) % ROOM
             if of_a == 0:
                 self._find_cells(j, min(last - j, ROOM), neighbour_bits)
-            lanes = min(last - j, LANES)
+            lanes: cython.int = min(last - j, LANES)
             of_b = of_a + lanes - 1
             n1 = n2 = n4 = n8 = n16 = lanes_of(0, 0)
             for grid in range(2):
@@ -238,7 +245,7 @@ class Prefilter:
                 while bits:
                     place = lowest_place(bits)
                     bits &= bits - 1
-                    weight = (b1 >> place) & 1
+                    weight: cython.int = (b1 >> place) & 1
                     weight += 2 * ((b2 >> place) & 1)
                     weight += 4 * ((b4 >> place) & 1)
                     weight += 8 * ((b8 >> place) & 1)
@@ -280,7 +287,9 @@ class Prefilter:
         for k in range(count * WORDS):
             one[k] = min(words[k] & FIRST, EMPTY)
             # beyond all cells, if the highest bit is set
-            cell = SECOND + (words[k] & CELL) + (words[k] >> 12 & 1) + (words[k] >> 10 & 8)
+            cell: cython.int = (
+                SECOND + (words[k] & CELL) + (words[k] >> 12 & 1) + (words[k] >> 10 & 8)
+            )
             cell += (words[k] >> 7 & 128) + (words[k] >> 2 & BEYOND)
             other[k] = min(cell, LAST)
         return 0

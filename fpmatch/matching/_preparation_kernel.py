@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: small steps of preparing prints, each a pass over an array.
 
 They are the box around the mask of a ridge field, the codes of the ridge orientation, the qualities
@@ -60,6 +61,7 @@ def write_codes(orientation, mask, per_radian, code):
     return 0
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def write_qualities(quality, start, usual, found):
     """Fill `found` with the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
 
@@ -67,10 +69,10 @@ def write_qualities(quality, start, usual, found):
     template gives none, and they are the usual one.
     """
     for k in range(start.shape[0] - 1):
-        total = 0
+        total: cython.longlong = 0
         for i in range(start[k], start[k + 1]):
             total += cython.cast(cython.int, quality[i])
-        given = 0 < total < STEPS * (start[k + 1] - start[k])
+        given: cython.bint = 0 < total < STEPS * (start[k + 1] - start[k])
         for i in range(start[k], start[k + 1]):
             found[i] = quality[i] / STEPS if given else usual
     return 0

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: relaxation of the local matches of two prints.
 
 A candidate is a pair of minutiae, one of each print, whose neighbourhoods are similar. Two
@@ -52,6 +53,7 @@ class Relaxation:
         self.strength = 0.0
         self.rounds = p.rounds
 
+    @cython.locals(k=cython.Py_ssize_t)
     def load(self, a, size_a, b, size_b, similarity):
         """Select the candidates of two prints and relax them; return their number.
 
@@ -60,8 +62,8 @@ class Relaxation:
         """
         self._select(size_a, size_b, similarity)
         for k in range(self.count):
-            i = self.first[k]
-            j = self.second[k]
+            i: cython.Py_ssize_t = self.first[k]
+            j: cython.Py_ssize_t = self.second[k]
             self.place[0, k], self.place[1, k] = a[0, i], a[1, i]
             self.place[2, k], self.place[3, k] = b[0, j], b[1, j]
             self.rotation[0, k] = a[2, i] * b[2, j] + a[3, i] * b[3, j]
@@ -105,7 +107,7 @@ class Relaxation:
     def _best_of_row(self, i, size_b, similarity):
         """Note the free minutia of B that is most similar to minutia i of A."""
         most = 0.0
-        column = 0
+        column: cython.int = 0
         for j in range(size_b):
             if float(similarity[i, j]) > most and not self.column_taken[j]:
                 most = float(similarity[i, j])
@@ -148,6 +150,7 @@ class Relaxation:
         rotation = rotation / (1.0 - self.min_rotation_cosine)
         return distance * rotation * angle / (1.0 - self.min_angle_cosine)
 
+    @cython.locals(k=cython.Py_ssize_t, m=cython.Py_ssize_t)
     def _relax(self):
         """Relax: every candidate keeps a share of its value and takes the rest from the others."""
         n = self.count
@@ -164,6 +167,7 @@ class Relaxation:
                 relaxed[k] = self.inertia * relaxed[k] + share * gathered[k]
         return n
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _strongest(self):
         """Return the mean of the four greatest relaxed similarities."""
         first = second = third = fourth = 0.0
@@ -175,6 +179,7 @@ class Relaxation:
             fourth = max(fourth, value)
         return 0.25 * (first + second + third + fourth)
 
+    @cython.locals(k=cython.Py_ssize_t)
     def hypothesis(self, size_a, whole, partner, weight):
         """Write the pairs of the next hypothesis; return their number, 0 where there is none left.
 
@@ -183,8 +188,8 @@ class Relaxation:
         candidates that are strong enough are its pairs; else each counts as much as it supports the
         seed. The weights are relative to the seed's.
         """
-        seed = -1
-        pairs = 0
+        seed: cython.Py_ssize_t = -1
+        pairs: cython.int = 0
         most = strongest = 0.0
         for i in range(size_a):
             partner[i] = -1
@@ -209,15 +214,17 @@ class Relaxation:
                 pairs += 1
         return pairs
 
+    @cython.locals(k=cython.Py_ssize_t)
     def explain(self, partner):
         """Mark the candidates among these pairs as explained; return how many they are."""
-        found = 0
+        found: cython.int = 0
         for k in range(self.count):
             if partner[self.first[k]] == self.second[k]:
                 self.explained[k] = 1
                 found += 1
         return found
 
+    @cython.locals(k=cython.Py_ssize_t)
     def support_of(self, partner):
         """Return the sum of the relaxed similarities of the candidates among these pairs."""
         total = 0.0

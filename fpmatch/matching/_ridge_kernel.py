@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the correlation of the ridges of two prints whose minutiae are aligned.
 
 A cell of a print has a binary ridge image of 8 by 8 bits: bit ``8 * row + column`` is set on a
@@ -39,13 +40,11 @@ class RidgeCorrelator:
     def __init__(self, room) -> None:
         self.correlation = 0.0
         self.cells = 0
+        bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
         # five bits, one a byte
-        spread = [sum(1 << (8 * k) for k in range(SHIFTS) if bits >> k & 1) for bits in range(32)]
-        self.spread = memoryview(np.array(spread, np.uint64))
+        self.spread = memoryview(((bits >> k[:SHIFTS] & 1) << 8 * k[:SHIFTS]).sum(axis=1))
         # the bits of a cell that stay in its rows if it is shifted by so many columns
-        self.kept = memoryview(
-            np.array([0x0101010101010101 * (255 >> k) for k in range(SIDE)], np.uint64)
-        )
+        self.kept = memoryview((255 >> k[:SIDE]) * np.uint64(0x0101010101010101))
         self.sample_row = memoryview(np.array([row for row, _ in SAMPLES], np.int32))
         self.sample_column = memoryview(np.array([column for _, column in SAMPLES], np.int32))
         self.offset = memoryview(np.zeros((2, len(SAMPLES))))
@@ -78,7 +77,7 @@ class RidgeCorrelator:
 
     def _take(self, a, b, c, s, x, y):
         """Take two prints and a transform; return whether their ridges can be compared."""
-        wide = a.columns + 2
+        wide: cython.Py_ssize_t = a.columns + 2
         self.correlation = 0.0
         self.cells = 0
         if not (a.has_ridges and b.has_ridges):
@@ -92,6 +91,7 @@ class RidgeCorrelator:
         self._gather(a, b)
         return True
 
+    @cython.locals(r=cython.Py_ssize_t, row=cython.int, column=cython.int)
     def _correlate(self, a, b):
         """Compare the cells where they are displaced to; return how many could be compared."""
         wide = a.columns + 2
@@ -166,14 +166,15 @@ class RidgeCorrelator:
             self.drift[k, 0] = self.drift[k, 1] = 0.0
         return 0
 
+    @cython.locals(p=cython.Py_ssize_t, q=cython.Py_ssize_t, r=cython.Py_ssize_t)
     def _displace(self, a, mesh):
         """Write how far from the transform the mesh moves each block of two by two cells.
 
         A block is moved as its middle is; a triangle of the mesh is mapped affinely. A pair lies
         halfway between the partner and where its ring predicts it: so noise is less.
         """
-        rows = (a.rows + 1) // 2
-        columns = (a.columns + 1) // 2
+        rows: cython.int = (a.rows + 1) // 2
+        columns: cython.int = (a.columns + 1) // 2
         side = 2.0 * a.step
         # the middle of the first block
         left = (a.first_column + 1.0) * a.step
@@ -182,7 +183,7 @@ class RidgeCorrelator:
         if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
             return 0
         for k in range(mesh.vertices):
-            i = mesh.owner[k]
+            i: cython.Py_ssize_t = mesh.owner[k]
             self.vertex[k, 0], self.vertex[k, 1] = mesh.bx[k], mesh.by[k]
             if i >= 0:
                 self.vertex[k, 0] = 0.5 * (mesh.bx[k] + mesh.predicted[0, i])
@@ -230,6 +231,7 @@ class RidgeCorrelator:
             return 0
         return int(line) if line < lines else lines
 
+    @cython.locals(row=cython.int, column=cython.int)
     def _count_block(self, a, b, top, left):
         """Displace two by two cells as the mesh does; count in each."""
         k = (top // 2) * self.blocks + left // 2
@@ -245,6 +247,10 @@ class RidgeCorrelator:
                         self._count(a, b, row, column, dx, dy)
         return 0
 
+    @cython.locals(
+        ones=cython.ulonglong, twos=cython.ulonglong,
+        fours=cython.ulonglong, eights=cython.ulonglong,
+    )  # fmt: skip
     def _count(self, a, b, row, column, x, y):
         """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
         wide = b.columns + 4
@@ -263,12 +269,12 @@ class RidgeCorrelator:
         for k in range(self.sample_row.shape[0]):
             bit_u = middle_u + self.offset[0, k]
             bit_v = middle_v + self.offset[1, k]
-            near = 0
+            near: cython.ulonglong = 0
             if 0.0 <= bit_u < most_u and 0.0 <= bit_v < most_v:
-                u = int(bit_u)
-                v = int(bit_v)
+                u: cython.int = int(bit_u)
+                v: cython.int = int(bit_v)
                 cell = (v >> 3) * wide + (u >> 3)
-                down = SIDE * (v & 7)
+                down: cython.int = SIDE * (v & 7)
                 u &= 7
                 near = self._rows_from(cell, cell + wide, down)
                 far = self._rows_from(cell + 1, cell + wide + 1, down)
@@ -300,6 +306,7 @@ class RidgeCorrelator:
         lower = self.ridge_image[below] << (63 - down)
         return upper | ((lower << 1) & ALL)
 
+    @cython.locals(around=cython.int, best=cython.int, most=cython.ulonglong)
     def _best_shift(self, own, wide):
         """Return the correlation of a cell at the shift that suits it and those around it best.
 
@@ -312,13 +319,13 @@ class RidgeCorrelator:
         if around < FEWEST_AROUND:
             return 0.0
         for r in range(SHIFTS):
-            total = self.wide[own - wide, r]
+            total: cython.ulonglong = self.wide[own - wide, r]
             total += self.wide[own, r]
             total += self.wide[own + wide, r]
             greater = ((((total | TOPS) - most) & TOPS) >> 7) * 255
             most = (total & greater) | (most & (greater ^ ALL))
         for k in range(SHIFTS):
-            count = (most >> (SIDE * k)) & 255
+            count: cython.int = (most >> (SIDE * k)) & 255
             best = max(best, count)
         self.cells += 1
         return 2.0 * best / (self.sample_row.shape[0] * around) - 1.0

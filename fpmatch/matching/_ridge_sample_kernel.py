@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the binary ridge images of cells from eight samples each (see `ridge_samples`).
 
 What the samples around a cell say of a row of its bits are words of a table, with a byte for each
@@ -13,6 +14,7 @@ ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 OUTSIDE = cython.declare(cython.int, 16)  # a half that is not known
 
 
+@cython.locals(rows=cython.Py_ssize_t, columns=cython.Py_ssize_t)
 def restore(samples, orientation, mask, start, shape, looked_up, table, halves, ridges):
     """Fill `ridges` inside the mask, for the cells of many prints.
 
@@ -24,7 +26,7 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
     the difference of their places in `halves`. ``table[o, k, h]`` are the words of its value h.
     """
     total = cython.declare(cython.ulonglong[8])
-    filled = 0
+    filled: cython.Py_ssize_t = 0
     with cython.nogil:
         for p in range(start.shape[0] - 1):
             rows, columns = shape[p, 0], shape[p, 1]
@@ -32,7 +34,9 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
             for k in range(2 * size):
                 halves[k] = OUTSIDE
             for k in range(looked_up.shape[0]):
-                place = looked_up[k, 0] * size + looked_up[k, 1] * (columns + 2) + looked_up[k, 2]
+                place: cython.Py_ssize_t = (
+                    looked_up[k, 0] * size + looked_up[k, 1] * (columns + 2) + looked_up[k, 2]
+                )
                 looked_up[k, 3] = place
             inside = filled
             for row in range(rows):
@@ -46,13 +50,13 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
                 for column in range(columns):
                     if not mask[start[p] + row * columns + column]:
                         continue
-                    o = orientation[filled]
+                    o: cython.int = orientation[filled]
                     filled += 1
                     place = row * (columns + 2) + column
                     for m in range(8):
                         total[m] = 0
                     for k in range(looked_up.shape[0]):
-                        half = halves[place + looked_up[k, 3]]
+                        half: cython.int = halves[place + looked_up[k, 3]]
                         # a loop that compilers turn into sums of several words at once
                         for m in range(8):
                             total[m] += table[o, k, half, m]

@@ -1,5 +1,4 @@
 # Types of the kernel, and what other kernels may use of it.
-cimport cython
 from fpmatch.matching._template_view_kernel cimport TemplateView
 from fpmatch.matching._relaxation_kernel cimport Relaxation
 from fpmatch.matching._ridge_kernel cimport RidgeCorrelator
@@ -20,46 +19,24 @@ cdef class RidgeSearch:
     cdef double candidate_flow, candidate_value
 
     cpdef int search(self, TemplateView a, TemplateView b, RidgeCorrelator correlator) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, smaller=cython.bint)
     cpdef int search_candidates(
         self, TemplateView a, TemplateView b, Relaxation relaxation, RidgeCorrelator correlator
     ) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t)
     cdef int _swapped(self, int found) noexcept nogil
-    @cython.locals(
-        row=cython.int, column=cython.int, code=cython.int, passed=cython.Py_ssize_t,
-        place=cython.Py_ssize_t, cells=cython.Py_ssize_t, x=cython.double, y=cython.double,
-    )
     cdef int _take_samples(self, TemplateView small) noexcept nogil
-    @cython.locals(ac=cython.double, as_=cython.double, bc=cython.double, bs=cython.double)
     cdef int _fit_pair(self, TemplateView small, Py_ssize_t i, TemplateView large, Py_ssize_t j) noexcept nogil
-    @cython.locals(
-        k=cython.Py_ssize_t, row=cython.Py_ssize_t, column=cython.Py_ssize_t, code=cython.int,
-        common=cython.int, x=cython.double, y=cython.double, turn_c=cython.double, turn_s=cython.double,
-        total=cython.double,
-    )
     cdef double _flow_agreement(self, TemplateView large) noexcept nogil
-    @cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     cdef int _select(self, TemplateView small, TemplateView large) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t)
     cdef int _offer_all(
         self, TemplateView small, int[::1] own, TemplateView large, int[::1] other, int count
     ) noexcept nogil
     cdef bint _offer(
         self, TemplateView small, Py_ssize_t i, TemplateView large, Py_ssize_t j
     ) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t)
     cdef bint _keep(self, double flow, Py_ssize_t i, Py_ssize_t j) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, value=cython.double, found=cython.int)
     cdef int _compare(self, TemplateView small, TemplateView large, RidgeCorrelator correlator) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t)
     cdef int _enter(self, double value, int own, int other, int found) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, e=cython.Py_ssize_t)
     cdef int _move(self, Py_ssize_t start, Py_ssize_t to, Py_ssize_t count) noexcept nogil
-    @cython.locals(
-        dc=cython.double, ds=cython.double, dx=cython.double, dy=cython.double,
-        cosine=cython.double,
-    )
     cdef bint _is_near(self, Py_ssize_t k) noexcept nogil
 
 

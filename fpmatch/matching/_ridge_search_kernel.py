@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: search by the ridges for transforms that align two prints.
 
 Each pair of minutiae, one of each print, fixes a transform: the one that maps position and
@@ -84,6 +85,7 @@ class RidgeSearch:
         self._offer_all(b, relaxation.second, a, relaxation.first, relaxation.count)
         return self._swapped(self._compare(b, a, correlator))
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _swapped(self, found):
         """Exchange the minutiae of the pairs found; return how many there are."""
         for k in range(found):
@@ -94,12 +96,12 @@ class RidgeSearch:
         """Take cells of the smaller print, spread evenly over its rows; return their number."""
         passed = 0
         place = small.cell_at
-        cells = small.inside
+        cells: cython.Py_ssize_t = small.inside
         self.samples = 0
         self.middle_x = self.middle_y = 0.0
         for row in range(small.rows):
             for column in range(small.columns):
-                code = small.cell[place]
+                code: cython.int = small.cell[place]
                 place += 1
                 if code == 0:
                     continue
@@ -130,12 +132,13 @@ class RidgeSearch:
         self.y = large.points[1, j] - self.s * small.points[0, i] - self.c * small.points[1, i]
         return 0
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _flow_agreement(self, large):
         """Return how well the orientation agrees under the transform at hand, -1 to 1.
 
         -2 where the prints have too little in common.
         """
-        common = 0
+        common: cython.int = 0
         turn_c = self.c * self.c - self.s * self.s
         turn_s = 2.0 * self.c * self.s
         total = 0.0
@@ -146,9 +149,9 @@ class RidgeSearch:
             y = -y * large.per_px - large.first_row
             if not (0.0 <= x < large.columns and 0.0 <= y < large.rows):
                 continue
-            row = int(y)
-            column = int(x)
-            code = large.cell[large.cell_at + row * large.columns + column]
+            row: cython.Py_ssize_t = int(y)
+            column: cython.Py_ssize_t = int(x)
+            code: cython.int = large.cell[large.cell_at + row * large.columns + column]
             if code == 0:
                 continue
             common += 1
@@ -167,6 +170,7 @@ class RidgeSearch:
                 self._offer(small, i, large, j)
         return self.count
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _offer_all(self, small, own, large, other, count):
         """Offer the first pairs of two lists of minutiae; return how many are kept in all."""
         for k in range(count):
@@ -201,7 +205,7 @@ class RidgeSearch:
 
     def _compare(self, small, large, correlator):
         """Compare the ridges under the pairs kept; return how many pairs were found."""
-        found = 0
+        found: cython.int = 0
         for k in range(self.count):
             self._fit_pair(small, self.best_own[k], large, self.best_other[k])
             if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:

@@ -1,5 +1,4 @@
 # Types of the kernel, and what other kernels may use of it.
-cimport cython
 cdef class TemplateView:
     cdef readonly Py_ssize_t size, first
     cdef double[:, ::1] points
@@ -17,7 +16,6 @@ cdef class TemplateView:
     cdef double step, per_px
     cdef bint has_flow, has_ridges
 
-    @cython.locals(row=cython.Py_ssize_t, column=cython.Py_ssize_t)
     cdef bint contains(self, double x, double y) noexcept nogil
     cdef bint contains_with_margin(self, double x, double y, double margin) noexcept nogil
 
@@ -39,9 +37,4 @@ cdef class PackedView:
 
     cpdef int attach(self, TemplateView into)
     cpdef int open(self, Py_ssize_t k, TemplateView into) noexcept nogil
-    @cython.locals(
-        i=cython.Py_ssize_t, j=cython.Py_ssize_t, m=cython.Py_ssize_t, first=cython.Py_ssize_t,
-        x=cython.double, y=cython.double, c=cython.double, s=cython.double, dx=cython.double,
-        dy=cython.double, tolerance=cython.double, weight=cython.double,
-    )
     cpdef int unpack(self, Py_ssize_t k, TemplateView into) noexcept nogil

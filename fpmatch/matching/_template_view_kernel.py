@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: a prepared print as the other kernels see it, and how it is unpacked from few bytes.
 
 Minutiae, neighbourhoods and regions are as `fpmatch.matching.prepare` and
@@ -59,8 +60,8 @@ class TemplateView:
         y = -y * self.per_px - self.first_row
         if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
             return False
-        row = int(y)
-        column = int(x)
+        row: cython.Py_ssize_t = int(y)
+        column: cython.Py_ssize_t = int(x)
         return self.cell[self.cell_at + row * self.columns + column] > 0
 
     def contains_with_margin(self, x, y, margin):
@@ -125,9 +126,10 @@ class PackedView:
         into.has_ridges = self.has_ridges[k]
         return 0
 
+    @cython.locals(m=cython.Py_ssize_t)
     def unpack(self, k, into):
         """Write minutiae and neighbours of print k, which is open, into a view with room for it."""
-        first = self.minutiae_start[k]
+        first: cython.Py_ssize_t = self.minutiae_start[k]
         for i in range(into.size):
             into.points[0, i] = self.xy[first + i, 0]
             into.points[1, i] = self.xy[first + i, 1]
@@ -139,7 +141,7 @@ class PackedView:
             x, y = into.points[0, i], into.points[1, i]
             c, s = into.points[2, i], into.points[3, i]
             for m in range(into.count[i]):
-                j = self.neighbour[first + i, m]
+                j: cython.Py_ssize_t = self.neighbour[first + i, m]
                 dx = into.points[0, j] - x
                 dy = into.points[1, j] - y
                 tolerance = self.tolerance + self.tolerance_growth * sqrt(dx * dx + dy * dy)

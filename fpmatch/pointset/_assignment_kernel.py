@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the best one-to-one pairing of two overlaid point sets.
 
 Of all pairings within a distance t, the one with the least Σ(d² - t²) over its pairs: many pairs,
@@ -16,6 +17,7 @@ _MAX_VISITS_PER_POINT = cython.declare(cython.longlong, 200)
 _SHORT = cython.declare(cython.longlong, 500)  # points visited for one path then
 
 
+@cython.locals(e=cython.Py_ssize_t)
 def find_candidates(p, grid, move, t2, most, start, near, cost):
     """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
 
@@ -32,6 +34,7 @@ def find_candidates(p, grid, move, t2, most, start, near, cost):
     return start[p.shape[1]]
 
 
+@cython.locals(visits=cython.longlong, end=cython.int, end_edge=cython.int, e=cython.Py_ssize_t)
 def assign(start, near, cost, least_gain, edge, owner, path, work):
     """Assign candidates to points at the least cost in all; return how many have one.
 
@@ -42,7 +45,7 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
     came_from, came_by, stamp = work[0], work[1], work[2]
     queue, waits = work[3], work[4]  # a ring buffer, and whether a point is in it
     size = edge.shape[0]
-    assigned = 0
+    assigned: cython.int = 0
     visits, most = 0, _MAX_VISITS + _MAX_VISITS_PER_POINT * size
     for s in range(size):
         edge[s] = stamp[s] = -1
@@ -51,7 +54,7 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
         owner[s] = -1
     for s in range(size):
         # cheapest way to give s a candidate, or to leave s or a point that it displaces without one
-        i = s
+        i: cython.int = s
         end, end_edge, best = i, -1, 0.0
         path[i], stamp[i], came_from[i] = 0.0, i, -1
         queue[0], head, waiting = i, 0, 1

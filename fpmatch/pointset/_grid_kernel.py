@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the bounding box of points, and points sorted into the cells of a square grid.
 
 Interpreted, the functions run as they stand.
@@ -16,6 +17,7 @@ COMPILED = cython.compiled
 _CROWD = cython.declare(cython.int, 16)  # points of a cell that are searched one after the other
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def bounding_box(points, box):
     """Write least and largest x, least and largest y of points (N, 2), N > 0.
 
@@ -102,10 +104,11 @@ class CellGrid:
             _cell_at((y + reach - self.y0) * self.per_unit, self.rows) + 1,
         )
 
+    @cython.locals(row=cython.Py_ssize_t, k=cython.Py_ssize_t)
     def nearest(self, x, y, reach2):
         """Return the nearest point, in the order of the cells, nearer than √reach2, or -1."""
         left, top, right, bottom = self.around(x, y, sqrt(reach2))
-        best = -1
+        best: cython.int = -1
         for row in range(top, bottom):
             begin = self.start[row * self.columns + left]
             end = self.start[row * self.columns + right]
@@ -147,13 +150,14 @@ class CellGrid:
                 best, reach2 = k, distance2
         return best, reach2
 
+    @cython.locals(row=cython.Py_ssize_t, k=cython.Py_ssize_t)
     def within(self, x, y, reach2, most, near, distance2, at):
         """Write the points within √reach2, nearest first, from entry `at` on; return how many.
 
         Of more than `most`, the nearest are written.
         """
         left, top, right, bottom = self.around(x, y, sqrt(reach2))
-        found = 0
+        found: cython.int = 0
         for row in range(top, bottom):
             begin = self.start[row * self.columns + left]
             end = self.start[row * self.columns + right]
@@ -207,6 +211,7 @@ class CellGrid:
         near[e] = k
         return found
 
+    @cython.locals(cell=cython.Py_ssize_t)
     def split_crowds(self):
         """Sort the points of each cell with more than `_CROWD` into a k-d tree.
 

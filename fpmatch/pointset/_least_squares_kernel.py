@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: least-squares fits of transforms to paired points.
 
 A move is the similarity transform of eq. (1) as (s·cos θ, s·sin θ, tx, ty), or an affine one as the
@@ -24,7 +25,7 @@ def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, s
     spread = dot = cross = 0.0
     m = q_begin + shift
     for j in range(p_begin, p_begin + count):
-        i = p_list[j]
+        i: cython.Py_ssize_t = p_list[j]
         x, y = px[i] - x0, py[i] - y0
         i = q_list[m]
         u, v = qx[i] - u0, qy[i] - v0
@@ -38,7 +39,7 @@ def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, s
         m += 1
         if m == q_begin + count:
             m = q_begin
-    n = count + 1
+    n: cython.double = count + 1
     spread -= (sum_x * sum_x + sum_y * sum_y) / n
     dot -= (sum_x * sum_u + sum_y * sum_v) / n
     cross -= (sum_x * sum_v - sum_y * sum_u) / n
@@ -52,13 +53,14 @@ def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, s
     return True
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def fit_partners(p, grid, partner, move):
     """Fit `move` to the points that have partners (not -1) in a grid; return whether there is one.
 
     It is a similarity where it has four values, affine where it has six. Two passes: means, then
     centred sums; without a fit `move` stays as it is.
     """
-    pairs = 0
+    pairs: cython.int = 0
     px = py = qx = qy = 0.0
     for i in range(p.shape[1]):
         at = partner[i]
@@ -77,6 +79,7 @@ def fit_partners(p, grid, partner, move):
     return _fit_similarity(p, grid, partner, px, py, qx, qy, move)
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def _fit_similarity(p, grid, partner, px, py, qx, qy, move):
     """Fit a similarity to points that have partners, given the means of both."""
     spread = dot = cross = 0.0
@@ -96,6 +99,7 @@ def _fit_similarity(p, grid, partner, px, py, qx, qy, move):
     return True
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def _fit_affine(p, grid, partner, px, py, qx, qy, move):
     """Fit an affine transform to points that have partners, given the means of both."""
     sxx = sxy = syy = cxx = cxy = cyx = cyy = 0.0

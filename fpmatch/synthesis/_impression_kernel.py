@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: what an extractor finds of fingers pressed on a sensor, without an image.
 
 Fingers are lattices of `_ridge_phase_kernel`; angles are 65,536ths of a turn. All arrays hold a
@@ -55,18 +56,19 @@ def _slip(x, y, w):
 def outline_radius(x, y, w):
     """Return the radius of a place in a contact, as `fpmatch.synthesis.contact`."""
     across = abs(w[4] * (x - w[0]) + w[5] * (y - w[1])) / w[2]
-    along = (w[4] * (y - w[1]) - w[5] * (x - w[0])) / w[3]
+    along: cython.double = (w[4] * (y - w[1]) - w[5] * (x - w[0])) / w[3]
     table = AT_JOINT if along > 0 else AT_TIP
     along = abs(along)
     larger, smaller = (across, along) if across > along else (along, across)
     if larger <= 0:
         return 0.0
     at = SQUARENESS * smaller / larger
-    step = int(at)
+    step: cython.int = int(at)
     t = at - step
     return larger * (table[step] * (1 - t) + table[step + 1] * t)
 
 
+@cython.locals(b=cython.int, i=cython.int, j=cython.int)
 def map_corners(warp, cell, corner):
     """Fill the place in the master (B, R + 1, C + 1, 2) of the corners of all cells; return 0.
 
@@ -87,6 +89,7 @@ def map_corners(warp, cell, corner):
     return 0
 
 
+@cython.locals(b=cython.int, i=cython.int, j=cython.int, k=cython.int)
 def press(warp, corner, cell, outline, spots, edges, of, step, threshold, strength, doubt):
     """Add edge and spots to `threshold` (B, R, C), and fill `doubt`, 2 where no skin touches.
 
@@ -100,7 +103,7 @@ def press(warp, corner, cell, outline, spots, edges, of, step, threshold, streng
                 doubt[b, i, j] = 2.0
                 mx = 0.5 * (corner[b, i, j, 0] + corner[b, i + 1, j + 1, 0])
                 my = 0.5 * (corner[b, i, j, 1] + corner[b, i + 1, j + 1, 1])
-                row = int(floor(my / step + 0.5))
+                row: cython.int = int(floor(my / step + 0.5))
                 if row < 0 or row >= edges.shape[1]:
                     continue
                 if mx < edges[of[b], row, 0] or mx > edges[of[b], row, 1]:
@@ -114,11 +117,12 @@ def press(warp, corner, cell, outline, spots, edges, of, step, threshold, streng
                         dx = (x - spots[b, k, 0]) * spots[b, k, 2]
                         dy = (y - spots[b, k, 1]) * spots[b, k, 3]
                         threshold[b, i, j] += spots[b, k, 4] * exp(-0.5 * (dx * dx + dy * dy))
-                value = abs(threshold[b, i, j]) / strength[b, i, j]
+                value: cython.double = abs(threshold[b, i, j]) / strength[b, i, j]
                 doubt[b, i, j] = 2.0 if value > 2 else value
     return 0
 
 
+@cython.locals(b=cython.int, i=cython.int, j=cython.int)
 def show_cells(
     corner, cell, doubt, most_doubt, width, of, step, level, period, phase, inside,
     noise, turn_noise, mask, orientation, ridges,
@@ -160,6 +164,7 @@ def show_cells(
     return 0
 
 
+@cython.locals(i=cython.int, j=cython.int)
 def _level_at(x, y, f, step, level, inside):
     """Return the ridge orientation of a finger at the node nearest to (x, y), -1 for none."""
     i, j = int(floor(y / step + 0.5)), int(floor(x / step + 0.5))
@@ -186,6 +191,10 @@ def cosine(angle):
     return -t * (1 - u / 6 * (1 - u / 20 * (1 - u / 42 * (1 - u / 72))))
 
 
+@cython.locals(
+    quarter=cython.int, row=cython.int, column=cython.int, i=cython.int, j=cython.int, k=cython.int,
+    across=cython.int, down=cython.int,
+)  # fmt: skip
 def _picture(x, y, ax, ay, bx, by, width, noise, f, step, level, period, phase, inside):
     """Return the ridges of a cell, 8 by 8 bits, each at (x, y) + column a + row b in the master."""
     bits = 0
@@ -196,21 +205,22 @@ def _picture(x, y, ax, ay, bx, by, width, noise, f, step, level, period, phase, 
         if i < 0 or i >= level.shape[1] or j < inside[f, i, 0] or j >= inside[f, i, 1]:
             continue
         angle = level[f, i, j]
-        per_px = TURN / period[f, i, j]
+        per_px: cython.double = TURN / period[f, i, j]
         kx = -cosine(angle - QUARTER) * per_px
         ky = -cosine(angle) * per_px
         mx += -1.5 * (ax + bx) - j * step
         my += -1.5 * (ay + by) - i * step
-        part = int(kx * mx + ky * my)
-        here = phase[f, i, j] + noise + part + width - 1
+        part: cython.int = int(kx * mx + ky * my)
+        here: cython.int = phase[f, i, j] + noise + part + width - 1
         across, down = int(kx * ax + ky * ay), int(kx * bx + ky * by)
         for k in range(16):
-            at = (here + (k & 3) * across + (k >> 2) * down) & MASK
+            at: cython.int = (here + (k & 3) * across + (k >> 2) * down) & MASK
             hit = ONE if at < 2 * width - 1 else NONE
             bits |= hit << (SIDE * (row + (k >> 2)) + column + (k & 3))
     return bits
 
 
+@cython.locals(b=cython.int, i=cython.int, j=cython.int, k=cython.int)
 def show_minutiae(
     warp, corner, cell, width, height, border, doubt, of, minutiae, count, random, constants,
     bifurcation, out, found,
@@ -222,8 +232,8 @@ def show_minutiae(
     """
     for b in range(out.shape[0]):
         w = warp[b]
-        f = of[b]
-        n = 0
+        f: cython.int = of[b]
+        n: cython.int = 0
         for k in range(count[f]):
             if n == out.shape[1]:
                 break
@@ -240,7 +250,7 @@ def show_minutiae(
             i, j = int(floor(y / cell)), int(floor(x / cell))
             if i < 0 or j < 0 or i >= doubt.shape[1] or j >= doubt.shape[2]:
                 continue
-            unsure = doubt[b, i, j]
+            unsure: cython.double = doubt[b, i, j]
             missed = constants[0] + (1 - constants[0]) * (unsure - constants[1]) / constants[2]
             if r[0] < max(missed, constants[0]) or unsure >= 2:
                 continue
@@ -253,12 +263,12 @@ def show_minutiae(
             ay = corner[b, i, j + 1, 1] - corner[b, i, j, 1]
             bx = corner[b, i + 1, j, 0] - corner[b, i, j, 0]
             by = corner[b, i + 1, j, 1] - corner[b, i, j, 1]
-            whole = int(minutiae[f, k, 2])
+            whole: cython.int = int(minutiae[f, k, 2])
             turned = _to_image(whole, ax, ay, bx, by) * RADIANS
             spread = constants[4] * (1 + unsure) * _tail(r[11])
             turned += spread * 2 * (r[1] + r[4] + r[7] - 1.5)
             out[b, n, 0], out[b, n, 1], out[b, n, 2] = x, y, turned
-            flipped = r[8] < constants[5] * (1 + unsure)
+            flipped: cython.bint = r[8] < constants[5] * (1 + unsure)
             out[b, n, 3] = 2 if (bifurcation[f, k] != 0) != flipped else 1
             out[b, n, 4] = _quality(unsure, r[9], constants)
             n += 1
@@ -266,18 +276,19 @@ def show_minutiae(
     return 0
 
 
+@cython.locals(b=cython.int, i=cython.int, j=cython.int, end=cython.int)
 def add_spurious(
     cell, width, height, border, doubt, mask, orientation, random, constants, out, found
 ):
     """Append minutiae that the finger lacks to `out`; `random` (B, R, C, 8) are even; return 0."""
     for b in range(out.shape[0]):
-        n = found[b]
+        n: cython.int = found[b]
         for i in range(mask.shape[1]):
             for j in range(mask.shape[2]):
                 if mask[b, i, j] == 0 or n == out.shape[1]:
                     continue
                 r = random[b, i, j]
-                unsure = doubt[b, i, j]
+                unsure: cython.double = doubt[b, i, j]
                 if r[0] >= constants[6] + constants[7] * unsure * unsure:
                     continue
                 x, y = (j + r[1]) * cell, (i + r[2]) * cell

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: ridge orientation, ridge phase and minutiae of fingers, on a coarse lattice.
 
 The height of the ridges at a point is the cosine of a phase, which advances by a turn from ridge to
@@ -36,17 +37,20 @@ def angle_of(y, x):
     t = smaller / (larger + TINY)
     u = t * t
     # Abramowitz and Stegun 4.4.49
-    a = t * (0.9998660 + u * (-0.3302995 + u * (0.1801410 + u * (-0.0851330 + u * 0.0208351))))
+    a: cython.double = t * (
+        0.9998660 + u * (-0.3302995 + u * (0.1801410 + u * (-0.0851330 + u * 0.0208351)))
+    )
     if ay > ax:
         a = 0.5 * PI - a
     if x < 0:
         a = PI - a
     if y < 0:
         a = -a
-    whole = int(floor(a * PER_RADIAN + 0.5))
+    whole: cython.int = int(floor(a * PER_RADIAN + 0.5))
     return whole & MASK
 
 
+@cython.locals(k=cython.int)
 def _turning(x, y, points, share, bend, count, omit):
     """Return by how much the singular points but `omit` turn the ridges at (x, y), y up."""
     total = 0.0
@@ -54,15 +58,16 @@ def _turning(x, y, points, share, bend, count, omit):
         if k == omit:
             continue
         argument = angle_of(y - points[k, 1], x - points[k, 0])
-        corner = argument >> 13
+        corner: cython.int = argument >> 13
         t = (argument & 8191) * (1.0 / 8192)
-        after = (corner + 1) & 7
+        after: cython.int = (corner + 1) & 7
         bent = bend[k, corner] * (1 - t) + bend[k, after] * t
         signed = argument - TURN if argument >= HALF else argument
         total += share[k] * (signed + bent)
     return total
 
 
+@cython.locals(rows=cython.int, columns=cython.int, b=cython.int, i=cython.int)
 def draw_orientation(
     points, share, counts, bend, narrowing, arching, variation, inside, step, level
 ):
@@ -82,7 +87,7 @@ def draw_orientation(
                 opening = 2 * _turning(x, y, points[b], share[b], bend[b], counts[b], k)
                 for corner in range(CORNERS):
                     at = corner * (1.0 * TURN / CORNERS) - opening
-                    whole = int(floor(at))
+                    whole: cython.int = int(floor(at))
                     bend[b, k, corner] -= narrowing[b] * SINE[(whole & MASK) >> TABLE_BITS]
         size = arching[b, 5]
         for i in range(rows):
@@ -101,6 +106,9 @@ def draw_orientation(
     return 0
 
 
+@cython.locals(
+    rows=cython.int, columns=cython.int, lanes=cython.int, sweep=cython.int, k=cython.int
+)
 def grow_phase(normal, inside, noise, start, step, sweeps, sum_, link, wave):
     """Grow and relax the ridges' phase as unit vectors `wave` (2, R + 2, C + 2, B); return 0.
 
@@ -114,28 +122,28 @@ def grow_phase(normal, inside, noise, start, step, sweeps, sum_, link, wave):
     """
     _link(normal, step, link)
     rows, columns, lanes = wave.shape[1] - 2, wave.shape[2] - 2, wave.shape[3]
-    tiny = 1e-20
-    two = 2.0
-    one = 1.0
+    tiny: cython.float = 1e-20
+    two: cython.float = 2.0
+    one: cython.float = 1.0
     for sweep in range(sweeps + 1):
         for ii in range(rows):
-            i = rows - ii if sweep & 1 else ii + 1
+            i: cython.int = rows - ii if sweep & 1 else ii + 1
             for jj in range(columns):
-                j = columns - jj if sweep & 1 else jj + 1
+                j: cython.int = columns - jj if sweep & 1 else jj + 1
                 for b in range(lanes):
                     sum_[0, b] = start[0, b]
                     sum_[1, b] = start[1, b]
                 for k in range(4):
                     # the node before on this line, of which the link leads here
-                    p = i - 1 if k else i
-                    q = j + k - 2 if k else j - 1
+                    p: cython.int = i - 1 if k else i
+                    q: cython.int = j + k - 2 if k else j - 1
                     # two loops: compilers vectorize with few arrays only
                     for b in range(lanes):
-                        x = wave[0, p, q, b] * link[k, 0, p, q, b]
+                        x: cython.float = wave[0, p, q, b] * link[k, 0, p, q, b]
                         sum_[0, b] += x - wave[1, p, q, b] * link[k, 1, p, q, b]
                     for b in range(lanes):
                         x = wave[0, p, q, b] * link[k, 1, p, q, b]
-                        y = wave[1, p, q, b] * link[k, 0, p, q, b]
+                        y: cython.float = wave[1, p, q, b] * link[k, 0, p, q, b]
                         sum_[1, b] += link[k, 2, p, q, b] * (x + y)
                 for k in range(4 if sweep else 0):
                     p = i + 1 if k else i
@@ -151,7 +159,7 @@ def grow_phase(normal, inside, noise, start, step, sweeps, sum_, link, wave):
                 for b in range(lanes):
                     x = sum_[0, b]
                     y = sum_[1, b]
-                    root = sqrt(x * x + y * y + tiny)
+                    root: cython.float = sqrt(x * x + y * y + tiny)
                     scale = inside[i, j, b] / root
                     sum_[0, b] = x * scale
                     sum_[1, b] = y * scale
@@ -172,18 +180,19 @@ def grow_phase(normal, inside, noise, start, step, sweeps, sum_, link, wave):
     return 0
 
 
+@cython.locals(i=cython.int, j=cython.int, k=cython.int)
 def _link(normal, step, link):
     """Fill the advances from each node to those right, and right, under and left below it."""
-    lanes = normal.shape[3]
-    half = 0.5
-    one = 1.0
-    two = 2.0
-    shift = 1024.0
+    lanes: cython.int = normal.shape[3]
+    half: cython.float = 0.5
+    one: cython.float = 1.0
+    two: cython.float = 2.0
+    shift: cython.float = 1024.0
     for i in range(normal.shape[1] - 1):
         for j in range(1, normal.shape[2] - 1):
             for k in range(4):
-                p = i + 1 if k else i
-                q = j + 2 - k if k else j + 1
+                p: cython.int = i + 1 if k else i
+                q: cython.int = j + 2 - k if k else j + 1
                 right = half * step * (q - j)
                 down = half * step * (p - i)
                 for b in range(lanes):
@@ -193,10 +202,10 @@ def _link(normal, step, link):
                     oy = normal[1, p, q, b]
                     f = one if x * ox + y * oy >= 0 else -one
                     turns = (x + f * ox) * right + (y + f * oy) * down
-                    whole = int(turns + shift + half)
+                    whole: cython.int = int(turns + shift + half)
                     h = _sine_of_half(turns + shift - whole)
                     link[k, 0, i, j, b] = one - two * h * h
-                    root = sqrt(abs(one - h * h))
+                    root: cython.float = sqrt(abs(one - h * h))
                     link[k, 1, i, j, b] = two * h * root
                     link[k, 2, i, j, b] = f
                     link[k, 3, i, j, b] = turns
@@ -205,14 +214,15 @@ def _link(normal, step, link):
 
 def _sine_of_half(turns):
     """Return the sine of half an angle of -1/2 to 1/2 turns, to 1e-5."""
-    a = 3.1415800
-    b = -5.1671200
-    c = 2.5417800
-    d = -0.5540850
+    a: cython.float = 3.1415800
+    b: cython.float = -5.1671200
+    c: cython.float = 2.5417800
+    d: cython.float = -0.5540850
     u = turns * turns
     return turns * (a + u * (b + u * (c + u * d)))
 
 
+@cython.locals(b=cython.int, i=cython.int, j=cython.int, k=cython.int, q=cython.int, p=cython.int)
 def find_vortices(
     level, period, inside, link, wave, step, spacing, place, phase, turns, minutia, found
 ):
@@ -222,7 +232,7 @@ def find_vortices(
     (B, R, C, 2), 0 to 1, is where in its square a vortex lies; `turns` (2, R, C) is overwritten.
     Of two minutiae nearer than `spacing` periods none is kept. Returns 0.
     """
-    rows = level.shape[1]
+    rows: cython.int = level.shape[1]
     for b in range(level.shape[0]):
         for i in range(rows):
             for j in range(inside[b, i, 0], inside[b, i, 1]):
@@ -233,21 +243,21 @@ def find_vortices(
                 for k in range(2):
                     p, q = i + k, j + 1 - k
                     if p < rows and inside[b, p, 0] <= q < inside[b, p, 1]:
-                        t = link[2 * k, 3, i + 1, j + 1, b]
+                        t: cython.double = link[2 * k, 3, i + 1, j + 1, b]
                         rest = link[2 * k, 2, i + 1, j + 1, b] * phase[b, p, q] - phase[b, i, j]
                         rest = rest * (1.0 / TURN) - t
                         turns[k, i, j] = t + rest - floor(rest + 0.5)
-        count = 0
+        count: cython.int = 0
         for i in range(rows - 1):
             begin = max(inside[b, i, 0], inside[b, i + 1, 0])
-            end = min(inside[b, i, 1], inside[b, i + 1, 1]) - 1
+            end: cython.int = min(inside[b, i, 1], inside[b, i + 1, 1]) - 1
             for j in range(begin, end):
                 top, left = link[0, 2, i + 1, j + 1, b], link[2, 2, i + 1, j + 1, b]
                 if top * link[2, 2, i + 1, j + 2, b] != left * link[0, 2, i + 2, j + 1, b]:
                     continue  # a singular point
                 around = turns[1, i, j] + left * turns[0, i + 1, j]
                 around -= top * turns[1, i, j + 1] + turns[0, i, j]
-                charge = int(floor(around + 0.5))
+                charge: cython.int = int(floor(around + 0.5))
                 if charge == 0 or count == minutia.shape[1]:
                     continue
                 minutia[b, count, 0] = (j + place[b, i, j, 0]) * step
@@ -258,6 +268,7 @@ def find_vortices(
     return 0
 
 
+@cython.locals(k=cython.int, c=cython.double, s=cython.double, oc=cython.double, os=cython.double)
 def _direction(level, b, i, j, charge):
     """Return the direction of a minutia: the mean of the square's, where there are more ridges."""
     angle = level[b, i, j]
@@ -272,6 +283,7 @@ def _direction(level, b, i, j, charge):
     return angle_of(y * charge, x * charge)
 
 
+@cython.locals(i=cython.int, j=cython.int, other=cython.int, column=cython.int)
 def _thin_out(minutia, count, spacing, period, b, step):
     """Remove minutiae with another within `spacing` periods; return how many are left."""
     for k in range(count):
@@ -288,7 +300,7 @@ def _thin_out(minutia, count, spacing, period, b, step):
                 minutia[other, 2] = -1
                 minutia[k, 2] = -1
                 break
-    kept = 0
+    kept: cython.int = 0
     for k in range(count):
         if minutia[k, 2] >= 0:
             for column in range(3):

@@ -6,24 +6,22 @@ from types import SimpleNamespace
 
 import pytest
 
+import fpmatch
+
 sys.path.append(str(Path(__file__).parent))
 
-KERNELS = (
-    *("align", "amount", "compare", "consistency", "encode", "evidence", "local", "minutia_grid"),
-    *("prefilter", "preparation", "relaxation", "ridge", "ridge_search", "template_view"),
-)
+KERNELS = [path.stem for path in (Path(fpmatch.__file__).parent / "matching").glob("_*_kernel.py")]
 
 
 @pytest.fixture(scope="session")
 def plain(interpreted):
     """Return the kernels of matching as ordinary Python, each of which uses the others."""
-    found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in KERNELS})
     with pytest.MonkeyPatch.context() as patch:
-        # compiled, this kernel offers the function that the two use to other kernels alone
+        # compiled, this kernel offers the function that two kernels use to other kernels alone
         name = "fpmatch.pointset.unit_circle._one_ring_kernel"
         patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
-        found.pair_mesh = interpreted("_pair_mesh_kernel")
-        found.neighbourhood = interpreted("_neighbourhood_kernel")
+        modules = {name[1:].removesuffix("_kernel"): interpreted(name) for name in KERNELS}
+    found = SimpleNamespace(**modules)
     found.prefilter.PairSet = found.consistency.PairSet
     found.align.MinutiaGrid = found.minutia_grid.MinutiaGrid
     found.align.Relaxation = found.relaxation.Relaxation

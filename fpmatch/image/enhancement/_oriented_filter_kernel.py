@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the inner product of the neighbourhood of each listed pixel with one filter of a bank.
 
 ``out[y, x] = Σ_r Σ_c bank[k, r, c] · padded[y + r, x + c]`` for every listed (y, x, k). The rows of

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: invert the pixels of small connected parts of a binary image.
 
 Runs of equal pixels that touch a run of the row above are joined to it in a forest (union-find),

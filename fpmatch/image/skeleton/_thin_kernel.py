@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: thin a binary image to a skeleton after Guo and Hall, 64 pixels at a time.
 
 Bit k of a word is its pixel k from the left, so that a condition on the eight neighbours of each

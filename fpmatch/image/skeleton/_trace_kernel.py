@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: find the nodes of a skeleton (endings, bifurcations) and trace their branches.
 
 A trace goes from pixel to neighbouring pixel, edge neighbours before corner neighbours, never to a

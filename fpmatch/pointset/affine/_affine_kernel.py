@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: propose affine transforms from pairs of local triangles.
 
 Any triangle can be mapped onto any other, so every triangle of P, in a given order, is compared
@@ -69,6 +70,7 @@ def propose(
 class AffineTest(SequentialTest):
     """The test of affine transforms."""
 
+    @cython.locals(i=cython.int, j=cython.int, k=cython.int)
     def _fit_corners(self, a, b, c):
         i, j, k = self.corner[self.k, 0], self.corner[self.k, 1], self.corner[self.k, 2]
         pmx = (self.p[0, i] + self.p[0, j] + self.p[0, k]) / 3.0
@@ -98,7 +100,7 @@ class AffineTest(SequentialTest):
         one_of, one_det = 1.0 / size, 1.0 / (sxx * syy - sxy * sxy)
         self.ratio = 0.0
         for n in range(count):
-            i = self.neighbours[n]
+            i: cython.int = self.neighbours[n]
             px, py = self.p[0, i] - pmx, self.p[1, i] - pmy
             # the offset in the frame where Σpp is the identity's: A·p = C·w
             wx, wy = (syy * px - sxy * py) * one_det, (sxx * py - sxy * px) * one_det

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: Delaunay triangulation of distinct points by divide and conquer.
 
 After G. Leach, "Improving worst-case optimal Delaunay triangulation algorithms" (4th Canadian

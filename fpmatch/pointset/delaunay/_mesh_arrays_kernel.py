@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: one-rings, edges, triangles and hull of a linked triangulation as flat arrays.
 
 The links are those of `_delaunay_kernel`, so the rings need no sorting by angle.

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: scale points to whole numbers and sort them by x, then y, for divide and conquer."""
 
 import math

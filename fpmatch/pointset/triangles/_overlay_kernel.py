@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
 A move is a similarity transform of four values or an affine one of six, as in
@@ -20,6 +21,7 @@ COMPILED = cython.compiled
 REACHES = cython.declare(cython.int, 8)  # at which pairs are counted, each half the one before
 
 
+@cython.locals(pairs=cython.int)
 def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
     """Pair nearest points and refit, in turn, until the number of pairs is stable.
 
@@ -29,8 +31,8 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
     ``visits`` (1,) counts the points overlaid. Return the number of points of P inside the grid, or
     -1 where so few have partners that any would fit, or these do not determine a transform.
     """
-    before = -1
-    inside = 0
+    before: cython.int = -1
+    inside: cython.int = 0
     for round_ in range(max_rounds):
         reach2 = 2.0 * t2 if round_ == 0 else t2
         inside = pairs = 0
@@ -90,11 +92,11 @@ def log_chance(partner, distance2, inside, t2, density, determined=2):
     few exact ones as significant as many rough ones. The transform is `determined` by two pairs,
     or by three where it is affine.
     """
-    trials = inside - determined
+    trials: cython.double = inside - determined
     reach2 = t2
     best = 0.0
     for part in range(REACHES):
-        pairs = 0
+        pairs: cython.int = 0
         for i in range(partner.shape[0]):
             if partner[i] >= 0 and distance2[i] <= reach2:
                 pairs += 1

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: propose similarity transforms from similar triangles.
 
 Every triangle of P, in a given order, is compared with the triangles of Q of nearly its shape; each
@@ -16,6 +17,7 @@ else:
 COMPILED = cython.compiled
 
 
+@cython.locals(row=cython.Py_ssize_t, e=cython.Py_ssize_t)
 def propose(
     test, order, shape_p, corner_q, side_q, shapes, shape_tolerance, widest, max_proposals,
     max_visits, state,
@@ -43,7 +45,7 @@ def propose(
                 if o == state[0] and met <= state[1]:
                     continue
                 dx, dy = shapes.x[e] - zx, shapes.y[e] - zy
-                j = shapes.order[e]
+                j: cython.Py_ssize_t = shapes.order[e]
                 limit = shape_tolerance / side_q[j]
                 if dx * dx + dy * dy > limit * limit:
                     continue
@@ -59,6 +61,7 @@ def propose(
 class SimilarityTest(SequentialTest):
     """The test of similarity transforms."""
 
+    @cython.locals(i=cython.int, j=cython.int)
     def _fit_corners(self, a, b, c):
         pmx = pmy = qmx = qmy = 0.0
         for r in range(3):
@@ -85,7 +88,7 @@ class SimilarityTest(SequentialTest):
         wc, ws = cosine * one_spread, sine * one_spread
         self.ratio = 0.0
         for n in range(count):
-            i = self.neighbours[n]
+            i: cython.int = self.neighbours[n]
             px, py = self.p[0, i] - pmx, self.p[1, i] - pmy
             x, y = qmx + wc * px - ws * py, qmy + ws * px + wc * py
             at = self._partner(x, y, one_of + (px * px + py * py) * one_spread)

@@ -1,5 +1,4 @@
 # Types of the kernel, and what other kernels may use of it.
-cimport cython
 from fpmatch.pointset._grid_kernel cimport CellGrid
 
 cdef class SequentialTest:
@@ -16,14 +15,9 @@ cdef class SequentialTest:
 
     cdef void begin(self, Py_ssize_t k) noexcept
     cdef bint passes(self, int a, int b, int c) noexcept
-    @cython.locals(
-        n=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t, i=cython.int, j=cython.int,
-    )
     cdef Py_ssize_t _find_neighbours(self, Py_ssize_t limit) noexcept
-    @cython.locals(at=cython.int, step=cython.Py_ssize_t, wider=cython.double)
     cdef int _partner(self, double x, double y, double variance) noexcept
     cdef void _fit_corners(self, int a, int b, int c) noexcept
     cdef void _grow(self, Py_ssize_t count, double reject, double accept) noexcept
 
-@cython.locals(k=cython.Py_ssize_t, steps=cython.double)
 cpdef double hit_log_likelihoods(double expected, double share, double[::1] gain)

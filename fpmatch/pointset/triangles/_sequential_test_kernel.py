@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: test the transforms that pairs of triangles propose, one neighbour after the other.
 
 Each neighbour with a partner is added to the fit of the transform, so that most false proposals are
@@ -63,6 +64,7 @@ class SequentialTest:
         self._grow(self._find_neighbours(self.neighbours.shape[0]), -1e300, 1e300)
         return True
 
+    @cython.locals(e=cython.Py_ssize_t)
     def _find_neighbours(self, limit):
         """Write the points around the triangle breadth-first, without corners; return how many."""
         self.stamp += 1
@@ -98,7 +100,7 @@ class SequentialTest:
         if at < 0:
             self.ratio += self.miss
         else:
-            step = int(wider * self.steps)
+            step: cython.Py_ssize_t = int(wider * self.steps)
             self.ratio += self.gain[step]
         return at
 
@@ -116,7 +118,7 @@ def hit_log_likelihoods(expected, share, gain):
     chance. ``gain`` has steps for reaches of 1 to `WIDEST` times reach2 in area; `expected` points
     of Q are within reach2.
     """
-    steps = gain.shape[0] - 1
+    steps: cython.double = gain.shape[0] - 1
     for k in range(gain.shape[0]):
         chance = max(-expm1(-expected * (1.0 + (WIDEST - 1.0) * k / steps)), MIN_CHANCE)
         gain[k] = log((share + (1.0 - share) * chance) / chance)

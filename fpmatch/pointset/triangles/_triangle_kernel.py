@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the triangles of a mesh with their shapes, and the triangles of one-rings with gaps.
 
 A triangle's shape is the complex number z of its third corner where its longest side is mapped to
@@ -14,6 +15,7 @@ else:
 COMPILED = cython.compiled
 
 
+@cython.locals(a=cython.int, b=cython.int)
 def describe_triangles(
     point, triangle, near_tie, shortest, outliers, corner, shape, side, negative_information,
 ):  # fmt: skip
@@ -54,6 +56,7 @@ def describe_triangles(
     return k
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def ring_triangles(point, ring_start, ring, reach, triangle):
     """Write every triangle of a point and two near neighbours of its ring once; return how many.
 
@@ -63,11 +66,11 @@ def ring_triangles(point, ring_start, ring, reach, triangle):
     """
     count = 0
     for i in range(ring_start.shape[0] - 1):
-        degree = ring_start[i + 1] - ring_start[i]
+        degree: cython.Py_ssize_t = ring_start[i + 1] - ring_start[i]
         for apart in range(1, (reach if reach < degree // 2 else degree // 2) + 1):
             for e in range(degree if 2 * apart < degree else apart):
-                j = ring[ring_start[i] + e]
-                k = ring[ring_start[i] + (e + apart) % degree]
+                j: cython.int = ring[ring_start[i] + e]
+                k: cython.int = ring[ring_start[i] + (e + apart) % degree]
                 # where the neighbours are joined too, the smallest corner writes the triangle
                 if (i > j or i > k) and _joined(ring_start, ring, j, k):
                     continue
@@ -82,16 +85,18 @@ def ring_triangles(point, ring_start, ring, reach, triangle):
     return count
 
 
+@cython.locals(d=cython.Py_ssize_t)
 def _joined(ring_start, ring, j, k):
     """Return whether two points are neighbours, from the ring of the one that has fewer."""
     if ring_start[k + 1] - ring_start[k] < ring_start[j + 1] - ring_start[j]:
         j, k = k, j
-    joined = False
+    joined: cython.bint = False
     for d in range(ring_start[j], ring_start[j + 1]):
         joined = joined or ring[d] == k
     return joined
 
 
+@cython.locals(a=cython.int, b=cython.int)
 def polygon_area(point, corner):
     """Return the area of a polygon, its corners counter-clockwise."""
     x0, y0 = point[0, corner[0]], point[1, corner[0]]

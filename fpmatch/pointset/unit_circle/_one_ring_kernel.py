@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: shape-preserving weights, transforms of ring pairs, and overlays of whole sets.
 
 Rings are flat: the ring of centre ``centre[i]`` is ``vertex[start[i]:start[i + 1]]``, counter-
@@ -15,6 +16,7 @@ else:
 COMPILED = cython.compiled
 
 
+@cython.locals(line=cython.Py_ssize_t)
 def centre_images(point, centre, start, vertex, circle, weight, image):
     """Write the shape-preserving weights λ_k of eq. (4), and each centre's image Σ λ_k u_k.
 
@@ -40,7 +42,7 @@ def shape_preserving_weights(px, py, vertex, begin, end, x, y, weight):
     ``weight[begin:end]`` are written: they sum to 1, and Σ λ_k p_k is (x, y). Return whether the
     ring, counter-clockwise, goes round the point; the weights mean nothing where it does not.
     """
-    degree = end - begin
+    degree: cython.double = end - begin
     for line in range(begin, end):
         weight[line] = 0.0
     first = begin
@@ -78,6 +80,7 @@ def shape_preserving_weights(px, py, vertex, begin, end, x, y, weight):
     return True
 
 
+@cython.locals(a=cython.Py_ssize_t, b=cython.Py_ssize_t)
 def fit_ring_pairs(
     pair, p_point, p_centre, p_start, p_vertex, p_circle, p_image, q_point, q_centre, q_start,
     q_vertex, q_circle, q_image, move,
@@ -91,7 +94,7 @@ def fit_ring_pairs(
     qx, qy = q_point[0], q_point[1]
     for k in range(pair.shape[0]):
         a, b = pair[k, 0], pair[k, 1]
-        degree = p_start[a + 1] - p_start[a]
+        degree: cython.Py_ssize_t = p_start[a + 1] - p_start[a]
         shift = _best_shift(
             p_circle, p_image, p_start[a], a, q_circle, q_image, q_start[b], b, degree
         )
@@ -102,6 +105,7 @@ def fit_ring_pairs(
             move[k, 0] = move[k, 1] = move[k, 2] = move[k, 3] = 0.0
 
 
+@cython.locals(j=cython.Py_ssize_t)
 def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, degree):
     """Return the cyclic shift under which two unit circles correlate most after a rotation.
 
@@ -113,7 +117,7 @@ def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, de
     best = 0
     for shift in range(degree):
         dot, cross = image_dot, image_cross
-        m = q_begin + shift
+        m: cython.Py_ssize_t = q_begin + shift
         for j in range(p_begin, p_begin + degree):
             dot += p_circle[0, j] * q_circle[0, m] + p_circle[1, j] * q_circle[1, m]
             cross += p_circle[0, j] * q_circle[1, m] - p_circle[1, j] * q_circle[0, m]
@@ -126,6 +130,13 @@ def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, de
     return best
 
 
+@cython.locals(
+    met_p=cython.int,
+    met_q=cython.int,
+    i=cython.Py_ssize_t,
+    row=cython.Py_ssize_t,
+    j=cython.Py_ssize_t,
+)
 def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     """Find the move under which the most points match, the first of them where several tie.
 
@@ -135,8 +146,8 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     (-1 where none matches a point) and its count. In a grid whose crowds are split, a point
     meets the nearest point of Q only.
     """
-    n = p_point.shape[1]
-    crowded = grid.axis.shape[0] > 0
+    n: cython.int = p_point.shape[1]
+    crowded: cython.bint = grid.axis.shape[0] > 0
     squared = tolerance * tolerance
     found[0], found[1] = -1, 0
     for k in range(move.shape[0]):
@@ -154,7 +165,7 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
             ):
                 continue
             if crowded:
-                near = grid.nearest(x, y, squared)
+                near: cython.int = grid.nearest(x, y, squared)
                 if near >= 0:
                     met_p += 1
                     if last_met[near] != k:

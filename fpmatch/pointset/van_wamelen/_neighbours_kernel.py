@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: nearest neighbours in a grid, counted, and the area of a convex hull.
 
 Indices of points are indices into the order of the grid's cells. `steps` (1,) counts the points and
@@ -9,6 +10,7 @@ import cython
 COMPILED = cython.compiled
 
 
+@cython.locals(count=cython.int, shell=cython.int, line=cython.int, step=cython.int)
 def find_neighbours(grid, i, near, squared, steps):
     """Write the nearest neighbours of point i, by distance and then by index, into `near` (k,).
 
@@ -19,8 +21,8 @@ def find_neighbours(grid, i, near, squared, steps):
     x, y = grid.x[i], grid.y[i]
     column, row, _, _ = grid.around(x, y, 0.0)
     while True:
-        left = column - shell if column > shell else 0
-        right = column + shell if column + shell < grid.columns else grid.columns - 1
+        left: cython.int = column - shell if column > shell else 0
+        right: cython.int = column + shell if column + shell < grid.columns else grid.columns - 1
         for line in range(
             row - shell if row > shell else 0,
             (row + shell if row + shell < grid.rows else grid.rows - 1) + 1,
@@ -48,7 +50,7 @@ def find_neighbours(grid, i, near, squared, steps):
 
 def _insert_cells(grid, i, first, last, near, squared, count, steps):
     """Insert the points of cells first to last, but i, into the list; return its new length."""
-    k = near.shape[0]
+    k: cython.int = near.shape[0]
     steps[0] += 1 + grid.start[last + 1] - grid.start[first]
     for j in range(grid.start[first], grid.start[last + 1]):
         dx, dy = grid.x[j] - grid.x[i], grid.y[j] - grid.y[i]
@@ -58,7 +60,7 @@ def _insert_cells(grid, i, first, last, near, squared, count, steps):
             and (distance > squared[k - 1] or (distance == squared[k - 1] and j > near[k - 1]))
         ):
             continue
-        at = count if count < k else k - 1
+        at: cython.int = count if count < k else k - 1
         while at > 0 and (
             distance < squared[at - 1] or (distance == squared[at - 1] and j < near[at - 1])
         ):
@@ -80,17 +82,18 @@ def _distance_outside(value, cell, shell, cells):
     return gap - rounding
 
 
+@cython.locals(a=cython.int, b=cython.int)
 def hull_area(point, corner):
     """Return the area of the convex hull of `point` (2, N), sorted by x and then y.
 
     `corner` (N + 1,) is work space: the lower side of the hull, then the upper.
     """
-    n = point.shape[1]
+    n: cython.int = point.shape[1]
     twice = 0.0
     for side in range(2):
-        count = 0
+        count: cython.int = 0
         for i in range(n):
-            c = i if side == 0 else n - 1 - i
+            c: cython.int = i if side == 0 else n - 1 - i
             while count >= 2:
                 a, b = corner[count - 2], corner[count - 1]
                 if (point[0, b] - point[0, a]) * (point[1, c] - point[1, a]) > (

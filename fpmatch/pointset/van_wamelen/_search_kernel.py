@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Kernel: the search of van Wamelen, Li and Iyengar, from local to global matches.
 
 Each set is a grid whose points lie in [0, 1)²; indices of points are indices into the order of its
@@ -19,6 +20,7 @@ else:
 COMPILED = cython.compiled
 
 
+@cython.locals(rank=cython.int)
 def search(
     p_grid, q_grid, pivot, scene, near_p, near_q, squared, bases, window, enough_near, enough,
     tolerance, max_steps, move, pair, taken, steps, found,
@@ -35,8 +37,8 @@ def search(
     receives the number of pairs (0: no match), which are ``pair[0, :, :found[0]]``, and the
     number of local matches; `move` receives the transform.
     """
-    k = near_p.shape[0]
-    half = window // 2
+    k: cython.int = near_p.shape[0]
+    half: cython.int = window // 2
     found[0] = found[1] = 0
     for i in range(pivot.shape[0]):
         p = pivot[i]
@@ -81,13 +83,14 @@ def map_segment(p_grid, p, p_base, q_grid, q, q_base, move):
     return True
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def match_locally(p_grid, near_p, q_grid, move, reach, enough, pair, taken, steps):
     """Count the neighbours whose image has a point of Q within `reach`; 0 where not `enough`.
 
     ``pair[:, :count]`` receives these neighbours and the points of Q nearest to their images.
     """
-    count = 0
-    k = near_p.shape[0]
+    count: cython.int = 0
+    k: cython.int = near_p.shape[0]
     for i in range(k):
         if count + k - i < enough:
             return 0
@@ -100,13 +103,14 @@ def match_locally(p_grid, near_p, q_grid, move, reach, enough, pair, taken, step
     return count if count >= enough else 0
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def match_globally(p_grid, q_grid, tolerance, pairs, enough, max_steps, move, pair, taken, steps):
     """Fit and pair in turn, starting with ``pair[0, :, :pairs]``, until the count stops growing.
 
     Return the number of pairs, 0 where they are not `enough`. They are then ``pair[0]``, each
     within `tolerance` under `move`: those of the last round that did not lose any.
     """
-    count = 0
+    count: cython.int = 0
     a = b = tx = ty = 0.0
     while fit_pairs(p_grid, q_grid, pair[0], pairs, move):
         more = pair_within(p_grid, q_grid, move, tolerance, count, max_steps, pair[1], taken, steps)
@@ -130,14 +134,15 @@ def fit_pairs(p_grid, q_grid, pair, count, move):
     )  # fmt: skip
 
 
+@cython.locals(i=cython.Py_ssize_t)
 def pair_within(p_grid, q_grid, move, tolerance, enough, max_steps, pair, taken, steps):
     """Pair each image of P with the nearest point of Q within `tolerance` that is still free.
 
     Return the number of pairs, or 0 as soon as they can no longer be `enough` or the work is too
     much; `pair` receives them. `taken` (N of Q,) is all 0 before and after.
     """
-    count = 0
-    m = p_grid.order.shape[0]
+    count: cython.int = 0
+    m: cython.int = p_grid.order.shape[0]
     for i in range(m):
         if count + m - i < enough or steps[0] >= max_steps:
             break

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
 from fpmatch.array_file import read_arrays, write_arrays
@@ -32,9 +33,9 @@ from fpmatch.matching import score
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import COLUMNS, PackedTemplates
-from fpmatch.matching.score_model import NO_PREFILTER
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.ridge_field import RidgeField
+from research.training.score_samples import NO_PREFILTER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -15,7 +15,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
 # sources of `fpmatch`, too, which must not hide the installed package.
 ROOT = Path(__file__).parents[1]
-sys.path += [str(ROOT / "benchmarks"), str(ROOT)]
+sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
 # in every run.

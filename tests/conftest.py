@@ -17,7 +17,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
 # sources of `fpmatch`, too, which must not hide the installed package.
 ROOT = Path(__file__).parents[1]
-sys.path += [str(ROOT / "benchmarks"), str(ROOT)]
+sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 PACKAGE = Path(fpmatch.__file__).parent
 ROOMS_WITH_KERNELS = {path.relative_to(PACKAGE).parts[0] for path in PACKAGE.rglob("_*_kernel.py")}

@@ -11,7 +11,7 @@ from ablation import VARIANTS
 from fpmatch.matching.score_model import FEATURES
 
 ROOT = Path(__file__).resolve().parents[1]
-SPEED = ROOT / "benchmarks" / "speed"
+SPEED = ROOT / "research" / "benchmarks" / "speed"
 sys.path.append(str(SPEED))
 
 from measures import MEASURES, TIMES_AS_FAST, in_words, measured  # noqa: E402

@@ -1,4 +1,4 @@
-"""`benchmarks/foreign_minutiae.py`: rates of folders of CSV minutiae, and of own templates."""
+"""`foreign_minutiae.py` of the benchmarks: rates of folders of CSV minutiae, of own templates."""
 
 import json
 import shutil

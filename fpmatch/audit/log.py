@@ -14,7 +14,6 @@ from fpmatch.audit.chain import (
     AuditState,
     check_chain,
     event_line,
-    follow_chain,
     hash_of,
     parse_line,
 )
@@ -98,30 +97,6 @@ class AuditLog:
             raise AuditError(f"cannot be written: {reason(error)}", path=self.path) from error
 
 
-def read_audit_log(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
-    """Yield the events of an audit log, each checked against the line before it.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-
-    Yields
-    ------
-    dict
-        ``time``, ``client``, ``action``, the details, and ``previous``.
-
-    Raises
-    ------
-    AuditError
-        If the file cannot be read, or a line was changed, removed or inserted; the message names
-        the line.
-    """
-    for _, _, event in follow_chain(log_lines(path), path):
-        if event is not None:
-            yield event
-
-
 def check_audit_log(
     path: str | os.PathLike[str], *, expect: tuple[int, str] | None = None
 ) -> AuditState:
@@ -144,7 +119,7 @@ def check_audit_log(
     Raises
     ------
     AuditError
-        As for `read_audit_log` and `check_chain`.
+        If the file cannot be read, or as for `check_chain`.
     """
     return check_chain(log_lines(path), path, expect=expect)
 

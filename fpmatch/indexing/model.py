@@ -38,20 +38,6 @@ class IndexModel:
     """Share of all edges, (SECTORS, SECTORS, CURVATURES), by the directions of both ends."""
     edges: float  # of a print
 
-    @classmethod
-    def of_edges(cls, term: NDArray[np.uint16], prints: int) -> IndexModel:
-        """Return the model of the edges of so many prints, given by their terms."""
-        shape = SECTORS, SECTORS, CURVATURES
-        length, directions = np.divmod(term.astype(np.int64), np.prod(shape))
-        counted = np.bincount(directions, minlength=np.prod(shape)).reshape(shape)
-        # an edge is read from either of its ends, from which its sides change places
-        half = SECTORS // 2
-        other = np.roll(counted.transpose(1, 0, 2), (half, half), (0, 1))
-        other = other[:, :, [*range(CURVATURES - 2, -1, -1), CURVATURES - 1]]
-        both = (counted + other) / max(2 * len(term), 1)
-        shares = np.bincount(length, minlength=LENGTHS) / max(len(term), 1)
-        return cls(shares, both, len(term) / max(prints, 1))
-
     @property
     def share(self) -> NDArray[np.float64]:
         """Share of all edges that have each term, shape (TERMS,)."""

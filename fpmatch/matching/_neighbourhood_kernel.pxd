@@ -1,16 +1,5 @@
 # Types of the kernel.
 cimport cython
-@cython.locals(
-    i=cython.Py_ssize_t, m=cython.Py_ssize_t, begin=cython.Py_ssize_t, end=cython.Py_ssize_t,
-    following=cython.Py_ssize_t, last=cython.Py_ssize_t, x=cython.double, y=cython.double,
-    c=cython.double, s=cython.double, dx=cython.double, dy=cython.double, angle=cython.double,
-    largest=cython.double, rise=cython.double, share=cython.double, around=cython.double,
-    anchor=cython.double,
-)
-cpdef void map_to_circle(
-    const double[:, ::1] points, const int[::1] centre, const int[::1] start,
-    const int[::1] vertex, double[:, ::1] circle,
-) except *
 
 
 cdef class NeighbourhoodWriter:

@@ -1,15 +1,13 @@
 # mypy: ignore-errors
-"""Kernel: the rings of minutiae on the unit circle, and their nearest neighbours in their frames.
+"""Kernel: the nearest neighbours of minutiae, in their frames.
 
-`map_to_circle` places closed one-rings on the unit circle by the lengths of their sides (eq. 3),
-turned so that the point where the minutia's own direction leaves its ring lies at angle 0.
 `NeighbourhoodWriter` finds each minutia's nearest neighbours in its first two rings, where they lie
 in its own frame, and their weights by the shape-preserving weights of its ring (eq. 4).
 """
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import atan2, cos, sin, sqrt
+from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
     from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
@@ -18,56 +16,8 @@ if cython.compiled:
 else:
     from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
 
-FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
 EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
 LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
-
-
-def map_to_circle(points, centre, start, vertex, circle):
-    """Write the places (x, y) of the rings' vertices into the first two rows of `circle`.
-
-    `points` are x, y and the unit vector of the direction (4, N). The ring of ``centre[i]`` is
-    ``vertex[start[i]:start[i + 1]]``, counter-clockwise and closed.
-    """
-    for i in range(centre.shape[0]):
-        begin, end = start[i], start[i + 1]
-        x, y = points[0, centre[i]], points[1, centre[i]]
-        c, s = points[2, centre[i]], points[3, centre[i]]
-        # the sides' lengths add up along the ring, and the last vertex before the direction is
-        # the one that is seen farthest round from it
-        around = 0.0
-        largest = -1.0
-        last = begin
-        for m in range(begin, end):
-            following = m + 1 if m + 1 < end else begin
-            circle[0, m] = around
-            dx = points[0, vertex[following]] - points[0, vertex[m]]
-            dy = points[1, vertex[following]] - points[1, vertex[m]]
-            around += sqrt(dx * dx + dy * dy)
-            dx = points[0, vertex[m]] - x
-            dy = points[1, vertex[m]] - y
-            angle = atan2(c * dy - s * dx, c * dx + s * dy)
-            if angle < 0.0:
-                angle += FULL_TURN
-            if angle > largest:
-                largest = angle
-                last = m
-        following = last + 1 if last + 1 < end else begin
-        dx = points[0, vertex[last]] - x
-        dy = points[1, vertex[last]] - y
-        share = s * dx - c * dy
-        dx = points[0, vertex[following]] - x
-        dy = points[1, vertex[following]] - y
-        rise = c * dy - s * dx + share
-        share = share / rise if rise > 0.0 else 0.0
-        share = min(share, 1.0) if share > 0.0 else 0.0
-        anchor = circle[0, last]
-        angle = circle[0, following] if following > last else around
-        anchor += share * (angle - anchor)
-        for m in range(begin, end):
-            angle = (circle[0, m] - anchor) * (FULL_TURN / around)
-            circle[0, m] = cos(angle)
-            circle[1, m] = sin(angle)
 
 
 @cython.final

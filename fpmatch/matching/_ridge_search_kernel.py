@@ -21,7 +21,6 @@ CODES = cython.declare(cython.int, 256)  # of the orientation; 0 is none
 SAMPLES = cython.declare(cython.int, 24)  # cells whose orientation is compared, at most
 ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
 FOUND = cython.declare(cython.int, 8)  # pairs found, at most
-UNUSED = cython.declare(cython.double, -1e9)  # the value of a place without a pair
 
 
 @cython.final

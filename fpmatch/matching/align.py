@@ -125,27 +125,15 @@ def best_alignment(aligner: kernel.Aligner) -> Alignment:
     return alignment
 
 
-def alignments(
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    similarity: NDArray[np.float32],
-    parameters: AlignmentParameters | None = None,
-    *,
-    coarse: bool = False,
-) -> list[Alignment]:
-    """Align print A, minutiae (4, N), with print B, (4, M), by each hypothesis of their matches.
-
-    `similarity` (N, M) is the local similarity of their minutiae. With `coarse`, it ends after
-    coarse alignment. The result has those under which anything is paired, that of the strongest
-    local match first.
-    """
-    return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
-
-
 def hypotheses(
     aligner: kernel.Aligner, similarity: NDArray[np.float32], *, coarse: bool = False
 ) -> list[Alignment]:
-    """Return what `alignments` does, of the two prints that an aligner holds."""
+    """Align the two prints that an aligner holds by each hypothesis of their local matches.
+
+    `similarity` (N, M) is the local similarity of their minutiae. With `coarse`, it ends after
+    coarse alignment. The result has the alignments under which anything is paired, that of the
+    strongest local match first.
+    """
     aligner.relax(similarity)
     saved = []
     for k in range(aligner.hypotheses):

@@ -135,8 +135,3 @@ def score_descriptors(tables: Prefilter, b: BitDescriptors) -> int:
     bits = b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow
     weight: int = tables.score(0, len(b.xy), b.xy, *bits, False)
     return weight
-
-
-def descriptor_similarity(a: BitDescriptors, b: BitDescriptors) -> int:
-    """Return how much print A and print B, in the order of their content, have in common."""
-    return score_descriptors(prefilter_of(a), b)

@@ -41,15 +41,6 @@ def prefilter_scores(
     return scores
 
 
-def normalized_prefilter_scores(
-    probe: PreparedTemplate, prints: PackedTemplates
-) -> NDArray[np.float64]:
-    """Return the prefilter's scores, normalized by the size of the smaller print."""
-    smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
-    normalized: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + SIZE_OFFSET)
-    return normalized
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SizeNormalization:
     """Turn a probe's scores into standard deviations above the mean of prints of the same size.

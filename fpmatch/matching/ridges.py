@@ -40,9 +40,9 @@ class RidgeSearchParameters:
         return math.cos(math.radians(self.apart_deg))
 
 
-def ridge_correlation(
+def correlate(
     a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
-) -> tuple[float, int]:
+) -> tuple[RidgeCorrelator, int]:
     """Correlate the ridges of two prints under an alignment of A with B.
 
     Every cell of A is mapped to B by the mesh of pairs around it. It and the cells
@@ -50,9 +50,10 @@ def ridge_correlation(
 
     Returns
     -------
-    float
-        Mean correlation of the cells, -1 to 1; about 0.2 for different fingers whose ridges have
-        the same orientation. 0 where there are none.
+    RidgeCorrelator
+        The correlator that has compared them: its ``correlation`` is the mean of the cells, -1 to
+        1; about 0.2 for different fingers whose ridges have the same orientation. 0 where there
+        are none.
     int
         Number of cells compared: those that lie in both prints, at least three of the cells that
         touch them beside them; 0 where either print does not show its ridges.
@@ -63,17 +64,10 @@ def ridge_correlation(
     >>> from fpmatch.matching.align import identity_alignment
     >>> from fpmatch.matching.prepare import prepare
     >>> bare = prepare(Template(Minutiae(x=[20, 60], y=[20, 30], angle=[0, 1]), 100, 100))
-    >>> ridge_correlation(bare, bare, identity_alignment(bare.points))
+    >>> correlator, cells = correlate(bare, bare, identity_alignment(bare.points))
+    >>> correlator.correlation, cells
     (0.0, 0)
     """
-    correlator, cells = correlate(a, b, alignment)
-    return correlator.correlation, cells
-
-
-def correlate(
-    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
-) -> tuple[RidgeCorrelator, int]:
-    """Return a correlator that has compared two prints as `ridge_correlation`, and its cells."""
     correlator = RidgeCorrelator(len(b))
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points)

@@ -40,7 +40,6 @@ FEATURES: Final = (
 """The names of the features, in the order in which the kernel has them."""
 
 RIDGE_FEATURES: Final = FEATURES[-3:]  # that minutiae alone do not have
-SMALL_FEATURES: Final = ("ridges by area",)  # used for small prints alone
 STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")  # rows of `ScoreModel.standard`
 LIMITS: Final = (
     "prefilter_base",
@@ -63,8 +62,6 @@ AMOUNTS: Final = (
 """The terms of the amount of evidence, in the order in which the kernel has them."""
 
 RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
-NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
-"""Quantiles that do not depend on the amount of evidence."""
 
 MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with ridges")
 """The models, in the order in which the kernel has them."""
@@ -77,7 +74,6 @@ MODELS_BY_SHOWN: Final = (
 )  # by how many of the two
 SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm²
 FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
-NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ from fpmatch.synthesis.skin import skin_of
 from fpmatch.synthesis.warp import draw_warp
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from fpmatch.minutiae import Minutiae
     from fpmatch.synthesis.master import Master
@@ -88,28 +88,6 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     return Impression(
         image, sensor.dpi, preset.name, *maps, moved, inside.astype(np.int64), visible
     )
-
-
-def corresponding_points(
-    probe: Impression, reference: Impression, points: ArrayLike
-) -> NDArray[np.float64]:
-    """Map points (N, 2) of one impression to the same skin in another of the same finger."""
-    return reference.warp.from_master(probe.warp.to_master(points))
-
-
-def true_transform(probe: Impression, reference: Impression) -> Similarity:
-    """Return the similarity nearest to the true map from one impression to another.
-
-    It is fitted over the skin that both show; over all that the probe shows where they share none.
-    """
-    points = _pixels(probe.image.shape, FITTED_EVERY_PX)
-    points = points[outline_radius(probe.warp.upright(points)) < 1]
-    there = corresponding_points(probe, reference, points)
-    touching = outline_radius(reference.warp.upright(there)) < 1
-    shared = _in_image(there, reference.image.shape) & touching
-    if shared.any():
-        points, there = points[shared], there[shared]
-    return Similarity.fit(points, there)
 
 
 def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:

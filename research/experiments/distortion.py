@@ -21,8 +21,9 @@ from fpmatch.image.extract import extract
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.contact import outline_radius
-from fpmatch.synthesis.impression import corresponding_points, make_impression, true_transform
+from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.synthesis.presets import preset_named
@@ -46,6 +47,7 @@ CONDITIONS: Final = {
     "partial print, 160 × 160 px": plain_sensor(160, 160),
 }
 """The sensors that the fingers are pressed on, and what the prints are called."""
+FITTED_EVERY_PX: Final = 3  # step between the pixels that the similarity is fitted to
 PERCENTILE: Final = 95.0  # of the strain over the skin in both prints
 FMR: Final = 0.001  # at which FNMR is measured, on the impostor pairs of the same prints
 KINDS: Final = ("ridges", "minutiae")
@@ -151,30 +153,48 @@ def distortion_between(
     >>> [round(value, 6) for value in distortion_between(one, one)]
     [0.0, 0.0]
     """
-    rows, columns = probe.image.shape
-    y, x = np.mgrid[0:rows:grid_px, 0:columns:grid_px]
-    points = np.stack([x, y], axis=-1).astype(np.float64)
-    shape, flat = points.shape[:2], points.reshape(-1, 2)
-    there = corresponding_points(probe, reference, flat)
-    last = (reference.image.shape[1] - 1, reference.image.shape[0] - 1)
-    shared = ((there >= 0) & (there <= last)).all(axis=1)
-    shared &= outline_radius(probe.warp.upright(flat)) < 1
-    shared &= outline_radius(reference.warp.upright(there)) < 1
-    inside = shared.reshape(shape)
-    nearest = true_transform(probe, reference)
-    off = np.hypot(*(there - nearest.apply(flat)).T)
+    points, there, inside = _skin_in_both(probe, reference, grid_px)
     # central differences, where the neighbours on the grid are shared as well
     whole = inside[1:-1, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
     whole &= inside[:-2, 1:-1] & inside[2:, 1:-1]
     if not whole.any():
         raise DatasetError("the two impressions share too little skin to measure its distortion")
-    image = there.reshape(*shape, 2)
-    along_x = (image[1:-1, 2:] - image[1:-1, :-2]) / (2 * grid_px)
-    along_y = (image[2:, 1:-1] - image[:-2, 1:-1]) / (2 * grid_px)
+    nearest = true_transform(probe, reference)
+    off = np.hypot(*(there[inside] - nearest.apply(points[inside])).T)
+    along_x = (there[1:-1, 2:] - there[1:-1, :-2]) / (2 * grid_px)
+    along_y = (there[2:, 1:-1] - there[:-2, 1:-1]) / (2 * grid_px)
     jacobian = np.stack([along_x, along_y], axis=-1)[whole] / nearest.scale
     stretch = np.linalg.svd(jacobian, compute_uv=False)
     strain = np.abs(stretch - 1).max(axis=1)
-    return float(np.percentile(strain, PERCENTILE)), float(off[shared].max())
+    return float(np.percentile(strain, PERCENTILE)), float(off.max())
+
+
+def true_transform(probe: Impression, reference: Impression) -> Similarity:
+    """Return the similarity nearest to the true map between impressions, over skin that both show.
+
+    Raises
+    ------
+    TransformError
+        If they share too little skin.
+    """
+    points, there, shared = _skin_in_both(probe, reference, FITTED_EVERY_PX)
+    return Similarity.fit(points[shared], there[shared])
+
+
+def _skin_in_both(
+    probe: Impression, reference: Impression, every_px: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return pixels of the probe (H, W, 2), their places in the reference, and which both show."""
+    rows, columns = probe.image.shape
+    y, x = np.mgrid[0:rows:every_px, 0:columns:every_px]
+    points = np.stack([x, y], axis=-1).astype(np.float64)
+    flat = points.reshape(-1, 2)
+    there = reference.warp.from_master(probe.warp.to_master(flat))
+    last = (reference.image.shape[1] - 1, reference.image.shape[0] - 1)
+    shared = ((there >= 0) & (there <= last)).all(axis=1)
+    shared &= outline_radius(probe.warp.upright(flat)) < 1
+    shared &= outline_radius(reference.warp.upright(there)) < 1
+    return points, there.reshape(points.shape), shared.reshape(x.shape)
 
 
 def press_finger(parameters: DistortionParameters, finger: int) -> list[PressedFinger]:

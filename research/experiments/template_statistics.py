@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching.candidate_list import normalized_prefilter_scores
+from fpmatch.matching.candidate_list import SIZE_OFFSET, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import STANDARD_DPI
@@ -90,7 +90,8 @@ def non_mated(probes: Group, gallery: Group) -> tuple[NDArray[np.float64], NDArr
         probe = MATCHER.prepare(template)
         others = finger != hash(own)
         similarity.append(MATCHER.similarities(probe, many)[others])
-        prefilter.append(normalized_prefilter_scores(probe, many)[others])
+        smaller = np.minimum(np.diff(many.minutiae_start), len(probe))
+        prefilter.append((prefilter_scores(probe, many) / (smaller + SIZE_OFFSET))[others])
     return np.concatenate(similarity), np.concatenate(prefilter)
 
 

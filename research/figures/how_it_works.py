@@ -21,9 +21,9 @@ from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.neighbourhood import AnchoredRings, anchored_rings
 from fpmatch.matching.prepare import prepare
 from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +58,7 @@ CAPTIONS: Final = (
     "Of one finger, turned and stretched.",
     "Ridges thinned. Circle: a ridge ends, square: it forks; tick: direction.",
     "Delaunay's. In colour: one minutia, its direction and its ring of neighbours.",
-    "Ring spaced by its sides' lengths, direction to the right. Dot size: weight of a neighbour. "
+    "Ring spaced by its sides' lengths, from point 1 on. Dot size: weight of a neighbour. "
     "Pale blue: the probe's again.",
     "Rings drawn through paired minutiae predict where the others lie; one transform is fitted to "
     "all pairs. Orange: reference, blue: probe, dark: ridges of both.",
@@ -66,6 +66,7 @@ CAPTIONS: Final = (
 
 
 SKELETON_INK: Final[Colour] = (170, 173, 178)
+FOLLOWED: Final = Pen(palette.TEXT, palette.PAPER, width=3.0)  # the minutia, and its image
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +81,6 @@ class Side:
     field: fpmatch.RidgeField
     prepared: PreparedTemplate
     mesh: Triangulation
-    rings: AnchoredRings
 
     @classmethod
     def of(cls, name: str, tint: Tint, path: Path) -> Side:
@@ -92,23 +92,15 @@ class Side:
         prepared = prepare(template)
         mesh = triangulate(np.ascontiguousarray(prepared.points[:2].T))
         skeleton = recorder.stages["skeleton"] > 0
-        rings = anchored_rings(prepared.points, mesh)
-        return cls(
-            name, tint, image.pixels, skeleton, template, template.field, prepared, mesh, rings
-        )
+        return cls(name, tint, image.pixels, skeleton, template, template.field, prepared, mesh)
 
-    def ring(self, i: int) -> slice:
-        """Return the place of the one-ring of minutia `i` among the entries of all."""
-        start = self.rings.start
-        return slice(int(start[i]), int(start[i + 1]))
-
-    def neighbours(self, i: int) -> list[int]:
+    def ring(self, i: int) -> list[int]:
         """Return the one-ring of minutia `i`, counter-clockwise; none where it is not closed."""
-        return [int(k) for k in self.rings.ring[self.ring(i)]]
+        return self.mesh.one_ring(i).tolist() if self.mesh.interior[i] else []
 
-    def circle(self, i: int) -> NDArray[np.float64]:
-        """Return x, y (up) and weight of the ring of minutia `i` on the unit circle."""
-        return np.asarray(self.rings.circle[:, self.ring(i)])
+    def circle(self, i: int, ring: list[int]) -> UnitCircle:
+        """Map minutia `i` and its ring, y up, to the unit circle (eq. 3 and 4)."""
+        return parametrize(self.mesh.points[ring], self.mesh.points[i])
 
     def view(self) -> Box:
         """Return the part of the image that has ridges, in its pixels."""
@@ -131,28 +123,21 @@ def followed_pair(probe: Side, reference: Side, pairs: NDArray[np.int32]) -> tup
     partner = {int(i): int(j) for i, j in pairs}
 
     def agrees(i: int, j: int) -> bool:
-        ring = probe.neighbours(i)
-        same = sorted(partner.get(k, -1) for k in ring) == sorted(reference.neighbours(j))
-        return same and len(ring) >= FEWEST_NEIGHBOURS
+        partners = [partner.get(k, -1) for k in probe.ring(i)]
+        ring = reference.ring(j)
+        turned = (ring[n:] + ring[:n] for n in range(len(ring)))
+        return len(ring) >= FEWEST_NEIGHBOURS and partners in turned
 
     def clarity(i: int) -> tuple[bool, float]:
-        points, ring = probe.prepared.points[:2], probe.neighbours(i)
+        points, ring = probe.prepared.points[:2], probe.ring(i)
         nearest = np.hypot(*(points[:, ring] - points[:, [i]])).min()
         away_from_edge = bool(probe.mesh.interior[ring].all())
-        return away_from_edge, float(nearest * np.ptp(probe.circle(i)[2]))
+        return away_from_edge, float(nearest * np.ptp(probe.circle(i, ring).weights))
 
     agreeing = [pair for pair in sorted(partner.items()) if agrees(*pair)]
     if not agreeing:
         raise FpmatchError("no two paired minutiae have the same ring; take other prints")
     return max(agreeing, key=lambda pair: clarity(pair[0]))
-
-
-def numbered(side: Side, i: int) -> dict[int, int]:
-    """Give the neighbours of minutia `i` numbers, counter-clockwise from its direction on."""
-    x, y, _ = side.circle(i)
-    order = np.argsort(np.mod(np.arctan2(y, x), 2 * np.pi))
-    ring = side.neighbours(i)
-    return {ring[k]: n for n, k in enumerate(order, start=1)}
 
 
 def centred(view: Box, size: tuple[float, float]) -> Box:
@@ -210,11 +195,10 @@ def _small(colour: Colour) -> MarkStyle:
     )
 
 
-def mesh_panel(side: Side, place: Box, view: Box, i: int, numbers: dict[int, int]) -> list[Item]:
+def mesh_panel(side: Side, place: Box, view: Box, i: int, ring: list[int]) -> list[Item]:
     """Draw the triangulation, and in it the ring of minutia `i`, numbered."""
     matrix = into(place, view)
     points = moved(matrix, side.template.minutiae.xy)
-    ring = side.neighbours(i)
     edge, strong = Pen(MESH, width=1.8), Pen(side.tint.mark, width=3.4)
     items: list[Item] = [Line((points[a], points[b]), edge) for a, b in side.mesh.edges]
     items.append(
@@ -224,9 +208,9 @@ def mesh_panel(side: Side, place: Box, view: Box, i: int, numbers: dict[int, int
     items.append(Line(tuple(points[k] for k in ring), strong, closed=True))
     items += [Circle(p, 3.6, Pen(fill=palette.NEUTRAL_INK)) for p in points]
     middle = np.mean([points[k] for k in ring], axis=0)
-    for k in ring:
+    for n, k in enumerate(ring, start=1):
         items.append(Circle(points[k], 5.5, Pen(fill=side.tint.mark)))
-        items.append(_number(numbers[k], points[k], points[k] - middle, 20.0))
+        items.append(_number(n, points[k], points[k] - middle, 20.0))
     direction = direction_on_page(matrix, float(side.template.minutiae.angle[i]))
     items += _pointer(points[i], direction)
     return panel(place, items)
@@ -240,28 +224,25 @@ def _number(n: int, at: Point, away: NDArray[Any], distance: float) -> Text:
 
 
 def circle_panel(
-    side: Side, place: Box, i: int, numbers: dict[int, int], beside: NDArray[np.float64] | None
+    side: Side, place: Box, circle: UnitCircle, beside: UnitCircle | None
 ) -> list[Item]:
-    """Draw the ring of minutia `i` on the unit circle, and hollow the probe's where given."""
+    """Draw a ring on the unit circle, its points numbered, and hollow the probe's where given."""
     centre = (place.x + place.width / 2 - 8, place.y + place.height / 2)
-    circle = side.circle(i)
-    spots, image = _on_page(circle[:2], centre), _on_page(circle[:2] @ circle[2:].T, centre)[0]
+    spots, image = _on_page(circle.boundary, centre), _on_page(circle.image[None], centre)[0]
     spoke, outline = Pen(side.tint.mark, width=1.4), Pen(side.tint.mark, width=2.6)
     items: list[Item] = [
         Circle(centre, CIRCLE_RADIUS, Pen(palette.NEUTRAL_INK, palette.BAND, width=2.0))
     ]
     items += [Line((image, spot), spoke) for spot in spots]
     items.append(Line(tuple(spots), outline, closed=True))
-    for spot, weight, k in zip(spots, circle[2], side.neighbours(i), strict=True):
+    for n, (spot, weight) in enumerate(zip(spots, circle.weights, strict=True), start=1):
         items.append(Circle(spot, _dot(weight), Pen(palette.PAPER, side.tint.mark, width=1.5)))
         away = np.subtract(spot, centre)
-        items.append(_number(numbers[k], spot, away, _dot(weight) + LABEL_SIZE))
+        items.append(_number(n, spot, away, _dot(weight) + LABEL_SIZE))
     if beside is not None:
-        for spot, weight in zip(_on_page(beside[:2], centre), beside[2], strict=True):
+        for spot, weight in zip(_on_page(beside.boundary, centre), beside.weights, strict=True):
             items.append(Circle(spot, _dot(weight) + 2, Pen(palette.PROBE_INK, width=3.0)))
-    ahead = np.subtract((centre[0] + CIRCLE_RADIUS, centre[1]), image)
-    items += _pointer(image, (ahead / np.hypot(*ahead)).tolist())
-    return panel(place, items)
+    return panel(place, [*items, Circle(image, 7.0, FOLLOWED)])
 
 
 def _dot(weight: float) -> float:
@@ -269,16 +250,15 @@ def _dot(weight: float) -> float:
 
 
 def _on_page(xy: NDArray[np.float64], centre: Point) -> list[Point]:
-    """Return places on the unit circle (2, K), y up, as places on the page."""
-    (x, y), (centre_x, centre_y) = xy * CIRCLE_RADIUS, centre
-    return [(centre_x + float(u), centre_y - float(v)) for u, v in zip(x, y, strict=True)]
+    """Return places in the unit circle (K, 2), y up, as places on the page."""
+    x, y = centre
+    return [(x + u, y - v) for u, v in (xy * CIRCLE_RADIUS).tolist()]
 
 
 def _pointer(at: Point, direction: Point) -> list[Item]:
     """Draw the minutia that is followed, and its direction."""
-    dot = Pen(palette.TEXT, palette.PAPER, width=3.0)
     pen = Pen(palette.TEXT, width=4.0, halo=1.6)
-    return [*arrow(at, direction, 44.0, pen, 15.0), Circle(at, 7.0, dot)]
+    return [*arrow(at, direction, 44.0, pen, 15.0), Circle(at, 7.0, FOLLOWED)]
 
 
 def overlay_panel(
@@ -305,8 +285,10 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     reference = Side.of("reference", TINTS["Q"], reference_path)
     found = fpmatch.verify(probe.template, reference.template)
     i, j = followed_pair(probe, reference, found.pairs)
-    numbers = numbered(probe, i)
-    of_reference = {int(b): numbers[int(a)] for a, b in found.pairs if int(a) in numbers}
+    partner = dict(found.pairs.tolist())
+    ring = probe.ring(i)
+    partners = [partner[k] for k in ring]
+    beside: UnitCircle | None = None
 
     views = probe.view(), reference.view()
     size = max(v.width for v in views), max(v.height for v in views)
@@ -317,17 +299,18 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     bottom = top + 2 * height + ROW_GAP
 
     items: list[Item] = []
-    for side, minutia, numbering, y in (
-        (probe, i, numbers, top),
-        (reference, j, of_reference, top + height + ROW_GAP),
+    for side, minutia, numbered, y in (
+        (probe, i, ring, top),
+        (reference, j, partners, top + height + ROW_GAP),
     ):
         view = centred(side.view(), size)
         places = [Box(x, y, w, height) for x, w in zip(lefts, widths, strict=True)]
         items += print_panel(side, places[0], view)
         items += ridge_panel(side, places[1], view)
-        items += mesh_panel(side, places[2], view, minutia, numbering)
-        beside = None if side is probe else probe.circle(i)
-        items += circle_panel(side, places[3], minutia, numbering, beside)
+        items += mesh_panel(side, places[2], view, minutia, numbered)
+        circle = side.circle(minutia, numbered)
+        items += circle_panel(side, places[3], circle, beside)
+        beside = circle
     place = Box(lefts[4], top, OVERLAY_WIDTH, bottom - top)
     items += overlay_panel(probe, reference, found, place)
     foot = bottom

@@ -47,7 +47,7 @@ def command() -> None:
     "--searching",
     type=PATH,
     required=True,
-    help="Results of benchmarks/large_galleries.py --json: the times of searches.",
+    help="Results of research/benchmarks/large_galleries.py --json: the times of searches.",
 )
 @workers
 @json_file
@@ -63,7 +63,7 @@ def measure(
 
 
 def search_times(results: Any) -> list[tuple[int, float]]:
-    """Return prints and seconds of a search by default, from ``benchmarks/large_galleries.py``."""
+    """Return prints and seconds of a search by default, from what `large_galleries.py` wrote."""
     try:
         rows = [
             (int(row["prints"]), sum(row["ms"].values()) / 1e3)

@@ -48,9 +48,9 @@ def format_accuracy(results: Row) -> str:
             _rates_table(results),
             "### Minutiae by place",
             "Known minutiae, the share of them that is found, and the share of the extracted ones "
-            "that is known, within 12 px and 22.5°; `benchmarks/minutiae_places.py` measures it. "
-            "The known minutiae are the true ones of synthetic prints, and those that LEADER found "
-            "in real ones.",
+            "that is known, within 12 px and 22.5°; `research/benchmarks/minutiae_places.py` "
+            "measures it. The known minutiae are the true ones of synthetic prints, and those that "
+            "LEADER found in real ones.",
             format_places(results["places"]["rows"]),
             "### What each feature is worth",
             "Mean over the databases, then pooled; EER / FMR1000 in percent.",
@@ -66,11 +66,13 @@ def format_accuracy(results: Row) -> str:
             "### Fragments and wolves",
             "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
             "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
-            "those of crops and composed images in pixels. `benchmarks/wolves.py` measures it.",
+            "those of crops and composed images in pixels. `research/benchmarks/wolves.py` "
+            "measures it.",
             format_wolves(results["wolves"]["rows"]),
             "### Outcomes",
             "Percent of the pairs with each outcome at the default threshold: all pairs of whole "
-            "prints; parts of prints with whole ones. `benchmarks/outcomes.py` measures it.",
+            "prints; parts of prints with whole ones. `research/benchmarks/outcomes.py` measures "
+            "it.",
             format_outcomes(results["outcomes"]["rows"]),
             "### Distortion",
             *_distortion_tables(results["distortion_before"], results["distortion"]),
@@ -94,7 +96,7 @@ def format_databases(results: Row) -> str:
 
 
 def format_ablation(rows: Sequence[Row]) -> str:
-    """Format the rows of ``benchmarks/ablation.py --json``, one table per form."""
+    """Format the rows of ``research/benchmarks/ablation.py --json``, one table per form."""
     columns = ["mean EER / FMR1000", "pooled", "change of the mean EER"]
     columns += ["change of the mean FMR1000", "identical scores"]
     return "\n\n".join(
@@ -160,9 +162,9 @@ def _distortion_tables(before: Row, now: Row) -> list[str]:
         "95th percentile, over the skin that both prints show, of the share by which a length is "
         "longer or shorter than under the nearest similarity transform. Displacement: the largest "
         "from that transform, in the median. Below threshold: the share of scores under 40. FNMR: "
-        "at an FMR of 0.1 % of the impostor pairs of the same prints. `benchmarks/distortion.py` "
-        "measures it; *before* is the matcher whose alignment was one similarity transform, bent "
-        "smoothly."
+        "at an FMR of 0.1 % of the impostor pairs of the same prints. "
+        "`research/benchmarks/distortion.py` measures it; *before* is the matcher whose alignment "
+        "was one similarity transform, bent smoothly."
     ]
     for pair in zip(before["conditions"], now["conditions"], strict=True):
         for kind, form in zip(KINDS, FORMS, strict=True):

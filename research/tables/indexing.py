@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def format_indexing(results: Mapping[str, Any]) -> str:
-    """Format the results of ``benchmarks/index_terms.py --json`` as Markdown tables."""
+    """Format what ``research/benchmarks/index_terms.py --json`` wrote as Markdown tables."""
     return "\n\n".join([_speed(results), _plans(results), _lost(results)])
 
 

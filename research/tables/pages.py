@@ -142,12 +142,12 @@ PAGES: Final = {
             "filters": _FILTERS,
             "paper": _PAPER,
             "ablation": Part("python -m research train score --ablation", "accuracy.json"),
-            "parts": Part("benchmarks/ablation.py --json", "accuracy.json"),
+            "parts": Part("research/benchmarks/ablation.py --json", "accuracy.json"),
             "calibration": Part("python -m research check calibration --json", "accuracy.json"),
-            "wolves": Part("benchmarks/wolves.py --json", "accuracy.json"),
-            "outcomes": Part("benchmarks/outcomes.py --json", "accuracy.json"),
-            "distortion": Part("benchmarks/distortion.py --json", "accuracy.json"),
-            "places": Part("benchmarks/minutiae_places.py --json", "accuracy.json"),
+            "wolves": Part("research/benchmarks/wolves.py --json", "accuracy.json"),
+            "outcomes": Part("research/benchmarks/outcomes.py --json", "accuracy.json"),
+            "distortion": Part("research/benchmarks/distortion.py --json", "accuracy.json"),
+            "places": Part("research/benchmarks/minutiae_places.py --json", "accuracy.json"),
             "distortion_before": Part(
                 "the same as distortion, of an earlier version",
                 "distortion_before.json",
@@ -163,9 +163,9 @@ PAGES: Final = {
         {
             "figures": _BENCH,
             "before": Part(
-                "benchmarks/stages.py --json, of an earlier version", "performance.json"
+                "research/benchmarks/stages.py --json, of an earlier version", "performance.json"
             ),
-            "now": Part("benchmarks/stages.py --json", "performance.json"),
+            "now": Part("research/benchmarks/stages.py --json", "performance.json"),
         },
         {
             (_explanation("performance.md"), "figures"): format_ratios,
@@ -175,7 +175,7 @@ PAGES: Final = {
     "identification": Page(
         {
             "alone": _SEARCHES,
-            "fusion": Part("benchmarks/fused_fingers.py --json", "identification.json"),
+            "fusion": Part("research/benchmarks/fused_fingers.py --json", "identification.json"),
             "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
             "million": replace(_SEARCHES, help="The same, in a background of a million fingers"),
         },
@@ -191,7 +191,9 @@ PAGES: Final = {
             "bench": Part(
                 "fpmatch points bench --json", "pointsets_bench.json", alone=True, read=read_results
             ),
-            "choices": Part("benchmarks/paper_choices.py --json", "paper_choices.json", alone=True),
+            "choices": Part(
+                "research/benchmarks/paper_choices.py --json", "paper_choices.json", alone=True
+            ),
         },
         {
             (_explanation("point_sets.md"), "measured"): lambda results: format_bench_markdown(
@@ -212,7 +214,7 @@ PAGES: Final = {
         {(_explanation("quality.md"), "measured"): format_quality},
     ),
     "revocable": Page(
-        {"measured": Part("benchmarks/revocable.py --json", "revocable.json", alone=True)},
+        {"measured": Part("research/benchmarks/revocable.py --json", "revocable.json", alone=True)},
         {(_explanation("revocable_templates.md"), "measured"): format_revocable},
     ),
     "scale": Page(
@@ -224,11 +226,13 @@ PAGES: Final = {
     ),
     "searching": Page(
         {
-            "large": Part("benchmarks/large_galleries.py --json", "searching.json", alone=True),
-            "stored": Part(
-                "benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
+            "large": Part(
+                "research/benchmarks/large_galleries.py --json", "searching.json", alone=True
             ),
-            "index": Part("benchmarks/index_terms.py --json", "indexing.json", alone=True),
+            "stored": Part(
+                "research/benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
+            ),
+            "index": Part("research/benchmarks/index_terms.py --json", "indexing.json", alone=True),
         },
         {
             (_explanation("searching.md"), "measured"): lambda results: format_searching(
@@ -244,7 +248,7 @@ PAGES: Final = {
     ),
     "serving": Page(
         {
-            "load": Part("benchmarks/serve_load.py --json", "serving.json", alone=True),
+            "load": Part("research/benchmarks/serve_load.py --json", "serving.json", alone=True),
             "attacks": Part("scripts/attack_server --json", "attacks.json", alone=True),
             **{
                 name: Part(f"scripts/attack_server --main --server {name} --json", "servers.json")

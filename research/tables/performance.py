@@ -35,7 +35,8 @@ def format_ratios(results: Mapping[str, Any]) -> str:
 def format_stages(results: Mapping[str, Any]) -> str:
     """Return the times of the stages, before and now, as a table for each part.
 
-    They are milliseconds by part and stage, as ``benchmarks/stages.py --json`` writes them.
+    They are milliseconds by part and stage, as
+    ``research/benchmarks/stages.py --json`` writes them.
     """
     before, now = results["before"], results["now"]
     tables = []

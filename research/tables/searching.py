@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def format_searching(results: Mapping[str, Any]) -> str:
-    """Format the results of ``benchmarks/large_galleries.py --json`` as Markdown tables."""
+    """Format what ``research/benchmarks/large_galleries.py --json`` wrote as Markdown tables."""
     return "\n\n".join(
         [
             _speed(results),

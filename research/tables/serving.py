@@ -13,7 +13,7 @@ OTHER_SERVERS: Final = ("uvicorn", "hypercorn", "granian")
 
 
 def format_serving(load: Mapping[str, Any]) -> str:
-    """Format the results of ``benchmarks/serve_load.py --json`` as a Markdown table."""
+    """Format what ``research/benchmarks/serve_load.py --json`` wrote as a Markdown table."""
     title = f"{load['requests']} requests of {load['clients']} clients at once"
     before, after = (f"{load[f'memory_{when}_mb']:.0f} MB" for when in ("before", "after"))
     rows = [

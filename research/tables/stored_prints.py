@@ -20,7 +20,7 @@ _SIDES: Final = {"one": "one side", "both": "both sides"}
 
 
 def format_stored(results: Mapping[str, Any]) -> str:
-    """Format the results of ``benchmarks/compact_templates.py --json`` as Markdown tables."""
+    """Format what ``research/benchmarks/compact_templates.py --json`` wrote as Markdown tables."""
     tables = stored_parts(results["parts"]), stored_forms(results["forms"])
     return "\n\n".join([*tables, stored_times(results["times"])])
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import fpmatch
 from fpmatch.indexing.loss import LossTable, cost, with_votes
-from fpmatch.indexing.model import MODEL_FILE, IndexModel
+from fpmatch.indexing.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.indexing.terms import print_terms, probe_terms
 from fpmatch.matching.calibration import load_calibration
@@ -68,7 +68,7 @@ def command(into: Path, mates: int, others: int) -> None:
     with click.progressbar(gallery_prints(others), length=others, label="prints") as counted:
         prints = list(counted)
     terms = np.concatenate([print_terms(print_)[0] for print_ in prints])
-    model = IndexModel.of_edges(terms, len(prints))
+    model = model_of_edges(terms, len(prints))
     with click.progressbar(mated_prints(mates), length=mates, label="mates") as pairs:
         table = measure(model, prints, pairs)
     provenance = {
@@ -82,6 +82,20 @@ def command(into: Path, mates: int, others: int) -> None:
     loss = table.document()
     write_json(into, {"provenance": provenance, **model.document(), "loss": loss})
     click.echo(into)
+
+
+def model_of_edges(term: NDArray[np.uint16], prints: int) -> IndexModel:
+    """Return the model of the edges of so many prints, given by their terms."""
+    shape = SECTORS, SECTORS, CURVATURES
+    length, directions = np.divmod(term.astype(np.int64), np.prod(shape))
+    counted = np.bincount(directions, minlength=np.prod(shape)).reshape(shape)
+    # an edge is read from either of its ends, from which its sides change places
+    half = SECTORS // 2
+    other = np.roll(counted.transpose(1, 0, 2), (half, half), (0, 1))
+    other = other[:, :, [*range(CURVATURES - 2, -1, -1), CURVATURES - 1]]
+    both = (counted + other) / max(2 * len(term), 1)
+    shares = np.bincount(length, minlength=LENGTHS) / max(len(term), 1)
+    return IndexModel(shares, both, len(term) / max(prints, 1))
 
 
 def gallery_prints(count: int) -> Iterator[PreparedTemplate]:

@@ -31,15 +31,12 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.matching.score_model import (
     FEATURES,
-    NO_PREFILTER,
-    NO_QUANTILES,
     RIDGE_FEATURES,
-    SMALL_FEATURES,
     ScoreModel,
     ScoreWeights,
 )
 from research.training.rounding import round_significant
-from research.training.score_samples import LOCAL_HYPOTHESES
+from research.training.score_samples import LOCAL_HYPOTHESES, NO_PREFILTER, NO_QUANTILES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -49,6 +46,7 @@ if TYPE_CHECKING:
     from research.training.score_samples import ScoreSample
 
 OF_RIDGES: Final = np.array([name in RIDGE_FEATURES for name in FEATURES])
+SMALL_FEATURES: Final = ("ridges by area",)  # used for small prints alone
 
 
 @dataclass(frozen=True, slots=True)

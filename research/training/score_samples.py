@@ -11,17 +11,16 @@ import numpy as np
 
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.matching.align import AlignmentParameters, aligner_of
-from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
+    AMOUNTS,
     FEATURES,
     MODELS,
-    NO_PREFILTER,
-    NO_QUANTILES,
     SMALL_WITH_RIDGES,
     WITH_RIDGES,
     ScoreModel,
@@ -41,6 +40,9 @@ if TYPE_CHECKING:
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses
 HYPOTHESES: Final = LOCAL_HYPOTHESES + RidgeSearchParameters().found
+NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
+"""Quantiles that do not depend on the amount of evidence."""
+NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +192,8 @@ def _no_weights(refine: float) -> ScoreWeights:
 def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
     """Return the prefilter's score of two prints, and the minutiae of the smaller."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
-    return descriptor_similarity(a.bit_descriptors, b.bit_descriptors), min(len(a), len(b))
+    score = score_descriptors(prefilter_of(a.bit_descriptors), b.bit_descriptors)
+    return score, min(len(a), len(b))
 
 
 def _features(

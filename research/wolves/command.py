@@ -1,4 +1,4 @@
-"""The command of ``benchmarks/wolves.py``."""
+"""The command of ``research/benchmarks/wolves.py``."""
 
 from __future__ import annotations
 

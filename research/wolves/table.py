@@ -51,7 +51,7 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     Parameters
     ----------
     rows : sequence of mapping
-        ``"rows"`` of what ``benchmarks/wolves.py --json`` wrote.
+        ``"rows"`` of what ``research/benchmarks/wolves.py --json`` wrote.
 
     Returns
     -------

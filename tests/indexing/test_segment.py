@@ -205,11 +205,7 @@ def test_the_lookups_are_those_of_the_greatest_gain_within_the_budget():
 
 
 def test_a_model_is_what_its_document_says():
-    term = np.concatenate([print_terms(prepare(t))[0] for t in gallery(4, 9)])
-    model = IndexModel.of_edges(term, 9)
-    assert model.lengths.sum() == pytest.approx(1)
-    assert model.directions.sum() == pytest.approx(1)
-    assert model.edges == len(term) / 9
+    model = index_model()
     again = IndexModel.of_document(model.document(17))
     assert again.share.tolist() == model.share.tolist()
     for wrong in ({}, {**model.document(), "lengths": [1.0]}, {**model.document(), "edges": -1}):

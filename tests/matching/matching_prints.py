@@ -9,13 +9,14 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from fpmatch.matching import _local_kernel
-from fpmatch.matching.align import Alignment, AlignmentParameters, alignments
+from fpmatch.matching.align import Alignment, AlignmentParameters, aligner_of, hypotheses
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.neighbourhood import neighbourhoods
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.matching.result import Comparison
+from fpmatch.matching.ridges import correlate
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
 
@@ -242,6 +243,26 @@ def assert_mirrored(forth: Comparison, back: Comparison) -> None:
     if forth.transform:
         inverse = back.transform.inverse().matrix
         assert inverse == pytest.approx(forth.transform.matrix, rel=1e-6, abs=1e-6)
+
+
+def alignments(
+    a: Points,
+    b: Points,
+    similarity: NDArray[np.float32],
+    parameters: AlignmentParameters | None = None,
+    *,
+    coarse: bool = False,
+) -> list[Alignment]:
+    """Return the alignments of two prints by each hypothesis of their local matches."""
+    return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
+
+
+def ridge_correlation(
+    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
+) -> tuple[float, int]:
+    """Return the mean correlation of the ridges of two prints, and the cells compared."""
+    correlator, cells = correlate(a, b, alignment)
+    return correlator.correlation, cells
 
 
 def heaviest(

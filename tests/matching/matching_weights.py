@@ -19,10 +19,9 @@ from fpmatch.matching.prepare import PreparedTemplate
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters
 from fpmatch.matching.score_model import (
+    AMOUNTS,
     FEATURES,
     MODELS,
-    NO_PREFILTER,
-    NO_QUANTILES,
     RIDGE_FEATURES,
     ScoreModel,
     ScoreWeights,
@@ -31,6 +30,12 @@ from fpmatch.matching.score_model import (
 ALWAYS = -math.inf
 NEVER = math.inf
 """Refine thresholds which every alignment passes, or none."""
+
+NO_PREFILTER = (-1.0, 0.0, -1.0)
+"""A prefilter threshold that all prints pass."""
+
+NO_QUANTILES = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
+"""Quantiles that do not depend on the amount of evidence."""
 
 REJECTING = (9.0, 1.0, 33.0)
 """A prefilter threshold that many prints pass, and many do not."""

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
+    alignments,
     any_points,
     distorted,
     heaviest,
@@ -22,7 +23,6 @@ from matching_prints import (
 from fpmatch.matching.align import (
     AlignmentParameters,
     aligner_of,
-    alignments,
     best_alignment,
     identity_alignment,
     make_aligner,

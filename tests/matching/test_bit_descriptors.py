@@ -23,9 +23,10 @@ from fpmatch.matching.bit_descriptors import (
     MAX_ENCODED,
     TURNS,
     BitDescriptorParameters,
-    descriptor_similarity,
     encode,
     prefilter,
+    prefilter_of,
+    score_descriptors,
 )
 from fpmatch.matching.numpy_forms.descriptors import APART
 from fpmatch.matching.prepare import prepare
@@ -157,7 +158,7 @@ def assert_same_both_ways(a, b):
     load(tables, a)
     one_way = score(tables, b)
     load(tables, b)
-    assert one_way == score(tables, a, swapped=True) == descriptor_similarity(a, b) >= 0
+    assert one_way == score(tables, a, swapped=True) == score_descriptors(prefilter_of(a), b) >= 0
 
 
 @given(seeds)
@@ -167,7 +168,7 @@ def test_prints_have_in_common_what_the_plain_form_finds(seed):
     prints, tables = impressions(seed), prefilter()
     for a, b in product(prints, prints):
         expected = plain_similarity(a, b)
-        assert descriptor_similarity(a.bit_descriptors, b.bit_descriptors) == expected
+        assert score_descriptors(prefilter_of(a.bit_descriptors), b.bit_descriptors) == expected
         for own, other, swapped in ((a, b, False), (b, a, True)):
             load(tables, own.bit_descriptors)
             assert score(tables, other.bit_descriptors, swapped=swapped) == expected
@@ -191,7 +192,7 @@ def test_crowds_are_compared_by_their_best(n):
     assert coded.sum() <= MAX_ENCODED
     if size > MAX_ENCODED:
         assert quality[coded].min() >= np.sort(quality)[-MAX_ENCODED]
-        assert descriptor_similarity(crowd, crowd) > 100
+        assert score_descriptors(prefilter_of(crowd), crowd) > 100
     for a, b in ((crowd, few), (crowd, crowd)):
         assert_same_both_ways(a, b)
 
@@ -203,7 +204,7 @@ def test_compiled_and_interpreted_agree(plain, seed, k):
     turn = round(P.pair_turn_deg * TURNS / 360)
     tables = plain.prefilter.Prefilter(P.most_pairs, P.near_px, P.spread, turn)
     load(tables, first.bit_descriptors)
-    expected = descriptor_similarity(first.bit_descriptors, one.bit_descriptors)
+    expected = score_descriptors(prefilter_of(first.bit_descriptors), one.bit_descriptors)
     assert score(tables, one.bit_descriptors) == expected
     with pytest.MonkeyPatch.context() as patch:
         for name in ("encode_neighbours", "encode_orientations"):

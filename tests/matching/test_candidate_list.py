@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, moved, spread_points, template_of, templates
 
-from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.candidate_list import (
     LEAST_PRINTS,
     SIZE_OFFSET,
@@ -26,9 +26,8 @@ EXAMPLES = 6 if COMPILED else 3
 def test_weights_are_those_of_each_alone(probe, references):
     prints = [prepare(template) for template in [*references, probe]]
     weights = prefilter_scores(prints[-1], PackedTemplates.pack(prints))
-    assert weights.tolist() == [
-        descriptor_similarity(prints[-1].bit_descriptors, one.bit_descriptors) for one in prints
-    ]
+    tables = prefilter_of(prints[-1].bit_descriptors)
+    assert weights.tolist() == [score_descriptors(tables, one.bit_descriptors) for one in prints]
 
 
 def test_the_mate_is_first_and_parts_are_as_the_whole():

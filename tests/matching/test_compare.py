@@ -19,6 +19,7 @@ from matching_prints import (
 from matching_weights import (
     ALWAYS,
     NEVER,
+    NO_PREFILTER,
     REJECTING,
     interpreted_comparer,
     print_for,
@@ -39,7 +40,7 @@ from fpmatch.matching.packed_templates import COLUMNS, PackedTemplates
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS
 from fpmatch.matching.score import WEIGHTS_FILE
-from fpmatch.matching.score_model import NO_PREFILTER, ScoreWeights
+from fpmatch.matching.score_model import ScoreWeights
 
 EXAMPLES = 30 if COMPILED else 4
 PRINT_SIZE = 30 if COMPILED else 12

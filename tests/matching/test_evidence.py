@@ -10,10 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
+    alignments,
     cells_of,
     contains,
     even_field,
     plane,
+    ridge_correlation,
     seeds,
     spread_points,
     template_of,
@@ -27,12 +29,11 @@ from fpmatch.matching.align import (
     PairMeshParameters,
     RelaxationParameters,
     aligner_of,
-    alignments,
     identity_alignment,
 )
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.ridges import RidgeSearchParameters, ridge_correlation
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters, evidence_scorer, gather_evidence
 
 P = ScoreParameters()

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from matching_prints import (
     COMPILED,
+    alignments,
     assert_mirrored,
     jittered,
     moved,
@@ -18,7 +19,6 @@ from matching_prints import (
 from matching_weights import NEVER, scored_by, some_weights
 
 from fpmatch import verify
-from fpmatch.matching.align import alignments
 from fpmatch.matching.explain import competing_pairs
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER

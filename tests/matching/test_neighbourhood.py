@@ -12,7 +12,6 @@ from fpmatch.matching import neighbourhood as described
 from fpmatch.matching.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
-    anchored_rings,
     neighbourhoods,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate
@@ -29,35 +28,6 @@ def minutiae(*rows):
 
 def mesh_of(points):
     return triangulate(np.ascontiguousarray(points[:2].T))
-
-
-def rings_of(points):
-    return anchored_rings(points, mesh_of(points))
-
-
-def ring_of(found, i):
-    """Return, for each minutia of the one-ring of i, its place on the circle and its weight."""
-    entries = slice(found.start[i], found.start[i + 1])
-    x, y, weight = found.circle[:, entries]
-    return dict(
-        zip(found.ring[entries].tolist(), zip(x + 1j * y, weight, strict=True), strict=True)
-    )
-
-
-def leaving_angle(points, i, ring, angles):
-    """Return where on its circle the ray from minutia i along its direction leaves its ring."""
-    z, heading = points[0] + 1j * points[1], points[2, i] + 1j * points[3, i]
-    for k in range(len(ring)):
-        following = (k + 1) % len(ring)
-        start, end = z[ring[k]], z[ring[following]]
-        # start + t (end - start) = centre + r heading, for 0 <= t <= 1 and r > 0
-        side = np.array([[(end - start).real, -heading.real], [(end - start).imag, -heading.imag]])
-        if abs(np.linalg.det(side)) < 1e-12:
-            continue
-        t, r = np.linalg.solve(side, [(z[i] - start).real, (z[i] - start).imag])
-        if -1e-9 <= t <= 1 + 1e-9 and r > 0:
-            return float(angles[k] + t * ((angles[following] - angles[k]) % (2 * np.pi)))
-    raise AssertionError("no side of the ring is hit")
 
 
 def frame_from_the_definition(points, p):
@@ -118,24 +88,6 @@ def test_frames_agree_with_their_slow_twin(seed, size, second):
         assert not frame[:, len(columns) :].any()
 
 
-@given(seeds)
-def test_anchored_rings_agree_with_their_slow_twin(seed):
-    points = spread_points(np.random.default_rng(seed), 20)
-    mesh = mesh_of(points)
-    found = anchored_rings(points, mesh)
-    assert not np.diff(found.start)[mesh.hull].any()
-    assert found.start[-1] == len(found.ring) == found.circle.shape[1]
-    for i in np.flatnonzero(mesh.interior).tolist():
-        ring = mesh.one_ring(i).tolist()
-        slow = parametrize(mesh.points[ring], mesh.points[i])
-        anchor = leaving_angle(points, i, ring, slow.angles)
-        fast = ring_of(found, i)
-        assert sorted(fast) == sorted(ring)
-        for j, angle, weight in zip(ring, slow.angles, slow.weights, strict=True):
-            assert fast[j][0] == pytest.approx(np.exp(1j * (angle - anchor)), abs=1e-7)
-            assert fast[j][1] == pytest.approx(weight, abs=1e-9)
-
-
 @given(seeds, st.integers(1, 14))
 def test_compiled_and_interpreted_agree(plain, seed, size):
     points = any_points(seed)
@@ -148,36 +100,12 @@ def test_compiled_and_interpreted_agree(plain, seed, size):
         assert getattr(fast, name).tolist() == getattr(slow, name).tolist()
 
 
-@given(seeds)
-def test_a_minutia_that_rounding_put_outside_its_ring_has_none(seed):
-    points = spread_points(np.random.default_rng(seed), 25)
-    before = rings_of(points)
-    centre = int(np.flatnonzero(np.diff(before.start))[0])
-    images = described.centre_images
-
-    def with_the_first_outside(*arrays):
-        images(*arrays)
-        arrays[-1][0, 0] = 2.0
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(described, "centre_images", with_the_first_outside)
-        after = rings_of(points)
-        count = neighbourhoods(points).count
-    assert not ring_of(after, centre)
-    for i in set(range(25)) - {centre}:
-        assert ring_of(after, i) == ring_of(before, i)
-    assert count.tolist() == neighbourhoods(points).count.tolist()
-
-
 @pytest.mark.parametrize("n", [0, 1, 2, 3])
 def test_few_minutiae_know_one_another(n):
     points = spread_points(np.random.default_rng(n), n)
     found = neighbourhoods(points)
     assert found.count.tolist() == [max(n - 1, 0)] * n
     assert found.frame.shape == (n, 6, P.size)
-    rings = rings_of(points)
-    assert rings.start.tolist() == [0] * (n + 1)
-    assert rings.circle.shape == (3, 0)
 
 
 @given(seeds)
@@ -186,6 +114,3 @@ def test_crowded_minutiae_keep_every_value_finite(seed):
     found = neighbourhoods(points)
     assert np.isfinite(found.frame).all()
     assert (found.frame[:, 4] <= np.float32(P.tolerance_px**-2)).all()
-    x, y, weight = rings_of(points).circle
-    assert np.hypot(x, y) == pytest.approx(1.0)
-    assert (weight > 0).all()

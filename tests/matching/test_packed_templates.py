@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     even_field,
+    ridge_correlation,
     spread_points,
     striped_field,
     template_of,
@@ -20,7 +21,6 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.align import identity_alignment
 from fpmatch.matching.packed_templates import COLUMNS, PRINTS_AT_ONCE, PackedTemplates
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.ridges import ridge_correlation
 
 EXAMPLES = 40 if COMPILED else 10
 

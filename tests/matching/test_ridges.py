@@ -14,6 +14,7 @@ from matching_prints import (
     moved,
     packed_pictures,
     plane,
+    ridge_correlation,
     seeds,
     spread_points,
     striped_field,
@@ -26,7 +27,6 @@ from fpmatch.matching import _ridge_kernel
 from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.ridge_map import ridge_map
-from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 REACH_BITS = 2

@@ -12,6 +12,7 @@ from matching_prints import COMPILED, seeds, spread_points, striped_field, templ
 from matching_weights import (
     ALWAYS,
     NEVER,
+    NO_PREFILTER,
     OF_RIDGES,
     all_with,
     some_model,
@@ -33,7 +34,7 @@ from score_cases import (
 
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.score import ScoreParameters, load_weights
-from fpmatch.matching.score_model import FEATURES, NO_PREFILTER, ScoreWeights
+from fpmatch.matching.score_model import FEATURES, ScoreWeights
 
 P = ScoreParameters()
 N = len(FEATURES)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     EMPTY,
+    alignments,
     assert_mirrored,
     even_field,
     jittered,
@@ -24,7 +25,6 @@ from matching_prints import (
 )
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
-from fpmatch.matching.align import alignments
 from fpmatch.matching.compare import align
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE

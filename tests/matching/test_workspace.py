@@ -19,7 +19,7 @@ from matching_weights import (
 )
 
 from fpmatch.matching import _compare_kernel
-from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.score import evidence_scorer
@@ -62,7 +62,8 @@ def test_a_workspace_used_before_gives_the_same(refine):
         found = outcome(used, probe, reference)
         assert found == outcome(Workspace(64, evidence_scorer(64, weights)), probe, reference)
         a, b = probe.bit_descriptors, reference.bit_descriptors
-        shortfall = min(9.0 + min(len(probe), len(reference)), 33.0) - descriptor_similarity(a, b)
+        threshold = min(9.0 + min(len(probe), len(reference)), 33.0)
+        shortfall = threshold - score_descriptors(prefilter_of(a), b)
         assert found[0] == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
         rejected += found[0] is not None
     assert 0 < rejected < len(pairs)

@@ -13,6 +13,7 @@ from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.sensor import Sensor
 from research.experiments.distortion import (
     CONDITIONS,
     KINDS,
@@ -20,9 +21,11 @@ from research.experiments.distortion import (
     distorted,
     distortion_between,
     measure_distortion,
+    true_transform,
 )
 from research.tables.distortion import distortion_rows, strain_class
 
+SENSOR = Sensor("small", 220, 240)
 SMALL = DistortionParameters(fingers=2, impressions=2, limits=(0.1, 0.3), min_pairs=1)
 
 
@@ -58,6 +61,19 @@ def test_strain_and_displacement_grow_with_the_drag(impression):
     far = replace(impression.warp.placement, tx=10_000.0)
     with pytest.raises(DatasetError, match="too little skin"):
         distortion_between(impression, warped(impression, placement=far))
+
+
+def test_the_true_transform_takes_minutiae_near_their_places_and_back():
+    finger = make_master(3, 1, MasterParameters(shape=(288, 240)))
+    one, two = (make_impression(finger, k, PRESETS["normal"], SENSOR) for k in (1, 2))
+    _, in_one, in_two = np.intersect1d(one.master, two.master, return_indices=True)
+    visible = one.visible[in_one] & two.visible[in_two]
+    transform = true_transform(one, two)
+    a, b = one.minutiae.xy[in_one][visible], two.minutiae.xy[in_two][visible]
+    assert len(a) > 3
+    assert np.hypot(*(transform.apply(a) - b).T).max() < 12
+    round_trip = transform.after(true_transform(two, one))
+    assert round_trip.rotation_deg == pytest.approx(0, abs=1)
 
 
 def test_the_last_impression_is_the_most_distorted_and_the_skin_does_not_fold():

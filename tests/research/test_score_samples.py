@@ -10,21 +10,25 @@ from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import align
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
     FEATURES,
-    NO_PREFILTER,
-    NO_QUANTILES,
     ScoreModel,
     ScoreWeights,
 )
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
-from research.training.score_samples import SampleParameters, sample_of, samples_of
+from research.training.score_samples import (
+    NO_PREFILTER,
+    NO_QUANTILES,
+    SampleParameters,
+    sample_of,
+    samples_of,
+)
 
 N = len(FEATURES)
 OF_MATCHES = AlignmentParameters().hypotheses
@@ -161,7 +165,7 @@ def test_features_are_those_that_the_matcher_weighs(two_fingers, ridges, refine)
 def test_descriptors_and_strength_are_those_of_the_prints(two_fingers):
     found = sample_of(two_fingers, EVERY_PAIR)
     expected = [
-        [descriptor_similarity(a.bit_descriptors, b.bit_descriptors), min(len(a), len(b))]
+        [score_descriptors(prefilter_of(a.bit_descriptors), b.bit_descriptors), min(len(a), len(b))]
         for a, b in ordered_pairs(two_fingers)
     ]
     assert sum(found.nothing) == 0

@@ -1,4 +1,4 @@
-"""`benchmarks/wolves.py`: what it makes, how it searches, and what it prints."""
+"""`research/benchmarks/wolves.py`: what it makes, how it searches, and what it prints."""
 
 import json
 import subprocess
@@ -19,7 +19,7 @@ from research.wolves import candidates, scores, search, templates
 from research.wolves.table import format_wolves, wolf_cells
 
 ROOT = Path(__file__).resolve().parents[2]
-BENCHMARKS = ROOT / "benchmarks"
+BENCHMARKS = ROOT / "research" / "benchmarks"
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -32,15 +32,6 @@ _SHEET_ASPECT: Final = 1.5  # width over height that the grid approximates
 _EDGE: Final = Pen(PANEL_EDGE, width=1.0)
 
 
-def contact_sheet(stages: Mapping[str, NDArray[Any]]) -> Picture:
-    """Draw all stages on one sheet, in their order, each below its name and range of values.
-
-    `stages` are arrays by the names of their stages, as for `stage_picture`; ``input``, where it is
-    among them, is drawn beneath the others. The sheet is RGB, uint8, (H, W, 3).
-    """
-    return _sheet(stages, _pictures(stages))
-
-
 def write_stages(
     stages: Mapping[str, NDArray[Any]], folder: str | os.PathLike[str]
 ) -> list[pathlib.Path]:

@@ -1,0 +1,374 @@
+#!/usr/bin/env python3
+"""Measure searches of large galleries of different prints: time, memory, loss of each stage.
+
+.venv/bin/python research/benchmarks/large_galleries.py --keep FOLDER [--most 1000000]
+    [--json FILE] DIR...
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+import repository  # noqa: F401
+from made_gallery import (
+    PART,
+    SEED,
+    index_of,
+    segment_of,
+    sensor_of,
+    template_of,
+    template_rows,
+)
+from scipy.spatial import Delaunay
+
+from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.run import load_datasets
+from fpmatch.gallery.index_segment import prepare_prints
+from fpmatch.indexing.loss import search_plan, with_votes
+from fpmatch.indexing.stages import preselect
+from fpmatch.indexing.terms import probe_terms
+from fpmatch.matching.bit_descriptors import prefilter_of
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.candidate_list import SizeNormalization
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.synthesis.templates import make_templates
+from research.commands import PATH, Command, json_file, write_json
+from research.tables.searching import format_searching
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from made_gallery import Rows
+
+    from fpmatch.gallery.index_segment import PrintSegment
+    from fpmatch.indexing.loss import SearchPlan
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.minutiae import Template
+
+COUNTS = (10_000, 100_000, 1_000_000, 10_000_000)
+MOST_ON_DEMAND = 1_000_000  # more need --most
+# losses that are wanted, and thresholds that candidates have to reach: first as by default
+WANTED = ((0.01, 0.0), (0.005, 0.0), (0.005, 70.0))
+TIMED_BY_KIND = 2
+PROBES = 14  # of each kind of prints, of which all mates are looked for
+COMPARED_WITH_ALL = 5  # of each kind
+RIVALS = 300  # prints that a mate is measured against
+MADE_FINGERS, MADE_IMPRESSIONS = 40, 4  # of synthetic mates
+COMPARED = 4096  # of them at once
+POINTS, TRIANGULATIONS = 40, 200
+MAX_CALLS = 1_300  # of a search of a million prints
+MAX_BYTES = 2_200
+MAX_LOSS = 0.01
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Prints of one kind, of which several are of one finger."""
+
+    name: str
+    templates: Sequence[Template]
+    finger: Sequence[object]
+
+    @cached_property
+    def prints(self) -> list[PreparedTemplate]:
+        """The prepared prints."""
+        return [MATCHER.prepare(template) for template in self.templates]
+
+    @cached_property
+    def segment(self) -> PrintSegment:
+        """Their segment of an index."""
+        return index_of(self.templates)
+
+    def probes(self, most: int) -> list[int]:
+        """Return the prints that are searched for, evenly chosen."""
+        return list(range(0, len(self.templates), -(-len(self.templates) // most)))
+
+
+@dataclass
+class Cost:
+    """The processor time of the stages of some searches, in seconds."""
+
+    terms: float = 0.0
+    descriptors: float = 0.0
+    comparison: float = 0.0
+
+    def timed(self, stage: str, function: Callable[[], Any]) -> Any:
+        """Add the processor time of a call to a stage; return its result."""
+        start = time.process_time()
+        found = function()
+        setattr(self, stage, getattr(self, stage) + time.process_time() - start)
+        return found
+
+    @property
+    def total(self) -> float:
+        """All of it."""
+        return self.terms + self.descriptors + self.comparison
+
+
+def triangulation() -> float:
+    """Return the processor time of one call of scipy's Delaunay with 40 points."""
+    sets = np.random.default_rng(40).random((TRIANGULATIONS, POINTS, 2))
+    start = time.process_time()
+    for points in sets:
+        Delaunay(points)
+    return (time.process_time() - start) / TRIANGULATIONS
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The results of a search: scores of the second stage and similarities of the third."""
+
+    by_size: SizeNormalization
+    scores: np.ndarray
+    similarities: np.ndarray
+
+
+def search(
+    segments: Sequence[PrintSegment], probe: PreparedTemplate, plan: SearchPlan, cost: Cost
+) -> Found:
+    """Search a gallery in three stages, as `fpmatch.gallery` does."""
+    terms = [segment.terms for segment in segments]
+    first = cost.timed(
+        "terms", lambda: preselect(probe, terms, passed_on=plan.by_terms, budget=plan.budget)
+    )
+
+    def by_descriptors() -> tuple[np.ndarray, SizeNormalization, np.ndarray]:
+        bounds = np.searchsorted(first.segment, np.arange(len(segments) + 1)).tolist()
+        tables = prefilter_of(probe.bit_descriptors)
+        parts = [
+            (segment.descriptors.scores(tables, local), segment.descriptors.size[local])
+            for segment, (a, b) in zip(segments, pairwise(bounds), strict=True)
+            for local in (first.local[a:b],)
+        ]
+        scores, sizes = map(np.concatenate, zip(*parts, strict=True))
+        by_size = SizeNormalization.fit(scores, sizes, len(probe))
+        combined = with_votes(by_size.of(scores, sizes), first.votes)
+        return np.argsort(-combined, kind="stable")[: plan.by_descriptors], by_size, combined
+
+    def compared() -> np.ndarray:
+        prints = prepare_prints(segments, first.segment[best], first.local[best])
+        return MATCHER.similarities(probe, prints)
+
+    best, by_size, scores = cost.timed("descriptors", by_descriptors)
+    return Found(by_size, scores, cost.timed("comparison", compared))
+
+
+def times(
+    segments: Sequence[PrintSegment],
+    probes: Sequence[PreparedTemplate],
+    plan: SearchPlan,
+    call: float,
+) -> dict[str, Any]:
+    """Return what one search costs, by stage, in milliseconds and in calls of Delaunay."""
+    cost, count = Cost(), sum(map(len, segments))
+    for probe in probes:
+        search(segments, probe, plan, cost)
+    each = 1.0 / len(probes)
+    return {
+        "prints": count,
+        "plan": asdict(plan),
+        "calls": cost.total * each / call,
+        "us_a_print": 1e6 * cost.total * each / count,
+        "ms": {name: 1e3 * seconds * each for name, seconds in asdict(cost).items()},
+        "bytes": {
+            name: sum(a.nbytes for s in segments for a in getattr(s, name).arrays().values())
+            / count
+            for name in ("terms", "descriptors", "templates")
+        },
+    }
+
+
+def better(others: np.ndarray, own: float) -> float:
+    """Return how many of `others` are greater than one's own; of equals, half."""
+    return float((others > own).sum() + 0.5 * (others == own).sum())
+
+
+def losses(
+    segments: Sequence[PrintSegment], kind: Kind, plan: SearchPlan, most: int = PROBES
+) -> list[dict[str, Any]]:
+    """Return for each mate of each probe how far it comes in a search.
+
+    A mate is searched for among the prints of the gallery, without the other mates: `terms` is the
+    number of those with more votes, `descriptors` of those with better scores among the ones that
+    the first stage passes on. `rival` is the greatest similarity of the best 300 of those.
+    """
+    found, few = [], replace(plan, by_descriptors=min(RIVALS, plan.by_descriptors))
+    calibration = load_calibration(MATCHER.name)
+    for k in kind.probes(most):
+        probe = kind.prints[k]
+        terms = probe_terms(probe, plan.budget)
+        votes = np.concatenate([segment.terms.votes(terms) for segment in segments])
+        own_votes = kind.segment.terms.votes(terms)
+        searched = search(segments, probe, few, Cost())
+        descriptors = kind.segment.descriptors
+        normalized = searched.by_size.of(descriptors.scores(probe), descriptors.size)
+        own = with_votes(normalized, own_votes)
+        for mate in range(len(kind.prints)):
+            if mate == k or kind.finger[mate] != kind.finger[k]:
+                continue
+            similarity = MATCHER.compare(probe, kind.prints[mate]).similarity
+            found.append(
+                {
+                    "probe": k,
+                    "similarity": similarity,
+                    "score": calibration.score(similarity),
+                    "rival": float(searched.similarities.max(initial=0.0)),
+                    "terms": better(votes, own_votes[mate]),
+                    "descriptors": better(searched.scores, own[mate]),
+                }
+            )
+    return found
+
+
+def summary(
+    name: str,
+    pairs: Sequence[dict[str, Any]],
+    count: int,
+    plan: SearchPlan,
+    least: float = 0.0,
+) -> dict[str, Any]:
+    """Return the share of the mates that comparing all finds but a search loses, by stage.
+
+    Mates count whose score is at least `least`.
+    """
+    right = [p for p in pairs if p["similarity"] > p["rival"] and p["score"] >= least]
+    passed = [p for p in right if p["terms"] < plan.by_terms]
+    compared = [p for p in passed if p["descriptors"] < plan.by_descriptors]
+    size = max(1, len(right))
+    shares = np.array([p["terms"] / count for p in right] or [0.0])
+    return {
+        "prints": name,
+        "gallery": count,
+        "wanted": plan.loss,
+        "threshold": least,
+        "mates": len(pairs),
+        "found": len(right),
+        "lost_by_terms": 1 - len(passed) / size,
+        "lost": 1 - len(compared) / size,
+        "penetration_for_99_percent": float(np.quantile(shares, 0.99, method="higher")),
+    }
+
+
+def compare_all(
+    rows: Rows, given: Sequence[Kind], pairs: Sequence[Sequence[dict[str, Any]]]
+) -> list[list[dict[str, Any]]]:
+    """Return pairs whose rival is the most similar of all prints, each of which is compared."""
+    rivals: dict[tuple[int, int], float] = {}
+    for first in range(0, len(rows), COMPARED):
+        numbers = range(first, min(first + COMPARED, len(rows)))
+        many = PackedTemplates.pack(MATCHER.prepare(template_of(rows, k)) for k in numbers)
+        for n, kind in enumerate(given):
+            for k in kind.probes(COMPARED_WITH_ALL):
+                rival = float(MATCHER.similarities(kind.prints[k], many).max())
+                rivals[n, k] = max(rivals.get((n, k), 0.0), rival)
+    return [
+        [{**pair, "rival": rivals[n, pair["probe"]]} for pair in found]
+        for n, found in enumerate(pairs)
+    ]
+
+
+def kinds(folders: Sequence[Path]) -> list[Kind]:
+    """Return the prints whose mates are looked for: synthetic ones, and those of databases."""
+    fingers = range(MADE_FINGERS)
+    made: list[Template] = []
+    for finger in fingers:
+        made += make_templates(SEED + 1, [finger], MADE_IMPRESSIONS, sensors=[sensor_of(finger)])
+    given = [Kind("synthetic", made, [f for f in fingers for _ in range(MADE_IMPRESSIONS)])]
+    for found_set in extract_datasets(load_datasets(folders)) if folders else []:
+        pairs = zip(found_set.dataset.impressions, found_set.extractions, strict=True)
+        kept = [(i.finger, e.template) for i, e in pairs if e.template is not None]
+        given.append(Kind(found_set.dataset.name, [t for _, t in kept], [f for f, _ in kept]))
+    return given
+
+
+@click.command(cls=Command)
+@click.argument("folders", metavar="[DIR]...", nargs=-1, type=PATH)
+@click.option(
+    "--keep", metavar="FOLDER", type=PATH, required=True, help="Keep the gallery in this folder."
+)
+@click.option("--most", default=MOST_ON_DEMAND, show_default=True, help="Largest number of prints.")
+@click.option(
+    "--different",
+    metavar="N",
+    default=None,
+    type=click.IntRange(min=PART),
+    help="Make only so many different prints; larger galleries have them repeatedly.",
+)
+@json_file
+@click.pass_context
+def main(
+    context: click.Context,
+    folders: tuple[Path, ...],
+    keep: Path,
+    most: int,
+    different: int | None,
+    json_file: Path | None,
+) -> None:
+    """Measure searches of large galleries: time, memory, and the loss of each stage.
+
+    The gallery's prints are templates of as many different synthetic fingers, made without images.
+    They are made once, and kept in FOLDER: about 4.7 kB a print, and a millisecond of one core.
+    For 10,000, 100,000 and 1,000,000 of them (others by --most) are printed, for three pairs of a
+    wanted loss and a threshold: processor time of one search, in calls of scipy's Delaunay with 40
+    points and in microseconds a print, by stage; bytes a print; time to open. With --different, a
+    larger gallery has the same files several times: its searches take their time, but its losses
+    are not measured.
+
+    The loss is measured on synthetic fingers and on each FVC-style database DIR: each probe is
+    searched for in the gallery, once for each of its mates. A mate counts where it is more similar
+    than the 300 likeliest other prints: so do all that comparing all would find, and some that it
+    would not. In a gallery of 65,536, all prints are compared, which shows what that changes. The
+    exit status is 1 where a search of a million prints with a loss of 0.5 % takes more than 1,300
+    calls, a print more than 2,200 bytes, or more than 1 % of the mates of a database are lost.
+    """
+    given = kinds(folders)
+    probes = [kind.prints[k] for kind in given for k in kind.probes(TIMED_BY_KIND)]
+    call = triangulation()
+    speed, lost = [], []
+    parts = -(-(different or most) // PART)
+    for count in sorted({c for c in COUNTS if c < most} | {most}):
+        numbers = [part % parts for part in range(-(-count // PART))]
+        for part in dict.fromkeys(numbers):
+            segment_of(keep, part)  # made where it is missing
+        start = time.process_time()
+        segments = [segment_of(keep, part) for part in numbers]
+        opening = time.process_time() - start
+        segments[-1] = segments[-1].take(np.arange(count - PART * (len(segments) - 1)))
+        for wanted, least in WANTED:
+            plan = search_plan(wanted, count, least)
+            taken = times(segments, probes, plan, call)
+            of = min(count, parts * PART)  # different prints
+            speed.append({**taken, "threshold": least, "different": of, "open_s": opening})
+            click.echo(f"{count:,} prints, {wanted:.1%}: {taken['calls']:.0f} calls", err=True)
+            if len(numbers) <= parts:
+                pairs_of = ((k.name, losses(segments, k, plan)) for k in given)
+                lost += [summary(name, pairs, count, plan, least) for name, pairs in pairs_of]
+    plan, first = search_plan(WANTED[0][0], PART), [segment_of(keep, 0)]
+    pairs = [losses(first, kind, plan, COMPARED_WITH_ALL) for kind in given]
+    exact = compare_all(template_rows(keep, 0), given, pairs)
+    results = {
+        "delaunay_us": 1e6 * call,
+        "speed": speed,
+        "loss": lost,
+        "bound": [summary(k.name, p, PART, plan) for k, p in zip(given, pairs, strict=True)],
+        "exact": [summary(k.name, p, PART, plan) for k, p in zip(given, exact, strict=True)],
+    }
+    click.echo(format_searching(results))
+    if json_file:
+        write_json(json_file, results)
+    of_a_million = (s for s in speed if s["prints"] <= MOST_ON_DEMAND and not s["threshold"])
+    slow = any(s["calls"] > MAX_CALLS for s in of_a_million if s["plan"]["loss"] < MAX_LOSS)
+    large = any(sum(s["bytes"].values()) > MAX_BYTES for s in speed)
+    context.exit(int(slow or large or any(r["lost"] > MAX_LOSS for r in lost)))
+
+
+if __name__ == "__main__":
+    main()

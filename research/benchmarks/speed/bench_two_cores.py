@@ -1,0 +1,86 @@
+"""Two cores: `evaluate` and `enrol` of 160 pictures with two workers, against one.
+
+Beside each stands what two processes gain that share nothing but the machine: no more is to be had.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from in_turn import OURS, in_turn, wall
+from PIL import Image
+
+SAMPLE = Path(__file__).resolve().parents[3] / "sample_data"
+BLOCKS = 5
+TURNS_DEG = (0.0, 4.0)
+ARITHMETIC = "total = 0\nfor k in range(20_000_000): total += k * k % 7"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of 20 fingers with 8 impressions: the sample prints, turned a little."""
+    return turned_prints(tmp_path_factory.mktemp("prints"))
+
+
+def turned_prints(made: Path, turns_deg: tuple[float, ...] = TURNS_DEG) -> Path:
+    """Write the sample prints of five times as many fingers into a folder; return it."""
+    for block in range(BLOCKS):
+        for source in sorted(SAMPLE.glob("*.tif")):
+            finger, impression = source.stem.split("_")
+            for k, turn in enumerate(turns_deg):
+                with Image.open(source) as picture:
+                    turned = picture.convert("L").rotate(turn - 7 * block, fillcolor=255)
+                name = f"{int(finger) + 10 * block}_{int(impression) + 4 * k}.png"
+                turned.save(made / name, dpi=(500, 500))
+    return made
+
+
+@wall("two cores, evaluate")
+@in_turn(4)
+def test_evaluate(
+    benchmark: Any, side: str, folder: Path, command: list[str], environment: dict[str, str]
+) -> None:
+    """Extract the prints and compare all pairs."""
+    benchmark.extra_info["two processes"] = gain_of_two_processes(environment)
+    words = [*command, "evaluate", str(folder), "--workers", "2" if side == OURS else "1"]
+    benchmark.pedantic(_run, (words, environment), rounds=1)
+
+
+@wall("two cores, enrol")
+@in_turn(4)
+def test_enrol(
+    benchmark: Any,
+    side: str,
+    folder: Path,
+    command: list[str],
+    environment: dict[str, str],
+    tmp_path: Path,
+) -> None:
+    """Enrol the prints in an empty gallery."""
+    benchmark.extra_info["two processes"] = gain_of_two_processes(environment)
+    gallery = str(tmp_path / "prints.db")
+    workers = "2" if side == OURS else "1"
+    words = [*command, "enrol", gallery, str(folder), "--workers", workers]
+    benchmark.pedantic(_run, (words, environment), rounds=1)
+
+
+def gain_of_two_processes(environment: dict[str, str]) -> float:
+    """Return how many times as much two processes get done as one, in plain arithmetic."""
+    took = []
+    for processes in (1, 2):
+        start = time.perf_counter()
+        words = [sys.executable, "-c", ARITHMETIC]
+        started = [subprocess.Popen(words, env=environment) for _ in range(processes)]
+        for process in started:
+            process.wait()
+        took.append(time.perf_counter() - start)
+    return 2 * took[0] / took[1]
+
+
+def _run(words: list[str], environment: dict[str, str]) -> None:
+    subprocess.run(words, env=environment, capture_output=True, check=True)

@@ -63,9 +63,8 @@ MAY_IMPORT = {
     "api": {"drawing", "image", "matching", "pair", "reading", "report"},
     "gallery_api": {"api", "engine", "gallery"},
     "client": {"formats", "output"},
-    "revocable": {"array_file", "encryption", "matching"},
     "web": {"audit", "case_report", "engine", "gallery", "pair"},
-    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web", "revocable"},
+    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web"},
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.

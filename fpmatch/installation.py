@@ -15,7 +15,7 @@ from fpmatch.engine.local import available_cores
 from fpmatch.formats.registry import CODECS
 from fpmatch.kernels import build_command, compiled_kernels, outdated_kernels
 from fpmatch.matching.matchers import own_matcher_names
-from fpmatch.plugins import FORMATS, MATCHERS, load_plugins, plugin_source
+from fpmatch.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.text_table import text_table
 
 # Of pyproject.toml, which an installed package does not contain; a test compares them.
@@ -71,7 +71,7 @@ class Installation:
         Cores that this process may use.
     memory, memory_limit : int or None
         Bytes of this computer, and of the container if it has fewer; None where unknown.
-    matchers, formats : tuple of PluginState
+    matchers, formats, commands : tuple of PluginState
         Plug-ins.
     """
 
@@ -89,6 +89,7 @@ class Installation:
     memory_limit: int | None
     matchers: tuple[PluginState, ...]
     formats: tuple[PluginState, ...]
+    commands: tuple[PluginState, ...]
 
     @property
     def engines(self) -> dict[str, bool]:
@@ -101,12 +102,17 @@ class Installation:
         missing = [f"{name} is not installed" for name, one in self.packages.items() if one is None]
         failed = [
             f"{kind} {one.name}: {one.problem}"
-            for kind, plugins in (("matcher", self.matchers), ("format", self.formats))
+            for kind, plugins in self._plugins.items()
             for one in plugins
             if one.problem
         ]
         outdated = [f"kernels out of date: `{build_command()}` compiles them"]
         return missing + failed + outdated * bool(self.outdated_kernels)
+
+    @property
+    def _plugins(self) -> dict[str, tuple[PluginState, ...]]:
+        """What other packages add, by its kind."""
+        return {"matcher": self.matchers, "format": self.formats, "command": self.commands}
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as JSON values."""
@@ -136,9 +142,9 @@ class Installation:
             ("packages", _versions(self.packages)),
         ]
         rows += [(f"extra {name}", _versions(versions)) for name, versions in self.extras.items()]
-        for kind, plugins in (("matchers", self.matchers), ("formats", self.formats)):
+        for kind, plugins in self._plugins.items():
             shown = [f"{one.name} ({one.source})" for one in plugins if not one.problem]
-            rows.append((f"{kind} added", ", ".join(shown) or "none"))
+            rows.append((f"{kind}s added", ", ".join(shown) or "none"))
         return text_table(rows, left=2)
 
 
@@ -166,6 +172,7 @@ def inspect_installation() -> Installation:
         memory_limit=limit if limit is not None and limit < (memory or limit + 1) else None,
         matchers=_plugins(MATCHERS, own_matcher_names()),
         formats=_plugins(FORMATS, {codec.name for codec in CODECS}),
+        commands=_plugins(COMMANDS, set()),
     )
 
 

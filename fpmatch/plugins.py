@@ -1,7 +1,8 @@
-"""Matchers and formats of other packages, which name them as entry points.
+"""Matchers, formats and commands of other packages, which name them as entry points.
 
 A package states them in its pyproject.toml, as docs/how-to/add_a_matcher.md shows:
-``[project.entry-points."fpmatch.matchers"]`` and ``[project.entry-points."fpmatch.formats"]``.
+``[project.entry-points."fpmatch.matchers"]``; the other groups are ``fpmatch.formats`` and
+``fpmatch.commands``.
 """
 
 from __future__ import annotations
@@ -18,14 +19,16 @@ if TYPE_CHECKING:
 
 MATCHERS: Final = "fpmatch.matchers"
 FORMATS: Final = "fpmatch.formats"
+COMMANDS: Final = "fpmatch.commands"
 _PARTS: Final = {  # what an object of a group must have
     MATCHERS: ("name", "prepare", "compare"),
     FORMATS: ("name", "title", "suffixes", "recognises", "decode", "encode"),
+    COMMANDS: ("name", "make_context"),
 }
 
 
 class PluginError(FpmatchError):
-    """A matcher or format of another package cannot be loaded."""
+    """What another package adds cannot be loaded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +50,7 @@ def load_plugin(group: str, name: str) -> Any:
     Parameters
     ----------
     group : str
-        `MATCHERS` or `FORMATS`.
+        `MATCHERS`, `FORMATS` or `COMMANDS`.
     name : str
         A name of `plugin_names`, or a place, ``package.module:OBJECT``. Of a class at this place,
         one instance is made.

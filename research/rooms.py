@@ -50,9 +50,8 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "api": {"drawing", "image", "matching", "pair", "reading", "report"},
     "gallery_api": {"api", "engine", "gallery"},
     "client": {"formats", "output"},
-    "revocable": {"array_file", "encryption", "matching"},
     "web": {"audit", "case_report", "engine", "gallery", "pair"},
-    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web", "revocable"},
+    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web"},
     "__main__": {"cli"},
 }
 # Rooms that may not import `minutiae`.

@@ -33,9 +33,11 @@ SUMMARIES: Final = {
     "synth": "Make databases of synthetic prints with ground truth.",
     "calibrate": "Fit scores to the false match rates of your own prints.",
     "points": "Match, benchmark and draw bare point sets.",
-    "revocable": "Protect templates under a key that can be replaced (research).",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
+ELSEWHERE: Final = {"revocable": "fpmatch-revocable, in examples/revocable of the sources"}
+"""Commands of packages that fpmatch comes without."""
+
 EXIT_ERROR: Final = 2
 EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
 
@@ -92,7 +94,25 @@ class LazyGroup(click.Group):
 
 
 class _Fpmatch(LazyGroup):
-    """The whole command: sub-commands return the exit status, errors are shown on one line."""
+    """The whole command: sub-commands return the exit status, errors are shown on one line.
+
+    Other packages may add sub-commands as entry points of `fpmatch.plugins.COMMANDS`.
+    """
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the sub-command `cmd_name`, of fpmatch or of another package, if there is one."""
+        if cmd_name in self._summaries or cmd_name not in _added():
+            return super().get_command(ctx, cmd_name)
+        from fpmatch.plugins import COMMANDS, load_plugin
+
+        return cast("click.Command", load_plugin(COMMANDS, cmd_name))
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the summaries, then the commands of other packages."""
+        super().format_commands(ctx, formatter)
+        if added := [(name, of) for name, of in _added().items() if name not in self._summaries]:
+            with formatter.section("Commands of other packages"):
+                formatter.write_dl(added)
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
         """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
@@ -107,7 +127,14 @@ class _Fpmatch(LazyGroup):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the sub-command that is named first; note kernels out of date before it runs."""
-        resolved = super().resolve_command(ctx, args)
+        resolved: tuple[str | None, click.Command | None, list[str]]
+        name = click.utils.make_str(args[0])
+        if name not in self._summaries and name in _added():
+            resolved = name, self.get_command(ctx, name), args[1:]
+        elif name in ELSEWHERE and not ctx.resilient_parsing:
+            ctx.fail(f"{name!r} is a command of another package, {ELSEWHERE[name]}.")
+        else:
+            resolved = super().resolve_command(ctx, args)
         if not ctx.resilient_parsing and resolved[0] != "doctor":  # which lists them itself
             from fpmatch.cli.notes import say_outdated_kernels
 
@@ -136,6 +163,13 @@ class _Fpmatch(LazyGroup):
         except OSError as error:
             # other files raise FpmatchError: this is the output itself, on a full disk
             raise _OneLineError(f"{error.filename or 'output'}: {error.strerror}") from error
+
+
+def _added() -> dict[str, str]:
+    """Return the commands that other packages add, and what each is of."""
+    from fpmatch.plugins import COMMANDS, plugin_names, plugin_source
+
+    return {name: plugin_source(COMMANDS, name) for name in plugin_names(COMMANDS)}
 
 
 def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import statistics
+import sys
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import combinations, pairwise
@@ -15,10 +16,14 @@ from scipy.spatial import Delaunay
 
 from fpmatch.encryption.keys import Key
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.revocable.compare import shared_words, similarity
-from fpmatch.revocable.template import protect
 from research.all_pairs import compare_all_pairs
+from research.commands import ROOT
 from research.unlinkability import d_sys
+
+sys.path.append(str(ROOT / "examples" / "revocable"))
+
+from fpmatch_revocable.compare import shared_words, similarity
+from fpmatch_revocable.template import protect
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,7 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.minutiae import Template
-    from fpmatch.revocable.template import RevocableTemplate
+    from fpmatch_revocable.template import RevocableTemplate
 
 KEYS: Final = 2
 SPEED_PAIRS: Final = 200

@@ -84,7 +84,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "parsing.py": ("json", "calibration", "truth", "points-results", "dataset-info", "clients"),
     "pointset/points_csv.py": ("points",),
     "reading.py": _OUT,
-    "revocable/template.py": ("revocable",),
     "synthesis/check.py": ("truth-check",),
     "synthesis/plan.py": ("dataset-info",),
     "web/access.py": ("clients",),

@@ -33,7 +33,7 @@ ALONE: Final = 1 / 6
 Example:
   python -m research calibrate fvc/*/* --synthetic
   FPMATCH_KEY=file:any.key python -m research calibrate fvc/*/* --synthetic \\
-      --matcher fpmatch.revocable.matcher:MATCHER
+      --matcher revocable --into examples/revocable/fpmatch_revocable
 """,
 )
 @folders

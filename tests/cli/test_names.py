@@ -103,13 +103,11 @@ def stored(place, images):
         table.writerow(["path", "subject"])
         for k, image in enumerate(images):
             table.writerow([printable(image), f"s{k}"])
-    key, protected = file_in(folder, b"k\xff\x1b", b""), file_in(folder, b"r\xff\x1b", b".rev")
+    key = file_in(folder, b"k\xff\x1b", b"")
     run("key", "new", key)
-    run("revocable", "protect", images[0], "-o", protected, "--key", f"file:{key}")
     return {
         "gallery": gallery,
         "key": key,
-        "revocable": protected,
         "templates": sorted((folder / "templates").glob("*.json")),
         "scores": scores,
         "points": points,
@@ -200,17 +198,6 @@ CASES = {
         ("{copy} --key file:{key}", {0}),
         ("{copy} --key file:{key} --json", {0}),
         ("{copy} --key file:{missing}", {2}),
-    ],
-    "revocable protect": [
-        ("{0} -o {out}/a.rev --key file:{key}", {0}),
-        ("{missing} -o {out}/a.rev --key file:{key}", {2}),
-        ("{0} -o {out}/a.rev --key file:{missing}", {2}),
-    ],
-    "revocable compare": [
-        ("{revocable} {revocable}", {0, 1}),
-        ("{revocable} {revocable} --json", {0, 1}),
-        ("{revocable} {missing}", {2}),
-        ("{scores} {revocable}", {2}),
     ],
     "gallery audit": [("{missing}", {2}), ("{scores}", {2})],
     "score": [

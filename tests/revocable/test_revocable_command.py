@@ -8,13 +8,14 @@ from click.testing import CliRunner
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.encryption.key_text import make_keys
+from fpmatch_revocable.matcher import CALIBRATION
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample prints are not here")
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
+def run(tmp_path, monkeypatch, installed):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("FPMATCH_KEY", raising=False)
     make_keys("file:a.key")
@@ -69,11 +70,26 @@ def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path):
 
 
 def test_the_matcher_takes_its_key_from_the_command(run):
-    place = "fpmatch.revocable.matcher:MATCHER"
+    words = "--matcher", "revocable", "--calibration", CALIBRATION, "--json", "--fmr", 0.01
     prints = [SAMPLES / f"{name}.tif" for name in ("101_1", "101_3")]
-    done = run("verify", *prints, "--matcher", place, "--json", "--fmr", 0.01)
+    done = run("verify", *prints, *words)
     assert done.exit_code == 2
     assert "no key was given" in done.output
     for key in ("file:a.key", "file:b.key"):
-        done = run("verify", *prints, "--matcher", place, "--json", "--fmr", 0.01, "--key", key)
+        done = run("verify", *prints, *words, "--key", key)
         assert json.loads(done.output)["match"] is True
+
+
+def test_its_command_is_listed_with_its_package(run, installed):
+    assert f"revocable  {installed['name']} 1.0" in run("--help").output
+    assert "commands added" in run("doctor").output
+    for words in ([], ["protect"], ["compare"]):
+        done = run("revocable", *words, "--help")
+        assert done.exit_code == 0
+        assert f"  fpmatch {' '.join(['revocable', *words])} " in done.output.split("Example")[1]
+
+
+def test_without_its_package_the_command_states_it():
+    done = CliRunner().invoke(fpmatch, ["revocable", "protect", "a.tif"])
+    assert done.exit_code == 2
+    assert "fpmatch-revocable, in examples/revocable" in done.output.splitlines()[-1]

@@ -9,9 +9,9 @@ from fpmatch.encryption.keys import Key
 from fpmatch.errors import MatcherError, OutputError, TemplateError
 from fpmatch.matching.prepare import prepare
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
-from fpmatch.revocable.compare import compare, shared_words, similarity
-from fpmatch.revocable.template import WORDS, RevocableTemplate, protect
+from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
+from fpmatch_revocable.compare import compare, shared_words, similarity
+from fpmatch_revocable.template import WORDS, RevocableTemplate, protect
 
 ONE, OTHER = Key(bytes(range(32))), Key(bytes(32))
 SIZE = 600

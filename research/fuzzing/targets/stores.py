@@ -23,7 +23,6 @@ from unittest.mock import patch
 import numpy as np
 
 from fpmatch.array_file import read_arrays, write_arrays
-from fpmatch.encryption.keys import load_keys
 from fpmatch.engine.engine import serial
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
@@ -43,8 +42,6 @@ from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.printable import printable
-from fpmatch.revocable.compare import similarity
-from fpmatch.revocable.template import RevocableTemplate, protect
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import packed_template
 from research.fuzzing.mutators.sealed import use_key
@@ -78,7 +75,6 @@ def store_targets() -> list[Target]:
         Target("packed-descriptors", _descriptors, ARRAYS, kernels=True),
         Target("stored-template", _stored, (zip_member,), kernels=True),
         Target("unfinished-run", _unfinished, SQLITE),
-        Target("revocable", _revocable, ARRAYS),
     ]
 
 
@@ -256,19 +252,6 @@ def _stored() -> Reader:
         _compare(unpack(data))
 
     return Reader([pack(template) for template in templates().values()], read)
-
-
-def _revocable() -> Reader:
-    path = scratch() / "made.revocable"
-    use_key()
-    good = protect(templates()[PROBE], load_keys().current)
-    good.save(path)
-
-    def read(data: bytes) -> None:
-        if not 0 <= similarity(RevocableTemplate.load(written("it.revocable", data)), good) < 1e9:
-            raise AssertionError("no similarity")
-
-    return Reader([path.read_bytes()], read)
 
 
 class _StopError(Exception):

@@ -69,7 +69,7 @@ def protect(
     from fpmatch.encryption.keys import load_keys
     from fpmatch.output import check_writable
     from fpmatch.reading import PrintReader, make_given_print
-    from fpmatch.revocable import template
+    from fpmatch_revocable import template
 
     check_writable(output)
     key = load_keys().current
@@ -112,14 +112,14 @@ def compare(probe: Path, reference: Path, fmr: float, as_json: bool) -> int:
     """Decide whether two revocable templates of one key are of the same finger; needs no key."""
     from fpmatch.drawing.words import odds, score_as_high, verdict
     from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
-    from fpmatch.revocable import compare as comparison
-    from fpmatch.revocable.matcher import MATCHER
-    from fpmatch.revocable.template import RevocableTemplate
+    from fpmatch_revocable import compare as comparison
+    from fpmatch_revocable.matcher import CALIBRATION, MATCHER
+    from fpmatch_revocable.template import RevocableTemplate
 
     threshold = fmr_to_score(fmr)
     a, b = RevocableTemplate.load(probe), RevocableTemplate.load(reference)
     similarity = comparison.compare(a, b)
-    score = load_calibration(MATCHER.name).score(similarity)
+    score = load_calibration(MATCHER.name, CALIBRATION).score(similarity)
     match, rate = score >= threshold, score_to_fmr(score)
     if as_json:
         document = {

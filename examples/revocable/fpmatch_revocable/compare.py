@@ -11,7 +11,7 @@ from fpmatch.errors import MatcherError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.revocable.template import RevocableTemplate
+    from fpmatch_revocable.template import RevocableTemplate
 
 BY_CHANCE: Final = 2  # words that two minutiae may share without being paired
 ADDED: Final = 40  # shared words that are added to those of two prints, so that few weigh little
@@ -35,7 +35,7 @@ def compare(a: RevocableTemplate, b: RevocableTemplate) -> float:
     Examples
     --------
     >>> import numpy as np
-    >>> from fpmatch.revocable.template import RevocableTemplate
+    >>> from fpmatch_revocable.template import RevocableTemplate
     >>> words = np.arange(48 * 264, dtype=np.uint32).reshape(48, 264)
     >>> one = RevocableTemplate(words, "00" * 8)
     >>> round(compare(one, one), 3)

@@ -1,6 +1,6 @@
 """A revocable template: a fixed number of words, which look random without the key.
 
-The words of a minutia are its cells (see `fpmatch.revocable.cells`), each encrypted as a block of
+The words of a minutia are its cells (see `fpmatch_revocable.cells`), each encrypted as a block of
 AES-256 and cut to 32 bits. A cell occurs once in a template, rows without enough cells are filled
 with encrypted numbers that no other print has, and rows and words are sorted: without the key, what
 is stored is indistinguishable from random numbers, of which there are as many for every print.
@@ -19,7 +19,7 @@ import numpy as np
 from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.matching.prepare import prepare
-from fpmatch.revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
+from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
 
 if TYPE_CHECKING:
     import os

@@ -1,18 +1,19 @@
 """The comparison of revocable templates as a matcher, for every command that takes one.
 
-``--matcher fpmatch.revocable.matcher:MATCHER`` names it; the environment variable ``FPMATCH_KEY``
-names the source of its key.
+``--matcher revocable`` names it, once the package is installed; the environment variable
+``FPMATCH_KEY`` names the source of its key. `CALIBRATION` is the file for ``--calibration``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.encryption.keys import load_keys
 from fpmatch.matching.result import Comparison, nothing_found
-from fpmatch.revocable.compare import compare
-from fpmatch.revocable.template import RevocableTemplate, protect
+from fpmatch_revocable.compare import compare
+from fpmatch_revocable.template import RevocableTemplate, protect
 
 if TYPE_CHECKING:
     from fpmatch.minutiae import Template
@@ -38,3 +39,4 @@ class RevocableMatcher:
 
 
 MATCHER: Final = RevocableMatcher()
+CALIBRATION: Final = Path(__file__).with_name("revocable.json")

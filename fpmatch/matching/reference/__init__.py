@@ -93,8 +93,8 @@ def match(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Pairing, Evidence] 
         pairs = search_by_ridges(a, b, None if small else (candidates.first, candidates.second))
         starts = (seeded(a.points, b.points, *one_pair(len(a), *pair)) for pair in pairs)
         grown = (grow(start, p.rounds) for start in starts)
-        found = [weighed(each) for each in grown if each.pairs]
-        best = _greatest([best, *found] if best else found)
+        by_ridges = [weighed(each) for each in grown if each.pairs]
+        best = _greatest([best, *by_ridges] if best else by_ridges)
     return best
 
 

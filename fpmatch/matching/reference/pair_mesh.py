@@ -115,7 +115,7 @@ def predict(
 def measure(mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane) -> dict[str, float]:
     """Measure the pairs on their rings: sums over the pairs, each of the first three 0 to 1."""
     p = PairMeshParameters()
-    found = dict.fromkeys(("places", "weights", "fullness", "turned", "strain"), 0.0)
+    features = dict.fromkeys(("places", "weights", "fullness", "turned", "strain"), 0.0)
     edges = 0
     for i, ring in by_degree(mesh.rings, mesh.owner[FRAME:]):
         spokes_a = mesh.vertex[ring] - mesh.at[i, None]
@@ -123,15 +123,15 @@ def measure(mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane) -> dic
         length_a, length_b = abs(spokes_a), abs(spokes_b)
         weight = ring_weights(spokes_a)
         of_pairs = ring >= FRAME
-        found["fullness"] += float(weight[of_pairs].sum())
+        features["fullness"] += float(weight[of_pairs].sum())
         off = abs(predicted[i] - b[partner[i]])
         off /= p.residual_px + p.residual_per_px * (weight * length_a).sum(axis=1)
-        found["weights"] += float(np.exp(-0.5 * off**2).sum())
+        features["weights"] += float(np.exp(-0.5 * off**2).sum())
         apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])  # eq. (3)
-        found["places"] += float(np.exp(-0.5 * apart.var(axis=1) / p.place_tolerance**2).sum())
-        found["turned"] += int((cross(spokes_b, np.roll(spokes_b, -1, axis=1)) <= 0.0).sum())
+        features["places"] += float(np.exp(-0.5 * apart.var(axis=1) / p.place_tolerance**2).sum())
+        features["turned"] += int((cross(spokes_b, np.roll(spokes_b, -1, axis=1)) <= 0.0).sum())
         strain = 2.0 * abs(length_a - length_b) / (length_a + length_b + 2.0 * STRAIN_PX)
-        found["strain"] += float(strain[of_pairs].sum())
+        features["strain"] += float(strain[of_pairs].sum())
         edges += int(of_pairs.sum())
-    found["strain"] /= max(edges, 1)
-    return found
+    features["strain"] /= max(edges, 1)
+    return features

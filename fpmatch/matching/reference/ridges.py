@@ -36,10 +36,10 @@ def codes_at(region: PrintArea, z: Plane) -> NDArray[np.uint8]:
     per_px = 1.0 / region.step
     x, y = z.real * per_px - region.first_column, -z.imag * per_px - region.first_row
     rows, columns = region.code.shape
-    found = np.zeros(z.shape, np.uint8)
+    codes = np.zeros(z.shape, np.uint8)
     within = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
-    found[within] = region.code[y[within].astype(np.intp), x[within].astype(np.intp)]
-    return found
+    codes[within] = region.code[y[within].astype(np.intp), x[within].astype(np.intp)]
+    return codes
 
 
 def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:
@@ -127,8 +127,8 @@ def search_by_ridges(
     Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
     """
     if b.region.area < a.region.area:
-        found = search_by_ridges(b, a, None if pairs is None else pairs[::-1])
-        return [(j, i) for i, j in found]
+        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1])
+        return [(j, i) for i, j in swapped]
     p = RidgeSearchParameters()
     most, least_flow, least_value = p.found, p.least_flow, 0.0
     if pairs is not None:

@@ -8,8 +8,10 @@ import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
+import fpmatch
+
 _FRAME = re.compile(r'File "([^"]+)", line (\d+)')
-_OURS = ("/fpmatch/", "/research/fuzzing/targets/")  # folders, the more telling one first
+_OURS = (Path(fpmatch.__file__).parent, Path(__file__).parent / "targets")  # package first
 _NUMBERS = re.compile(r"0x[0-9a-f]+|\d+")
 NOT_OURS = "in no file of fpmatch"
 
@@ -68,8 +70,8 @@ def place_in_dump(dump: str) -> str:
 
 def _place(frames: list[tuple[str, int]]) -> str:
     """Name the first of some frames, innermost first, that is in our code."""
-    for part in _OURS:
+    for folder in _OURS:
         for file, line in frames:
-            if part in file:
+            if Path(file).is_relative_to(folder):
                 return f"in {Path(file).name}:{line}"
     return NOT_OURS

@@ -134,10 +134,11 @@ def test_no_answer_contains_the_place_of_a_database(
     pytest.importorskip("psycopg", reason="the extra `postgres` is not installed")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-    url = f"postgresql://ada:hidden-word@127.0.0.1:{port}/prints?application_name=inner"
+    url = f"postgresql://olga:hidden-word@127.0.0.1:{port}/prints?application_name=inner"
     with served(make_app(Settings(workers=1, gallery=url, clients=ADMIN))) as http:
         http.headers["host"] = "localhost"
-        secrets = (f":{port}", str(port), "127.0.0.1", "ada", "hidden-word", "inner")
+        # no word of hexadecimal digits, which an id may contain
+        secrets = (f":{port}", str(port), "127.0.0.1", "olga", "hidden-word", "inner")
         check_answers(http, prints, secrets, caplog)
     assert "hidden-word" not in caplog.text
 

@@ -167,6 +167,7 @@ def test_notes_of_100_kb_with_every_line_break(match):
     assert shown_lines(page(match, notes=text)) == lines
 
 
+@pytest.mark.slow
 def test_marks_keep_their_letters_and_are_drawn(match):
     marks = [CaseMark("probe" if k % 2 else "reference", 60 + 9 * k, 150) for k in range(28)]
     html = page(match, marks=marks, warp=True)

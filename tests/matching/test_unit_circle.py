@@ -26,6 +26,7 @@ from matching_prints import (
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
 from fpmatch.matching.compare import align
+from fpmatch.matching.explain import MOSTLY_PAIRED
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.score import evidence_scorer, gather_evidence
@@ -336,5 +337,7 @@ def test_too_few_minutiae_that_agree_are_named(field):
     b[:, :4] = a[:, :4]
     found = verify(template_of(a, field=field), template_of(b, field=field), threshold=99.9)
     assert not found.match
-    assert "too few minutiae agree under the best transform: " in found.evidence.reason
-    assert f"{len(found.pairs)} pair" in found.evidence.reason
+    main = found.evidence.reason
+    if found.agreement < MOSTLY_PAIRED:  # smaller prints, where kernels are interpreted, have more
+        assert main.startswith("too few minutiae agree under the best transform: ")
+    assert f"{len(found.pairs)} pair" in main

@@ -72,6 +72,7 @@ def test_a_part_is_found_in_every_arrangement(name):
     assert np.median(error) < 1e-3 * np.ptp(q)
 
 
+@pytest.mark.slow
 @needs_compiled_kernels
 def test_a_long_search_does_not_map_a_crowd_onto_a_crowd():
     p, q, _ = arranged_pair("one cluster", 20_000, "independent")

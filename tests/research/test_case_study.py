@@ -20,6 +20,7 @@ from research.case_study import prints
 from research.case_study.case import Case
 from research.case_study.command import draw_case_study
 
+pytestmark = pytest.mark.slow
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 NAMES = ("103_1", "103_2")
 

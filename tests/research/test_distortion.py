@@ -84,6 +84,7 @@ def test_the_last_impression_is_the_most_distorted_and_the_skin_does_not_fold():
     assert replace(preset, placement=PRESETS["clean"].placement) == PRESETS["clean"]
 
 
+@pytest.mark.slow
 def test_the_measurement_repeats_itself_and_makes_a_table():
     result = measure_distortion(SMALL, workers=1)
     assert [condition["name"] for condition in result["conditions"]] == list(CONDITIONS)

@@ -163,6 +163,7 @@ def test_slow_bodies_take_no_place_from_others_and_end():
             one.close()
 
 
+@pytest.mark.slow
 def test_a_body_that_trickles_faster_ends_at_the_limit_of_uploads():
     with serving() as served:
         one = served.connect(POST % 1_000_000)

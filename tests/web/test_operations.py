@@ -235,6 +235,7 @@ def test_sixty_clients_at_once_are_all_answered(prints: dict[str, bytes]) -> Non
         assert "fpmatch_requests_waiting 0.0" in metrics
 
 
+@pytest.mark.slow
 def test_a_request_that_waits_too_long_is_refused(prints: dict[str, bytes]) -> None:
     limits = Limits(waiting=0, wait_seconds=0.05)
     with served(make_app(Settings(workers=1, limits=limits))) as http:

@@ -145,6 +145,7 @@ def asked(prints: dict[str, bytes]) -> Iterator[tuple[str, str, dict[str, Any]]]
         yield "DELETE", path, {}
 
 
+@pytest.mark.slow
 def test_no_answer_contains_a_folder_of_the_server(
     server: httpx.Client, prints: dict[str, bytes]
 ) -> None:

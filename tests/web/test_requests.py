@@ -141,6 +141,7 @@ def test_a_role_is_checked_before_names() -> None:
         assert "needs the role" in refusal(answer, 403)
 
 
+@pytest.mark.slow
 def test_methods_that_an_address_does_not_take_are_answered_with_those_it_does(
     server: httpx.Client, operations: list[tuple[str, str, dict[str, Any]]]
 ) -> None:

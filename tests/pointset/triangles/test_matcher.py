@@ -78,6 +78,7 @@ def match_half(n, seed, move, jitter):
     assert sum(place[i] == j for i, j in match.pairs.tolist()) > 0.4 * n
 
 
+@pytest.mark.slow
 @needs_compiled_kernels
 @given(st.integers(15_000, 25_000), seeds, similarities(10, 10))
 @example(20_000, 0, Similarity(1.7, 0.7, 3.0, -2.0))

@@ -95,15 +95,23 @@ def lacks_ridges(template: Template) -> str:
     field = template.field
     if field is None or not field.mask.any():
         return "" if len(template.minutiae) else "has no ridges"
-    cells = np.argwhere(field.mask)
-    corners = np.concatenate([cells + offset for offset in ((0, 0), (0, 1), (1, 0), (1, 1))])
-    hull = cv2.contourArea(cv2.convexHull(corners.astype(np.int32)))
-    if len(cells) < MIN_SOLIDITY * hull:
+    cells = np.count_nonzero(field.mask)
+    if cells < MIN_SOLIDITY * _hull_of(field.mask):
         return "has no ridges of a finger: they are scattered"
-    area_mm2 = len(cells) * (field.step * MM_PER_INCH / template.dpi) ** 2
-    uniformity = abs(np.exp(2j * field.orientation[field.mask]).mean())
-    straight = area_mm2 > ENOUGH_MM2 and uniformity > MAX_UNIFORMITY
-    return "has no ridges of a finger: they are straight" if straight else ""
+    if cells * (field.step * MM_PER_INCH / template.dpi) ** 2 <= ENOUGH_MM2:
+        return ""
+    twice = 2.0 * field.orientation[field.mask]
+    uniformity = math.hypot(np.cos(twice).mean(), np.sin(twice).mean())
+    return "has no ridges of a finger: they are straight" if uniformity > MAX_UNIFORMITY else ""
+
+
+def _hull_of(mask: NDArray[np.bool_]) -> float:
+    """Return the area, in cells, of the convex hull of the cells of a mask, at least one."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    left = mask[rows].argmax(axis=1)
+    right = mask.shape[1] - mask[rows, ::-1].argmax(axis=1)
+    corners = np.stack([np.tile([left, right], 2).ravel(), np.tile(np.r_[rows, rows + 1], 2)])
+    return float(cv2.contourArea(cv2.convexHull(corners.T.astype(np.int32))))
 
 
 def reachable_similarities(

@@ -24,17 +24,24 @@ def calibration_of(matcher: str) -> Calibration | None:
 
 
 def outcomes(
-    matcher: str, similarities: NDArray[np.float64], reachable: NDArray[np.float64]
+    similarity: NDArray[np.float64],
+    score: NDArray[np.float64],
+    reachable: NDArray[np.float64],
+    *,
+    calibration: Calibration | None,
+    rho: float | None,
+    threshold: float = DEFAULT_THRESHOLD,
 ) -> NDArray[np.str_]:
-    """Return the outcomes of comparisons by their similarities and the reachable ones.
+    """Return the outcomes of comparisons by their scores or, where `rho` decides, similarities.
 
-    A print without a template, whose reachable similarity is minus infinity, is inconclusive. A
-    matcher that neither decides by itself nor is calibrated has no outcomes: they are "".
+    `reachable` are the similarities that genuine prints reach. A print without a template, which
+    has none, is inconclusive. Where neither a calibration nor `rho` decides, the outcomes are "".
     """
-    if rho_of(matcher) is None and calibration_of(matcher) is None:
-        return np.full(similarities.shape, "")
-    scores = reachable_scores(calibration_of(matcher), reachable)
-    return decide(matches(matcher, similarities), scores, DEFAULT_THRESHOLD)
+    if rho is None and calibration is None:
+        return np.full(similarity.shape, "")
+    matched = score >= threshold if rho is None else similarity > rho
+    lowest = np.where(np.isnan(reachable), -np.inf, reachable)
+    return decide(matched, reachable_scores(calibration, lowest), threshold)
 
 
 def matches(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:

@@ -35,7 +35,7 @@ import numpy as np
 
 from fpmatch.errors import DatasetError, OutputError, without_path
 from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.evaluation.decision import calibration_of
+from fpmatch.evaluation.decision import calibration_of, rho_of
 from fpmatch.evaluation.decision import outcomes as outcomes_of
 from fpmatch.gallery.csv_rows import csv_rows
 from fpmatch.matching.decision import MATCH
@@ -332,7 +332,13 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
         "" if e.template else without_path(e.reason, i.path) or NO_TEMPLATE
         for i, e in zip(impressions, result.extracted.extractions, strict=True)
     ]
-    decision = outcomes_of(matcher, similarity, outcomes["reachable"])
+    decision = outcomes_of(
+        similarity,
+        score,
+        outcomes["reachable"],
+        calibration=calibration,
+        rho=rho_of(matcher),
+    )
     why = np.where(decision == MATCH, "", outcomes["reason"])
     for k in np.flatnonzero(failed).tolist():
         why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])

@@ -14,8 +14,8 @@ import numpy as np
 from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.comparison import Comparer
+from fpmatch.evaluation.decision import outcomes
 from fpmatch.evaluation.score_file import COLUMNS, csv_lines, failure_reason
-from fpmatch.matching.decision import decide, reachable_scores
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -83,24 +83,17 @@ class RowWriter:
         if self.threshold is not None:
             kept = np.flatnonzero(failed | (score >= self.threshold))
         listed = np.full(len(chunk), -1) if chunk.genuine is None else chunk.genuine
-        decision = self._decisions(similarity, score, reachable)
+        decision = outcomes(
+            similarity,
+            score,
+            reachable,
+            calibration=self.calibration,
+            rho=self.rho,
+            threshold=DEFAULT_THRESHOLD if self.threshold is None else self.threshold,
+        )
         columns = (chunk.probe, chunk.reference, listed, similarity, score, decision)
         rows = map(self._row, *(column[kept].tolist() for column in columns))
         return csv_lines(rows), len(kept), int(failed.sum())
-
-    def _decisions(
-        self,
-        similarity: NDArray[np.float64],
-        score: NDArray[np.float64],
-        reachable: NDArray[np.float64],
-    ) -> NDArray[np.str_]:
-        """Return the outcomes; "" where the matcher does not decide."""
-        if self.rho is None and self.calibration is None:
-            return np.full(len(score), "")
-        needed = DEFAULT_THRESHOLD if self.threshold is None else self.threshold
-        matched = score >= needed if self.rho is None else similarity > self.rho
-        lowest = np.where(np.isnan(similarity), -np.inf, reachable)
-        return decide(matched, reachable_scores(self.calibration, lowest), needed)
 
     def _row(
         self, i: int, j: int, listed: int, similarity: float, score: float, decision: str

@@ -18,12 +18,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import encode
+from fpmatch.matching.matchers.unit_circle import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.prepare import prepare as prepare_print
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
@@ -40,9 +41,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate
     from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
-
-MIN_PAIRS_FOR_SCALE: Final = 6
-MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
 def prepare(

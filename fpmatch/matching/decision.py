@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
+    from fpmatch.ridge_field import RidgeField
 
 Decision = Literal["match", "no match", "inconclusive"]
 MATCH: Final = "match"
@@ -39,6 +40,7 @@ TOO_FEW_MINUTIAE: Final = "too few minutiae"
 UNKNOWN_RESOLUTION: Final = "unknown resolution"
 THRESHOLD_TOO_HIGH: Final = "threshold too high"
 
+# `research/benchmarks/outcomes.py` prints the extremes of real prints.
 MIN_SOLIDITY: Final = 0.55  # share of the ridges' convex hull; .67 is the least of 1,218 prints
 MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the most of those prints
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
@@ -95,23 +97,34 @@ def lacks_ridges(template: Template) -> str:
     field = template.field
     if field is None or not field.mask.any():
         return "" if len(template.minutiae) else "has no ridges"
-    cells = np.count_nonzero(field.mask)
-    if cells < MIN_SOLIDITY * _hull_of(field.mask):
+    if solidity(field.mask) < MIN_SOLIDITY:
         return "has no ridges of a finger: they are scattered"
-    if cells * (field.step * MM_PER_INCH / template.dpi) ** 2 <= ENOUGH_MM2:
-        return ""
-    twice = 2.0 * field.orientation[field.mask]
-    uniformity = math.hypot(np.cos(twice).mean(), np.sin(twice).mean())
-    return "has no ridges of a finger: they are straight" if uniformity > MAX_UNIFORMITY else ""
+    straight = ridge_area_mm2(template) > ENOUGH_MM2 and uniformity(field) > MAX_UNIFORMITY
+    return "has no ridges of a finger: they are straight" if straight else ""
 
 
-def _hull_of(mask: NDArray[np.bool_]) -> float:
-    """Return the area, in cells, of the convex hull of the cells of a mask, at least one."""
+def solidity(mask: NDArray[np.bool_]) -> float:
+    """Return the share of their convex hull that the cells of a mask, at least one, fill."""
     rows = np.flatnonzero(mask.any(axis=1))
     left = mask[rows].argmax(axis=1)
     right = mask.shape[1] - mask[rows, ::-1].argmax(axis=1)
     corners = np.stack([np.tile([left, right], 2).ravel(), np.tile(np.r_[rows, rows + 1], 2)])
-    return float(cv2.contourArea(cv2.convexHull(corners.T.astype(np.int32))))
+    hull = cv2.contourArea(cv2.convexHull(corners.T.astype(np.int32)))
+    return float(np.count_nonzero(mask) / hull)
+
+
+def uniformity(field: RidgeField) -> float:
+    """Return how far the ridges run one way: 1 if all are parallel, about 0 if none prevails."""
+    twice = 2.0 * field.orientation[field.mask]
+    return math.hypot(np.cos(twice).mean(), np.sin(twice).mean())
+
+
+def ridge_area_mm2(template: Template) -> float:
+    """Return the area of the ridges of a template, in mm²; 0 without a ridge field."""
+    field = template.field
+    if field is None:
+        return 0.0
+    return float(np.count_nonzero(field.mask) * (field.step * MM_PER_INCH / template.dpi) ** 2)
 
 
 def reachable_similarities(

@@ -14,7 +14,7 @@ import repository  # noqa: F401
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from research.commands import Command, folders, json_file, workers, write_json
-from research.experiments.outcomes import format_outcomes, outcome_rows
+from research.experiments.outcomes import format_outcomes, outcome_rows, ridge_extremes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +33,8 @@ def command(
 
     Each DIR is an FVC-style database. All pairs of its prints are compared, and parts of prints
     with all other prints: some neighbouring minutiae with the ridges around them or without, and
-    squares of the images at random places, extracted again.
+    squares of the images at random places, extracted again. After the table stand the extremes of
+    the prints' ridges, by which other pictures are recognised.
     """
     sets = extract_datasets(load_datasets(folders), workers=workers)
     rows = []
@@ -41,6 +42,8 @@ def command(
         rows.append(row.as_json())
         click.echo(f"{len(rows)}: {row.name}", err=True)
     click.echo(format_outcomes(rows))
+    for extracted in sets:
+        click.echo(ridge_extremes(extracted))
     if json_file is not None:
         write_json(json_file, {"rows": rows})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,6 +13,7 @@ from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
+    ENOUGH_MM2,
     INCONCLUSIVE,
     MATCH,
     NO_MATCH,
@@ -19,6 +21,9 @@ from fpmatch.matching.decision import (
     evidence_in,
     reachable_scores,
     reachable_similarities,
+    ridge_area_mm2,
+    solidity,
+    uniformity,
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -135,6 +140,19 @@ def _crop(prints: WholePrints, number: int, side: int, rng: np.random.Generator)
     row, column = (cells[rng.integers(len(cells))] + 0.5) * template.field.step
     image = crop_at(read_image(prints.impressions[number].path), column, row, side, template.dpi)
     return extract(image, template.dpi)
+
+
+def ridge_extremes(extracted: ExtractedSet) -> str:
+    """Return how near the prints of a database come to what is taken for no ridges of a finger."""
+    templates = [one.template for one in extracted.extractions if one.template is not None]
+    shown = [one for one in templates if one.field is not None and one.field.mask.any()]
+    solid = min((solidity(one.field.mask) for one in shown if one.field), default=math.nan)
+    large = [one.field for one in shown if one.field and ridge_area_mm2(one) > ENOUGH_MM2]
+    uniform = max(map(uniformity, large), default=math.nan)
+    return (
+        f"{extracted.dataset.name}: {len(shown)} prints with ridges, least solidity {solid:.3f}, "
+        f"greatest uniformity on more than {ENOUGH_MM2:.0f} mm² {uniform:.3f}"
+    )
 
 
 def format_outcomes(rows: Sequence[Mapping[str, Any]]) -> str:

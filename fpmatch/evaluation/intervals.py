@@ -1,6 +1,6 @@
 """95 % intervals of the rates of an evaluation.
 
-They are those of the bootstrap over fingers. Without an error every draw has none, which limits
+They come from the bootstrap over fingers. Without an error every draw has none, which limits
 nothing: the limit is then that of Clopper and Pearson, one-sided, where each finger is one trial,
 because its impressions are not independent. Nor are pairs of fingers that share one, which a finger
 that matches many others shows; for the EER, a trial is a pair of fingers, each finger in one pair.

@@ -66,8 +66,7 @@ def format_accuracy(results: Row) -> str:
             "### Fragments and wolves",
             "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
             "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
-            "those of crops and composed images in pixels. `research/benchmarks/wolves.py` "
-            "measures it.",
+            "for crops and composed images in pixels. `research/benchmarks/wolves.py` measures it.",
             format_wolves(results["wolves"]["rows"]),
             "### Outcomes",
             "Percent of the pairs with each outcome at the default threshold: all pairs of whole "

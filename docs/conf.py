@@ -19,8 +19,8 @@ from sphinx.errors import ExtensionError
 
 from fpmatch import StageRecorder, __version__, extract
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.drawing.paper_figures.sheet import write_point_figures
 from fpmatch.drawing.stages.sheet import write_stages
+from fpmatch.lab.paper_figures.sheet import write_point_figures
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))

@@ -11,8 +11,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from fpmatch.evaluation.run import evaluate_matchers
-from fpmatch.synthesis.database import make_database
+from fpmatch.lab.evaluation.run import evaluate_matchers
+from fpmatch.lab.synthesis.database import make_database
 
 
 def main(folder: Path, fingers: int, impressions: int) -> None:

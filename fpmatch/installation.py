@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.engine.local import available_cores
+from fpmatch.base.kernels import build_command, compiled_kernels, outdated_kernels
+from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
+from fpmatch.base.text_table import text_table
 from fpmatch.formats.registry import CODECS
-from fpmatch.kernels import build_command, compiled_kernels, outdated_kernels
+from fpmatch.gallery.engine.local import available_cores
 from fpmatch.matching.matchers import own_matcher_names
-from fpmatch.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
-from fpmatch.text_table import text_table
 
 # Of pyproject.toml, which an installed package does not contain; a test compares them.
 CORE: Final = (

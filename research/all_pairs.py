@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.evaluation.impostors import ImpostorSet
-from fpmatch.evaluation.scores_set import Trials
+from fpmatch.lab.evaluation.impostors import ImpostorSet
+from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Template
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.templates.minutiae import Template
 
 
 def compare_all_pairs(
@@ -39,7 +39,7 @@ def compare_all_pairs(
     [False, True, False]
     """
     prints = [MATCHER.prepare(template) for template in templates]
-    many = PackedTemplates.pack(prints)
+    many = PreparedPrints.pack(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
         return MATCHER.similarities(prints[k], many, k + 1)

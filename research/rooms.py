@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.text_table import markdown_table
+from fpmatch.base.text_table import markdown_table
 from research.commands import ROOT
 
 if TYPE_CHECKING:
@@ -31,9 +31,9 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "binary_records": set(),
     "encryption": {"output"},
     "image": {"binary_records"},
-    "matching": {"array_file", "packed_columns", "packed_template", "plugins", "pointset"},
-    "packed_columns": {"_template_column_kernel", "formats", "packed_template"},
-    "packed_template": {"_template_column_kernel", "binary_records", "formats"},
+    "matching": {"array_file", "stored_columns", "stored_template", "plugins", "pointset"},
+    "stored_columns": {"_template_column_kernel", "formats", "stored_template"},
+    "stored_template": {"_template_column_kernel", "binary_records", "formats"},
     "_template_column_kernel": set(),
     "formats": {"binary_records", "encryption", "npy", "plugins"},
     "drawing": {"matching"},

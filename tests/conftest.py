@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 import fpmatch
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
 # sources of `fpmatch`, too, which must not hide the installed package.
@@ -32,7 +32,7 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.kernels import outdated_kernels_note
+    from fpmatch.base.kernels import outdated_kernels_note
 
     if note := outdated_kernels_note():
         raise pytest.UsageError(note)
@@ -63,11 +63,11 @@ def kernels_line():
 
     Return the line that commands in other processes begin with, "" where kernels are compiled.
     """
-    from fpmatch.kernels import slow_kernels_note
+    from fpmatch.base.kernels import slow_kernels_note
 
     note = slow_kernels_note()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.kernels.slow_kernels_note", lambda: None)
+        patch.setattr("fpmatch.base.kernels.slow_kernels_note", lambda: None)
         yield f"fpmatch: note: {note}\n" if note else ""
 
 
@@ -129,10 +129,10 @@ def stripes():
 @pytest.fixture(scope="session")
 def pressed():
     """Return synthetic prints with pores and creases of two fingers, two of each, on white."""
-    from fpmatch.synthesis.impression import make_impression
-    from fpmatch.synthesis.master import make_master
-    from fpmatch.synthesis.presets import PRESETS
-    from fpmatch.synthesis.sensor import SENSORS
+    from fpmatch.lab.synthesis.impression import make_impression
+    from fpmatch.lab.synthesis.master import make_master
+    from fpmatch.lab.synthesis.presets import PRESETS
+    from fpmatch.lab.synthesis.sensor import SENSORS
 
     sensor = SENSORS["optical-388x374"]
     masters = [make_master(4, finger) for finger in (1, 2)]

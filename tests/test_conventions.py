@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from research.experiments.direction_agreement import measure_agreement
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"

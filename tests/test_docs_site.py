@@ -17,7 +17,7 @@ import pytest
 import fpmatch
 from fpmatch import errors
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.evaluation.points.results import read_results
+from fpmatch.lab.points.results import read_results
 from fpmatch.matching.matchers import matcher_names
 from research.experiments.point_targets import missed_targets
 

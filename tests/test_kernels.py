@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch import kernels
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.base import kernels
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 ROOT = Path(__file__).resolve().parents[1]
 SUFFIX = EXTENSION_SUFFIXES[0]
@@ -51,7 +51,7 @@ def package(tmp_path):
     shutil.copy(kernels.__file__, package)
     (package / "__init__.py").touch()
     (package / "__main__.py").write_text(
-        "from fpmatch.kernels import kernels_text\nprint(kernels_text())\n"
+        "from fpmatch.base.kernels import kernels_text\nprint(kernels_text())\n"
     )
     (package / "_base_kernel.py").write_text("def base():\n    return 1\n")
     (package / "_base_kernel.pxd").write_text("cpdef long base()\n")

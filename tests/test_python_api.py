@@ -15,9 +15,9 @@ from PIL import Image
 
 import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
-from fpmatch.gallery.enrol import enrol
-from fpmatch.gallery.print_file import PrintFile
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.tasks.enrol import enrol
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"
 A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
@@ -189,9 +189,9 @@ MOST_SECONDS = 0.05
 @pytest.fixture(scope="module")
 def shown(template, result, tmp_path_factory):
     """Return what Python programs hold, by its name, with names and texts that try to be HTML."""
-    from fpmatch.evaluation.rates import error_rates
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
-    from fpmatch.evaluation.scores_set import unnamed_set
+    from fpmatch.lab.evaluation.rates.error_rates import error_rates
+    from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
+    from fpmatch.lab.evaluation.report.results import EvaluationReport, SetResult
 
     evil = "<script>alert(1)</script>"
     rng = np.random.default_rng(5)

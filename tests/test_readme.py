@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.audit.log import AuditLog
+from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import SUMMARIES
-from fpmatch.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.rotation import rotate
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.gallery.store.audit_log import AuditLog
+from fpmatch.gallery.tasks.rotation import rotate
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from research import outputs
 from research.outputs import documented_outputs, without_times
 

@@ -8,14 +8,14 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
-from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.ground_truth.transform_error import common_minutiae
+from fpmatch.lab.evaluation.ground_truth.truth import load_truth
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from fpmatch.matching.verify import verify
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
 FVC2002_DB1 = Path(__file__).resolve().parents[2] / "shared" / "fvc" / "fvc2002" / "DB1_B"

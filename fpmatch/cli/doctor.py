@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
+from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
-from fpmatch.printable import json_text
 
 
 @click.command(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import (
     files_argument,
@@ -14,12 +15,11 @@ from fpmatch.cli.options import (
     raw_option,
 )
 from fpmatch.errors import FpmatchError
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.gallery.inspection import Inspection
+    from fpmatch.cli.inspection import Inspection
     from fpmatch.image.io.raw import RawSize
 
 
@@ -54,10 +54,10 @@ def inspect(
     folder is detected from all of them. Where a file contains several prints, what differs between
     them is separated by bars.
     """
-    from fpmatch.gallery.inspection import inspect_file
-    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
-    from fpmatch.minutiae import check_dpi
-    from fpmatch.reading import PrintReader
+    from fpmatch.cli.inspection import inspect_file
+    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.prints.reading import PrintReader
+    from fpmatch.templates.minutiae import check_dpi
 
     reader = PrintReader(raw, quiet=True).image
     if dpi is not None:

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import json_option
-from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
-    from fpmatch.encryption.keys import KeyRing
+    from fpmatch.base.encryption.keys import KeyRing
 
 _SOURCE: Final = click.argument("source", metavar="FILE|SOURCE", required=False)
 
 
 def _full_source(text: str | None) -> str:
     """Return the source that an argument means: without file:, env: or keyring: a file."""
-    from fpmatch.encryption.keys import KEY_VARIABLE, KINDS, given_source
+    from fpmatch.base.encryption.keys import KEY_VARIABLE, KINDS, given_source
 
     if text is None and not given_source():
         raise click.UsageError(f"give a FILE or SOURCE, or set {KEY_VARIABLE}")
@@ -67,7 +67,7 @@ Examples:
 @json_option
 def new(source: str | None, add: bool, as_json: bool) -> None:
     """Make a random key, and write it to a new FILE or to the system keyring."""
-    from fpmatch.encryption.key_text import add_key, make_keys
+    from fpmatch.base.encryption.key_text import add_key, make_keys
 
     keys = (add_key if add else make_keys)(_full_source(source))
     show(
@@ -88,7 +88,7 @@ Examples:
 @json_option
 def list_(source: str | None, as_json: bool) -> None:
     """List the ids of the keys in FILE or SOURCE, the current one first; not the keys."""
-    from fpmatch.encryption.keys import load_keys
+    from fpmatch.base.encryption.keys import load_keys
 
     keys = load_keys(_full_source(source))
     lines = [f"{key_id}{'  current' * (key_id == keys.ids[0])}" for key_id in keys.ids]
@@ -109,7 +109,7 @@ def remove(source: str, key_id: str, as_json: bool) -> None:
 
     First let `fpmatch gallery rotate` seal with the current key what is sealed with it.
     """
-    from fpmatch.encryption.key_text import remove_key
+    from fpmatch.base.encryption.key_text import remove_key
 
     keys = remove_key(_full_source(source), key_id)
     show(

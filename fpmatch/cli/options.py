@@ -66,7 +66,7 @@ class FormatChoice(Name):
     """One of some names, or of the formats of other packages, which are looked for if need be."""
 
     def _with_plugins(self) -> Name:
-        from fpmatch.plugins import FORMATS, plugin_names
+        from fpmatch.base.plugins import FORMATS, plugin_names
 
         return Name(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
 
@@ -83,7 +83,7 @@ class FormatChoice(Name):
 
 def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     """Set the source of the keys in the environment, which worker processes inherit."""
-    from fpmatch.encryption.keys import KEY_VARIABLE, split_source
+    from fpmatch.base.encryption.keys import KEY_VARIABLE, split_source
     from fpmatch.errors import EncryptionError
 
     if value is None:
@@ -98,7 +98,7 @@ def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> N
 
 
 def _restore_key(before: str | None) -> None:
-    from fpmatch.encryption.keys import KEY_VARIABLE
+    from fpmatch.base.encryption.keys import KEY_VARIABLE
 
     if before is None:
         os.environ.pop(KEY_VARIABLE, None)

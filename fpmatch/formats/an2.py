@@ -18,13 +18,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.binary_records import RS, START, Record, contents, first_item, read_records, table
+from fpmatch.base.binary_records import RS, START, Record, contents, first_item, read_records, table
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span
 from fpmatch.formats.fmr_header import CM_PER_INCH, ROUND_DPI
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MM_PER_INCH, MinutiaKind, Template
+from fpmatch.templates.minutiae import MM_PER_INCH, MinutiaKind, Template
 
 MINUTIAE_TYPE: Final = 9
 TEXT_IMAGES: Final = frozenset({13, 14, 15})

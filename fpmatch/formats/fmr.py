@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.binary_records import ByteReader
+from fpmatch.base.binary_records import ByteReader
+from fpmatch.base.text_table import count
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import (
     check_fits,
@@ -25,8 +26,7 @@ from fpmatch.formats.codec import (
 )
 from fpmatch.formats.fmr_header import MAGIC, dpi_of
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
-from fpmatch.text_table import count
+from fpmatch.templates.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.fmr_header import Frame
     from fpmatch.formats.record import ReadingOptions
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255

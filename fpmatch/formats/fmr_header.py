@@ -10,9 +10,9 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import check_fits
 
 if TYPE_CHECKING:
-    from fpmatch.binary_records import ByteReader
+    from fpmatch.base.binary_records import ByteReader
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MAGIC: Final = b"FMR\x00"
 CM_PER_INCH: Final = 2.54

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from fpmatch.base.plugins import FORMATS, PluginError, load_plugin, load_plugins, plugin_names
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
     an2,
@@ -22,7 +23,6 @@ from fpmatch.formats import (
 )
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.fmr_header import MAGIC
-from fpmatch.plugins import FORMATS, PluginError, load_plugin, load_plugins, plugin_names
 
 if TYPE_CHECKING:
     import os
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
-# another package, see `fpmatch.plugins`.
+# another package, see `fpmatch.base.plugins`.
 CODECS: Final = (
     csv_format.CODEC,
     json_format.CODEC,

@@ -1,6 +1,6 @@
 """Sealed templates: fpmatch's JSON format under authenticated encryption.
 
-A file is a sealed record (`fpmatch.encryption.records`) with the bytes of a JSON template. The keys
+A file is a sealed record (`fpmatch.base.encryption.records`) with the bytes of a JSON template. The keys
 come from the environment variable ``FPMATCH_KEY``, which the option ``--key`` of commands sets.
 """
 
@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.encryption.keys import keys_for, load_keys
-from fpmatch.encryption.records import is_sealed, key_id_of, seal, unseal
+from fpmatch.base.encryption.keys import keys_for, load_keys
+from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import TemplateError
 from fpmatch.formats import json_format
 from fpmatch.formats.codec import Codec

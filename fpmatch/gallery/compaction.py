@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.gallery.erasure import delete_outdated, size_of_prepared
-from fpmatch.gallery.tables import TABLES
+from fpmatch.gallery.store.tables import TABLES
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.database import mark_overwritten
-from fpmatch.gallery.history import keep_history
-from fpmatch.gallery.sealing import ENCRYPTED_VERSION, create_sealing
-from fpmatch.gallery.tables import GALLERY, VERSION, create_tables
+from fpmatch.gallery.store.database import mark_overwritten
+from fpmatch.gallery.store.history import keep_history
+from fpmatch.gallery.store.sealing import ENCRYPTED_VERSION, create_sealing
+from fpmatch.gallery.store.tables import GALLERY, VERSION, create_tables
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.sealed_database import SealedDatabase
+    from fpmatch.gallery.store.sealed_database import SealedDatabase
 
 
 def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> None:

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
+from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.index_erasure import erase_from_index
-from fpmatch.gallery.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
-from fpmatch.gallery.prepared import Prepared, load_prepared, prepared_name, save_prepared
-from fpmatch.gallery.tables import TABLES
+from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
+from fpmatch.gallery.store.tables import TABLES
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.output import reason
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.store.reader import GalleryReader
 
 _PATTERNS: Final = (f"*{PREPARED}", "*.prints", "*.npy", ".*.part")
 """Files of prepared prints: of this version, of earlier ones, and unfinished ones."""

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import audit
 from fpmatch.gallery.creation import check_or_create
-from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, PackedEntry
-from fpmatch.gallery.history import keep_history
-from fpmatch.gallery.reader import GalleryReader
-from fpmatch.gallery.rows import pack_entry, to_row
-from fpmatch.gallery.sealed_database import as_keys
-from fpmatch.gallery.tables import (
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
+from fpmatch.gallery.store import audit
+from fpmatch.gallery.store.history import keep_history
+from fpmatch.gallery.store.reader import GalleryReader
+from fpmatch.gallery.store.rows import pack_entry, to_row
+from fpmatch.gallery.store.sealed_database import as_keys
+from fpmatch.gallery.store.tables import (
     ENTRY,
     FAILURE,
     GALLERY,
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     import sqlalchemy as sa
 
-    from fpmatch.encryption.keys import KeyRing
-    from fpmatch.gallery.entry import NewEntry
+    from fpmatch.base.encryption.keys import KeyRing
+    from fpmatch.gallery.listing.entry import NewEntry
 
 SOURCES_PER_QUERY: Final = 1000
 
@@ -52,7 +52,7 @@ def open_gallery(
     create : bool
         Whether to make it where it is missing.
     key : KeyRing or str, optional
-        Keys of an encrypted gallery, or their source, as for `fpmatch.encryption.keys.load_keys`
+        Keys of an encrypted gallery, or their source, as for `fpmatch.base.encryption.keys.load_keys`
         (default: that in the environment). They are read when they are needed first.
     encrypt : bool
         Whether one that is made is encrypted with the current key, and another must be encrypted.

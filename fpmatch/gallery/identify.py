@@ -8,29 +8,29 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError, number_text
+from fpmatch.fingers.finger import fused_scores
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.gallery.prepared_search import (
     EXHAUSTIVE_UP_TO,
     Candidate,
     CandidateListSize,
     Preselection,
 )
-from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
-from fpmatch.matching.finger import fused_scores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.prepared_search import Each, Search
-    from fpmatch.gallery.search import ConsolidatedFingers
+    from fpmatch.gallery.search.opening import ConsolidatedFingers
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
 MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
@@ -130,7 +130,7 @@ def identify(
         docs/explanation/searching.md).
     impressions : bool
         Whether each impression is a candidate, with its own score, rather than each finger with
-        the score of its impressions together (see `fpmatch.matching.finger`).
+        the score of its impressions together (see `fpmatch.fingers.finger`).
     consolidated : ConsolidatedFingers, optional
         Compares each candidate also with the consolidated template of its impressions and ranks
         the candidates again; the same fingers are candidates (default: this is not done).
@@ -160,9 +160,9 @@ def identify(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.gallery.entry import Label, NewEntry
+    >>> from fpmatch.gallery.listing.entry import Label, NewEntry
     >>> from fpmatch.gallery.gallery import open_gallery
-    >>> from fpmatch.gallery.search import open_search
+    >>> from fpmatch.gallery.search.opening import open_search
     >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
     >>> template = Template(minutiae, 100, 100)
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,7 @@
 """Identification by several fingers: find the subjects whose fingers match the probes best.
 
 Each probe is searched alone. The subjects that are among the best of any probe are compared by all
-their fingers, and the scores of a subject's fingers are fused (`fpmatch.matching.fused_fingers`).
+their fingers, and the scores of a subject's fingers are fused (`fpmatch.fingers.fused_fingers`).
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError
+from fpmatch.fingers.finger import fused_scores
+from fpmatch.fingers.fused_fingers import assign_fingers
+from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.identify import identify
-from fpmatch.indexing.loss import DEFAULT_LOSS
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.matching.finger import fused_scores
-from fpmatch.matching.fused_fingers import assign_fingers
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.engine import Engine
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.prepared_search import CandidateListSize, Each, Search
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
 CONSIDERED: Final = 300
@@ -165,11 +165,11 @@ def identify_fused(
     Parameters
     ----------
     search : Search
-        From `fpmatch.gallery.search.open_search`.
+        From `fpmatch.gallery.search.opening.open_search`.
     probes : sequence of Template
         A print of each finger, in any order.
     subjects : Subjects
-        The subjects of the prints, as `fpmatch.gallery.candidates.GallerySubjects`.
+        The subjects of the prints, as `fpmatch.gallery.search.entries.GallerySubjects`.
     positions : sequence of str
         Which finger each probe is of, named as when it was enrolled, "" where it is not known
         (default: none is known).
@@ -192,9 +192,9 @@ def identify_fused(
     Examples
     --------
     >>> from fpmatch import load_template, open_gallery
-    >>> from fpmatch.gallery.candidates import GallerySubjects
+    >>> from fpmatch.gallery.search.entries import GallerySubjects
     >>> from fpmatch.gallery.identify_fused import identify_fused
-    >>> from fpmatch.gallery.search import open_search
+    >>> from fpmatch.gallery.search.opening import open_search
     >>> left, right = map(load_template, ("left.json", "right.json"))  # doctest: +SKIP
     >>> with open_gallery("prints.db") as gallery:  # doctest: +SKIP
     ...     search, subjects = open_search(gallery), GallerySubjects(gallery)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from fpmatch.base.output import folder_lock
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.index_files import IndexFolder
-from fpmatch.gallery.index_state import IndexState, removals_between
-from fpmatch.gallery.kept_files import INDEX, SEGMENT, kept_folders
-from fpmatch.output import folder_lock
+from fpmatch.gallery.index.files import IndexFolder
+from fpmatch.gallery.index.state import IndexState, removals_between
+from fpmatch.gallery.store.kept_files import INDEX, SEGMENT, kept_folders
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.store.reader import GalleryReader
 
 
 def erase_from_index(gallery: GalleryReader) -> None:

@@ -3,7 +3,7 @@
 A calibration is a curve. Up to the largest measured score it consists of knots, measured on
 impostor comparisons, and straight lines between them. Beyond, it is a generalised Pareto tail: with
 excess e = (x - last knot) / scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e)
-where ξ is 0. `fpmatch.evaluation.calibrate` fits one; ``python -m research calibrate``
+where ξ is 0. `fpmatch.lab.evaluation.calibrate` fits one; ``python -m research calibrate``
 makes the calibrations of the package.
 """
 
@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parsing import parse_json
 from fpmatch.errors import MatcherError, number_text
-from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     import os

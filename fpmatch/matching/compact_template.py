@@ -1,6 +1,6 @@
 """Compact templates: the packed templates of an index, about 670 bytes, with samples of the ridges.
 
-The layout is that of `fpmatch.packed_template`. It begins with "fc", and has eight samples of each
+The layout is that of `fpmatch.templates.stored_template`. It begins with "fc", and has eight samples of each
 cell's picture of the ridges, from which the other bits are estimated (see `ridge_samples`).
 """
 
@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.packed_arrays import START, PackedArrays, of_each
-from fpmatch.matching.ridge_samples import restore_ridges, sample_ridges
-from fpmatch.packed_template import RIDGES, Layout, pack, unpack
+from fpmatch.matching.prints.print_arrays import START, PrintArrays, of_each
+from fpmatch.matching.prints.ridge_samples import restore_ridges, sample_ridges
+from fpmatch.templates.stored_template import RIDGES, Layout, pack, unpack
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 VERSION: Final = 1
 LAYOUT: Final = Layout(
@@ -47,11 +47,11 @@ def compact(template: Template) -> bytes:
     Raises
     ------
     TemplateError
-        If a number is outside the bounds of `fpmatch.formats.bounds`.
+        If a number is outside the bounds of `fpmatch.templates.bounds`.
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> template = Template(Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6]), width=300, height=400)
     >>> data = compact(template)
     >>> len(data), expand(data).minutiae.xy.tolist()
@@ -72,7 +72,7 @@ def expand(data: bytes) -> Template:
 
 
 @dataclass(frozen=True, eq=False)
-class CompactTemplates(PackedArrays):
+class CompactTemplates(PrintArrays):
     """The compact templates of many prints in one array of bytes, and where each starts."""
 
     content_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import cv2
 import numpy as np
 
-from fpmatch.minutiae import MM_PER_INCH
-from fpmatch.text_table import count
+from fpmatch.base.text_table import count
+from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.minutiae import Template
-    from fpmatch.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import Template
+    from fpmatch.templates.ridge_field import RidgeField
 
 Decision = Literal["match", "no match", "inconclusive"]
 MATCH: Final = "match"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching.bit_descriptors import UNKNOWN_BIN
+from fpmatch.matching.prints.bit_descriptors import UNKNOWN_BIN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,7 +24,7 @@ UNIT_TOLERANCE: Final = 1e-3  # of the square of a unit vector's length
 
 
 def is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
-    """Return whether every index and size in the arrays of `PackedTemplates` lies within them."""
+    """Return whether every index and size in the arrays of `PreparedPrints` lies within them."""
     minutiae, cells = arrays["minutiae_start"], arrays["cell_start"]
     n, of_print, size = np.diff(minutiae), np.diff(cells), arrays["neighbour"].shape[1]
     for starts, length, most, array in (

@@ -7,32 +7,32 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.compact_template import LAYOUT
-from fpmatch.matching.packed_templates import PackedTemplates, inside_counts
-from fpmatch.matching.prepare import (
+from fpmatch.matching.prints.prepare import (
     PreparationParameters,
     describe,
     points_at_500dpi,
     prepare,
     qualities,
 )
-from fpmatch.matching.print_area import PrintAreas
+from fpmatch.matching.prints.prepared_prints import PreparedPrints, inside_counts
+from fpmatch.matching.prints.print_area import PrintAreas
+from fpmatch.matching.prints.ridge_samples import restore_all
 from fpmatch.matching.quantization import orientation_codes, root_weight_codes
-from fpmatch.matching.ridge_samples import restore_all
-from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.packed_columns import plain_columns
-from fpmatch.packed_template import ANGLES, STEPS
+from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.stored_columns import plain_columns
+from fpmatch.templates.stored_template import ANGLES, STEPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.compact_template import CompactTemplates
-    from fpmatch.packed_columns import PackedColumns
+    from fpmatch.templates.stored_columns import StoredColumns
 
 PRINTS_AT_ONCE: Final = 256  # whose arrays take a few megabytes
 _CODES: Final = orientation_codes(STEPS, np.ones(len(STEPS), bool))  # of ridge orientations
 
 
-def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> PackedTemplates:
+def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> PreparedPrints:
     """Prepare some compact templates, by their numbers: the same as to pack what `prepare` makes.
 
     Raises
@@ -49,10 +49,10 @@ def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> 
         _prepared_part(templates, numbers[k : k + PRINTS_AT_ONCE])
         for k in range(0, len(numbers), PRINTS_AT_ONCE)
     ]
-    return PackedTemplates.concatenate(parts)
+    return PreparedPrints.concatenate(parts)
 
 
-def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> PackedTemplates:
+def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> PreparedPrints:
     """Prepare a few prints, those that are not plain one by one."""
     start, most = templates.content_start, PreparationParameters().max_minutiae
     columns, plain = plain_columns(templates.content, start[which], start[which + 1], LAYOUT, most)
@@ -60,12 +60,12 @@ def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> Pac
     if len(plain) == len(which):
         return prepared
     others = np.setdiff1d(np.arange(len(which)), plain)
-    rest = PackedTemplates.pack(prepare(templates[k]) for k in which[others].tolist())
-    joined = PackedTemplates.concatenate([prepared, rest])
+    rest = PreparedPrints.pack(prepare(templates[k]) for k in which[others].tolist())
+    joined = PreparedPrints.concatenate([prepared, rest])
     return joined.take(np.argsort(np.concatenate([plain, others])))
 
 
-def _prepared(given: PackedColumns) -> PackedTemplates:
+def _prepared(given: StoredColumns) -> PreparedPrints:
     """Prepare prints of no more minutiae than take part."""
     n, zoom = np.diff(given.start), STANDARD_DPI / given.dpi
     x, y, angle, _, hundredths = given.columns
@@ -79,7 +79,7 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
         points, quality, given.start, areas
     )
     columns = np.ascontiguousarray(points.T, np.float32)
-    return PackedTemplates(
+    return PreparedPrints(
         minutiae_start=given.start,
         cell_start=given.cell_start,
         xy=np.ascontiguousarray(columns[:, :2]),
@@ -105,7 +105,7 @@ def _prepared(given: PackedColumns) -> PackedTemplates:
     )
 
 
-def _areas(given: PackedColumns) -> PrintAreas:
+def _areas(given: StoredColumns) -> PrintAreas:
     """Return the print areas of compact templates, as `area_of_field` does."""
     code = np.zeros(len(given.mask), np.uint8)
     code[given.mask.view(bool)] = _CODES[given.orientation]

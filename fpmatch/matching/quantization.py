@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching._preparation_kernel import round_weights, write_codes
-from fpmatch.matching.neighbourhood import Neighbourhoods
+from fpmatch.matching.prints._preparation_kernel import round_weights, write_codes
+from fpmatch.matching.prints.neighbourhood import Neighbourhoods
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.align import aligner_of
+from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
+from fpmatch.matching.pipeline.alignment import aligner_of
 
 if TYPE_CHECKING:
-    from fpmatch.matching.align import Alignment
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.pipeline.alignment import Alignment
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +61,8 @@ def correlate(
     Examples
     --------
     >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.matching.align import identity_alignment
-    >>> from fpmatch.matching.prepare import prepare
+    >>> from fpmatch.matching.pipeline.alignment import identity_alignment
+    >>> from fpmatch.matching.prints.prepare import prepare
     >>> bare = prepare(Template(Minutiae(x=[20, 60], y=[20, 30], angle=[0, 1]), 100, 100))
     >>> correlator, cells = correlate(bare, bare, identity_alignment(bare.points))
     >>> correlator.correlation, cells

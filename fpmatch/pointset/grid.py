@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.pointset._grid_kernel import CellGrid
+from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
 if TYPE_CHECKING:
     import numpy as np

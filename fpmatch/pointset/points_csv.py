@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import FpmatchError, PointSetError
-from fpmatch.npy import decode_npy, is_npy
 
 if TYPE_CHECKING:
     import os

@@ -29,8 +29,8 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
-from fpmatch.pointset.point_match import share_of
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.point_match import share_of
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

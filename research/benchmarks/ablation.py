@@ -14,10 +14,10 @@ import repository  # noqa: F401
 
 from research.experiments.ablation import Variant, ablation_command, run_worker
 
-MESH: Final = "fpmatch/matching/_pair_mesh_kernel.py"
-RING: Final = "fpmatch/pointset/unit_circle/_one_ring_kernel.py"
-EVIDENCE: Final = "fpmatch/matching/_evidence_kernel.py"
-AMOUNT: Final = "fpmatch/matching/_amount_kernel.py"
+MESH: Final = "fpmatch/matching/pipeline/_kernels/_pair_mesh_kernel.py"
+RING: Final = "fpmatch/pointset/paper/_one_ring_kernel.py"
+EVIDENCE: Final = "fpmatch/matching/pipeline/_kernels/_evidence_kernel.py"
+AMOUNT: Final = "fpmatch/matching/pipeline/_kernels/_amount_kernel.py"
 BOUND: Final = (
     "min(2.0 + (total - low) / high, limit)",
     "(2.0 + (total - low) / high)",
@@ -156,7 +156,7 @@ VARIANTS: Final = (
         "nearest neighbours instead of Delaunay",
         (
             (MESH, FIND_RING, NEAREST_RING),
-            ("fpmatch/matching/neighbourhood.py", NEIGHBOURS, NEAREST_NEIGHBOURS),
+            ("fpmatch/matching/prints/neighbourhood.py", NEIGHBOURS, NEAREST_NEIGHBOURS),
         ),
     ),
     Variant(
@@ -165,7 +165,13 @@ VARIANTS: Final = (
     ),
     Variant(
         "no relaxation",
-        (("fpmatch/matching/align.py", "    rounds: int = 5\n", "    rounds: int = 0\n"),),
+        (
+            (
+                "fpmatch/matching/pipeline/alignment.py",
+                "    rounds: int = 5\n",
+                "    rounds: int = 0\n",
+            ),
+        ),
     ),
     Variant("no evidence of the mesh", without=MESH_FEATURES),
     Variant(

@@ -18,11 +18,11 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
-from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import load_record
 from fpmatch.image.io.read import read_image
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
+from fpmatch.lab.evaluation.run import load_datasets
 from research.commands import Command, json_file, synthetic_folder, workers, write_json
 from research.experiments.minutiae_places import (
     PLACES,
@@ -34,8 +34,8 @@ from research.experiments.minutiae_places import (
 from research.synthetic_sets import TEST_SEED, synthetic_sets
 
 if TYPE_CHECKING:
-    from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.templates.minutiae import Minutiae
 
 Counts = dict[str, PlaceCounts]
 Known = tuple["Minutiae", "np.ndarray", "np.ndarray | None"]  # minutiae, visible, cores

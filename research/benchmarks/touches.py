@@ -18,15 +18,15 @@ import numpy as np
 from numpy.random import default_rng
 from repository import ROOT
 
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.base.text_table import markdown_table
+from fpmatch.fingers.finger import Finger, fused_score
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.rates.error_rates import error_rates
+from fpmatch.lab.synthesis.database import make_database
+from fpmatch.lab.synthesis.plan import plain_sensor
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.finger import Finger, fused_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.synthesis.database import make_database
-from fpmatch.synthesis.plan import plain_sensor
-from fpmatch.text_table import markdown_table
 from research.commands import PATH, Command, workers
 from research.marked_blocks import write_marked_block
 

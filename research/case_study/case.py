@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.paper_figures.marks import BENEATH, TINTS, Tint
-from fpmatch.drawing.paper_figures.sheet import show
+from fpmatch.lab.paper_figures.marks import BENEATH, TINTS, Tint
+from fpmatch.lab.paper_figures.sheet import show
 from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.result import Verification
-    from fpmatch.minutiae import Template
     from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.templates.minutiae import Template
 
     Floats = NDArray[np.float64]
 

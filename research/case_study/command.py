@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.drawing.paper_figures.sheet import (
+from fpmatch.errors import DatasetError
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import read_image
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.paper_figures.sheet import (
     FILE_FORMATS,
     PointFigure,
     draw_sheets,
     write_point_figures,
 )
-from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.image.extract import extract
-from fpmatch.image.io.read import read_image
 from fpmatch.matching.verify import verify
 from research.case_study.case import Case
 from research.case_study.prints import mesh_of_pairs, overlays, pairs, prints, triangulations
@@ -26,7 +26,7 @@ from research.commands import PATH, ROOT, Command
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.drawing.paper_figures.sheet import FileFormat
+    from fpmatch.lab.paper_figures.sheet import FileFormat
 
 SAMPLES: Final = ROOT / "sample_data"
 SHOWN: Final = ("103_1", "103_2")

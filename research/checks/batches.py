@@ -17,15 +17,15 @@ from PIL import Image
 
 from fpmatch import extract, save_template
 from fpmatch.cli.group import fpmatch
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import MasterParameters, make_master
-from fpmatch.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import MasterParameters, make_master
+from fpmatch.lab.synthesis.presets import PRESETS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.lab.synthesis.sensor import Sensor
 
 IMPRESSIONS = 8
 IMAGE_SUFFIXES = (".tif", ".png", ".bmp", ".jpg", ".pgm")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from research.checks.batches import check_batches
 from research.commands import Command
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.evaluation.points.results import read_results
+from fpmatch.lab.points.results import read_results
 from research.commands import PATH, Command
 from research.experiments.point_targets import missed_targets
 

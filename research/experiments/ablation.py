@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, bootstrap_rates
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.intervals import interval_of
-from fpmatch.evaluation.rates import error_rates
-from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.scores_set import Trials
-from fpmatch.matching import score
-from fpmatch.matching.score_model import ScoreWeights
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.rates.bootstrap import BOOTSTRAPPED, bootstrap_rates
+from fpmatch.lab.evaluation.rates.error_rates import error_rates
+from fpmatch.lab.evaluation.rates.intervals import interval_of
+from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.run import load_datasets
+from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline.score_model import ScoreWeights
+from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs
 from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json
 from research.synthetic_sets import TRAINING_SEED, make_synthetic_sets

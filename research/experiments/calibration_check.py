@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.base.text_table import text_table
+from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.impostors import ImpostorSet
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.lab.evaluation.impostors import ImpostorSet
+    from fpmatch.lab.evaluation.report.results import EvaluationReport
     from fpmatch.matching.calibration import Calibration
 
 SCORES: Final = (20.0, 30.0, 40.0)

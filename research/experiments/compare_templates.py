@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.run import load_datasets
-from fpmatch.synthesis.sensor import SENSORS
-from fpmatch.synthesis.templates import make_templates
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.run import load_datasets
+from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.templates import make_templates
 from research.commands import PATH, Command, folders, json_file, workers, write_json
 from research.experiments.template_statistics import Group, compare_non_mates, describe
 from research.tables.templates import format_templates
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 SEED: Final = 31
 FINGERS: Final = 60  # of each sensor

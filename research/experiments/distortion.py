@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.rates import threshold_at_fmr
+from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.image.extract import extract
+from fpmatch.lab.evaluation.rates.error_rates import threshold_at_fmr
+from fpmatch.lab.synthesis.contact import outline_radius
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import make_master
+from fpmatch.lab.synthesis.plan import plain_sensor
+from fpmatch.lab.synthesis.presets import preset_named
+from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.pointset.similarity import Similarity
-from fpmatch.synthesis.contact import outline_radius
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import make_master
-from fpmatch.synthesis.plan import plain_sensor
-from fpmatch.synthesis.presets import preset_named
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.pointset.geometry.similarity import Similarity
 from research.all_pairs import compare_all_pairs
 
 if TYPE_CHECKING:
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
-    from fpmatch.synthesis.impression import Impression
-    from fpmatch.synthesis.master import Master
-    from fpmatch.synthesis.presets import Preset
-    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.lab.synthesis.impression import Impression
+    from fpmatch.lab.synthesis.master import Master
+    from fpmatch.lab.synthesis.presets import Preset
+    from fpmatch.lab.synthesis.sensor import Sensor
+    from fpmatch.templates.minutiae import Template
 
 FIRST_FINGER: Final = 1
 CONDITIONS: Final = {
@@ -147,7 +147,7 @@ def distortion_between(
 
     Examples
     --------
-    >>> from fpmatch.synthesis.master import MasterParameters
+    >>> from fpmatch.lab.synthesis.master import MasterParameters
     >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
     >>> one = make_impression(finger, 1, preset_named("clean"), SENSORS["plain-288x384"])
     >>> [round(value, 6) for value in distortion_between(one, one)]

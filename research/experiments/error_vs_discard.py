@@ -8,26 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.error_vs_discard import (
+from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.image.assess import assess
+from fpmatch.image.quality.print_quality import PrintQuality
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction, attempt_each_image
+from fpmatch.lab.evaluation.rates.error_vs_discard import (
     FMR,
     SHARES,
     QualitySample,
     discard_curve,
     pool,
 )
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction, attempt_each_image
-from fpmatch.evaluation.run import evaluate_templates
-from fpmatch.image.assess import assess
-from fpmatch.image.quality.print_quality import PrintQuality
+from fpmatch.lab.evaluation.run import evaluate_templates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.evaluation.report import SetResult
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
+    from fpmatch.lab.evaluation.report.results import SetResult
 
 
 def sample_quality(

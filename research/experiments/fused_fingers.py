@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
     from fpmatch.matching.calibration import Calibration
 
 CHECKED: Final = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0)

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.base.text_table import text_table
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import attempt_each_image
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.image.recorder import StageRecorder
-from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.text_table import text_table
+from fpmatch.image.preprocess.arrays import StageRecorder
+from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """The quantiles of a distribution that are reported."""

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
-from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.text_table import markdown_table
+from fpmatch.base.text_table import markdown_table
+from fpmatch.lab.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.ground_truth.minutiae_counts import Tolerance
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.lab.evaluation.ground_truth.minutiae_counts import Tolerance
+    from fpmatch.templates.minutiae import Minutiae
 
 PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
 """The places, in the order of the table."""

@@ -11,21 +11,21 @@ from dataclasses import replace
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.evaluation.points.conditions import conditions, make_pair
-from fpmatch.evaluation.points.trials import is_recognised
-from fpmatch.pointset.point_match import share_of
-from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
-from fpmatch.pointset.unit_circle.matcher import (
+from fpmatch.lab.points.conditions import conditions, make_pair
+from fpmatch.lab.points.trials import is_recognised
+from fpmatch.pointset.geometry.point_match import share_of
+from fpmatch.pointset.paper.matcher import (
     UnitCircleParameters,
     match_prepared,
     similar_rings,
 )
-from fpmatch.pointset.unit_circle.prepared_points import prepare_points
+from fpmatch.pointset.paper.prepared_points import prepare_points
+from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.evaluation.points.conditions import Condition
+    from fpmatch.lab.points.conditions import Condition
 
 AREA_TOLERANCES: Final = (0.1, 0.03, 0.01)
 EXITS: Final = (1, 4, 16, 64, 0)

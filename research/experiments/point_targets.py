@@ -18,13 +18,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.points.conditions import PAPER_ROWS, Condition, conditions
-from fpmatch.evaluation.points.summary import geometric_mean, speed_ups
+from fpmatch.lab.points.conditions import PAPER_ROWS, Condition, conditions
+from fpmatch.lab.points.summary import geometric_mean, speed_ups
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.evaluation.points.results import BenchResults, PointCell
+    from fpmatch.lab.points.results import BenchResults, PointCell
 
 FEWEST_TRIALS: Final = 100
 FEWEST_INDEPENDENT: Final = 20

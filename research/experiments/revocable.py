@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fpmatch.encryption.keys import Key
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.base.encryption.keys import Key
+from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from research.all_pairs import compare_all_pairs
 from research.commands import ROOT
 from research.unlinkability import d_sys
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Template
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.templates.minutiae import Template
     from fpmatch_revocable.template import RevocableTemplate
 
 KEYS: Final = 2

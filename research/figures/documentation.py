@@ -10,10 +10,10 @@ import click
 from PIL import Image
 
 import fpmatch
-from fpmatch.drawing.paper_figures.figures import draw_point_figures
-from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair
-from fpmatch.drawing.paper_figures.rings import choose_ring_pair
-from fpmatch.drawing.paper_figures.sheet import write_point_figures
+from fpmatch.lab.paper_figures.figures import draw_point_figures
+from fpmatch.lab.paper_figures.pair import EASY_SEED, random_point_pair
+from fpmatch.lab.paper_figures.rings import choose_ring_pair
+from fpmatch.lab.paper_figures.sheet import write_point_figures
 from research.commands import PATH, ROOT, Command
 from research.figures.how_it_works import how_it_works
 

@@ -10,20 +10,20 @@ import cv2
 import numpy as np
 
 import fpmatch
-from fpmatch.drawing import palette
-from fpmatch.drawing.fonts import wrapped
 from fpmatch.drawing.overlay.marks import PAIRED, marks
 from fpmatch.drawing.overlay.page import Print, frame
 from fpmatch.drawing.overlay.superposed import inks, minutiae_and_pairs
-from fpmatch.drawing.paper_figures.marks import MESH, TINTS, Tint
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.fonts import wrapped
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Pen, Scene, Text
 from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.prepare import prepare
+from fpmatch.lab.paper_figures.marks import MESH, TINTS, Tint
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
+from fpmatch.pointset.paper.parametrize import UnitCircle, parametrize
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import MarkStyle
-    from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Item, Point
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.drawing.scene.palette import Colour
+    from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.pointset.delaunay.triangulation import Triangulation
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.synthesis.noise import smooth_noise
+from fpmatch.lab.synthesis.noise import smooth_noise
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.evaluation.calibrate import calibrate_on
-from fpmatch.evaluation.extraction import ExtractedSet, extract_datasets
-from fpmatch.evaluation.impostors import ImpostorSet, impostors_of_report
-from fpmatch.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.lab.evaluation.calibrate import calibrate_on
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, extract_datasets
+from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
+from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among

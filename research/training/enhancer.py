@@ -12,7 +12,7 @@ import click
 import torch
 
 from fpmatch.image.enhancement.network import NETWORK_FILE
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from research.commands import PATH, Command
 from research.training.enhancer_data import make_pairs
 from research.training.enhancer_net import LearningParameters, learn, write_network

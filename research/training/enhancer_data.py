@@ -16,12 +16,12 @@ import numpy as np
 
 from fpmatch.image.extract import resample
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.synthesis.contact import PressureParameters, SmearParameters
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import make_master
-from fpmatch.synthesis.noise import smooth_noise
-from fpmatch.synthesis.presets import PRESETS, Preset
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import make_master
+from fpmatch.lab.synthesis.noise import smooth_noise
+from fpmatch.lab.synthesis.presets import PRESETS, Preset
+from fpmatch.lab.synthesis.sensor import SENSORS
 from research.training.platen import vary_platen
 from research.training.ridge_target import ridge_target
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.lab.synthesis.sensor import Sensor
 
 STEPS_PER_UNIT: Final = 40.0  # normalised pixels are kept as int8: from -3 to 3
 STEPS_OF_TARGET: Final = 120.0  # and so are targets, from -1 to 1

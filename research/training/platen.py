@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import numpy as np
 
-    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.lab.synthesis.sensor import Sensor
 
 
 def vary_platen(sensor: Sensor, rng: np.random.Generator) -> Sensor:

@@ -18,16 +18,16 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fpmatch._version import __version__
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.extract import resample
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.polarity import FARTHEST_CUE, WEIGHTS_FILE, evidence_of_cues
-from fpmatch.output import atomic_write_bytes, check_writable
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import make_master
-from fpmatch.synthesis.noise import smooth_noise
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import make_master
+from fpmatch.lab.synthesis.noise import smooth_noise
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from research.commands import PATH, Command, workers
 from research.training.background import BACKGROUNDS, other_background
 from research.training.platen import vary_platen
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.synthesis.presets import Preset
-    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.lab.synthesis.presets import Preset
+    from fpmatch.lab.synthesis.sensor import Sensor
 
 FINGERS: Final = 240
 SEED: Final = 901

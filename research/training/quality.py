@@ -19,6 +19,7 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from fpmatch._version import __version__
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract
 from fpmatch.image.quality.linear_weights import LinearWeights
@@ -28,12 +29,11 @@ from fpmatch.image.quality.print_quality import (
     quality_features,
     quality_score,
 )
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import make_master
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.output import atomic_write_bytes, check_writable
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import make_master
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import SENSORS
 from research.commands import PATH, Command, workers
 from research.training.rounding import round_significant
 
@@ -44,9 +44,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.quality.measures import QualityMeasures
-    from fpmatch.synthesis.master import Master
-    from fpmatch.synthesis.presets import Preset
-    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.lab.synthesis.master import Master
+    from fpmatch.lab.synthesis.presets import Preset
+    from fpmatch.lab.synthesis.sensor import Sensor
 
 FINGERS: Final = 40
 SEED: Final = 801

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from fpmatch.synthesis.contact import outline_radius
+from fpmatch.lab.synthesis.contact import outline_radius
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.synthesis.impression import Impression
-    from fpmatch.synthesis.master import Master
+    from fpmatch.lab.synthesis.impression import Impression
+    from fpmatch.lab.synthesis.master import Master
 
 
 def ridge_target(

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.protocol import choose_pairs
-from fpmatch.matching.align import AlignmentParameters, aligner_of
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.compare import MIN_MINUTIAE
-from fpmatch.matching.local import local_similarity
+from fpmatch.lab.evaluation.protocol import choose_pairs
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import evidence_scorer
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline.alignment import AlignmentParameters, aligner_of
+from fpmatch.matching.pipeline.evidence import evidence_scorer
+from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
+from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
     MODELS,
@@ -26,6 +24,8 @@ from fpmatch.matching.score_model import (
     ScoreModel,
     ScoreWeights,
 )
+from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.ridges import RidgeSearchParameters
 from research.partial_templates import window
 
 if TYPE_CHECKING:
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.matching._evidence_kernel import EvidenceScorer
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses
@@ -72,7 +72,7 @@ class ScoreSample:
         The database.
     features : ndarray of float64, shape (N, H, 13)
         Those of the comparisons that found something, of each hypothesis, refined, its ridges
-        compared; NaN where there are fewer. See `fpmatch.matching.score_model.FEATURES`.
+        compared; NaN where there are fewer. See `fpmatch.matching.pipeline.score_model.FEATURES`.
     coarse : ndarray of float64, shape (N, H, 13)
         Those in coarse alignment, of the minutiae alone.
     descriptors : ndarray of float64, shape (N, 2)

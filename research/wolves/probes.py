@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.cropping import crop_at
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.compare import MIN_MINUTIAE
+from fpmatch.lab.evaluation.cropping import crop_at
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from research.partial_templates import fragment
 from research.wolves.scores import FORMS, Probe, in_form
 from research.wolves.table import WHOLE
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
     from research.wolves.scores import Prints
 
 FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)

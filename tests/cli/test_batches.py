@@ -3,7 +3,7 @@
 A long run is `python -m research check batches`.
 """
 
-from fpmatch.synthesis.sensor import Sensor
+from fpmatch.lab.synthesis.sensor import Sensor
 from research.checks.batches import DAMAGES, check_batches, make_batches
 
 SMALL = Sensor("small", 180, 200)

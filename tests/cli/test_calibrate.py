@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from fpmatch.evaluation import impostors
+from fpmatch.lab.evaluation import impostors
 from fpmatch.matching.calibration import load_calibration
 
 
@@ -13,7 +13,7 @@ from fpmatch.matching.calibration import load_calibration
 def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
     known = impostors.evaluate
-    command = importlib.import_module("fpmatch.cli.calibrate")
+    command = importlib.import_module("fpmatch.lab.cli.calibrate")
     monkeypatch.setattr(command, "get_matcher", lambda name: bench.MATCHER)
 
     def evaluate(folders, **options):

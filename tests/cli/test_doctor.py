@@ -8,9 +8,10 @@ from importlib.metadata import PackageNotFoundError
 import pytest
 
 import fpmatch
-from fpmatch import installation, kernels
-from fpmatch.engine.local import available_cores
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch import installation
+from fpmatch.base import kernels
+from fpmatch.gallery.engine.local import available_cores
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 
 def test_kernels_are_compiled_where_they_are_loaded_so():

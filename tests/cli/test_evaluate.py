@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.evaluation import comparison, cropping, extraction
-from fpmatch.evaluation import run as work
 from fpmatch.formats.files import save_template
+from fpmatch.lab.evaluation import cropping
+from fpmatch.lab.evaluation import run as work
+from fpmatch.lab.evaluation.databases import comparison, extraction
 from fpmatch.matching.calibration import Calibration
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 from .conftest import assert_refused, copied, rows_of
 
@@ -118,7 +119,7 @@ def test_report_is_one_page(evaluate, database, tmp_path):
 
 
 def test_a_report_without_matplotlib_is_refused_before_any_work(evaluate, database, monkeypatch):
-    style = importlib.import_module("fpmatch.drawing.plots.style")
+    style = importlib.import_module("fpmatch.lab.plots.style")
     monkeypatch.setattr(style, "find_spec", lambda name: None)
     assert_refused(evaluate(database, "--report", database / "report"), "matplotlib")
     assert not (database / "report").exists()
@@ -152,7 +153,7 @@ def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkey
             return min(super().prepare(template), 150.0)
 
     named = {"fake": bench.MATCHER, "blind": Blind()}
-    command = importlib.import_module("fpmatch.cli.evaluate")
+    command = importlib.import_module("fpmatch.lab.cli.evaluate")
     monkeypatch.setattr(work, "get_matcher", named.__getitem__)
     monkeypatch.setattr(command, "matcher_names", lambda: list(named))
     path = tmp_path / "scores.csv"

@@ -13,13 +13,13 @@ from PIL import Image
 
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.protocol import PROTOCOLS
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
+from fpmatch.lab.evaluation.protocol import PROTOCOLS
+from fpmatch.lab.points.matchers import MATCHER_NAMES
+from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.pointset.match import POINT_MATCHERS
 from fpmatch.pointset.random_sets import POINT_MODELS
-from fpmatch.synthesis.presets import PRESETS
 
 FPMATCH = [sys.executable, "-m", "fpmatch"]
 

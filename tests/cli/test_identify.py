@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 
 from .conftest import assert_refused, copied, rows_of
 
@@ -247,7 +247,7 @@ def test_a_file_of_candidates_is_said_in_words_and_resumed(run, gallery, prints,
     probes = (prints / "1_1.png", prints / "2_1.png")
     usual = ("identify", gallery, probes[0], "--probes", probes[1], "-o", output, *words)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.evaluation.batch.candidates.identify_entries", _interrupt)
+        patch.setattr("fpmatch.gallery.batch.candidates.identify_entries", _interrupt)
         interrupted = run(*usual)
     assert interrupted.exit_code == 130
     assert interrupted.stderr == "fpmatch: note: the same command resumes the run\n"
@@ -280,7 +280,7 @@ def _interrupt(*_, **__):
 def test_what_a_file_of_candidates_needs(run, gallery, prints, monkeypatch, words, reason):
     if "nonsense" in words:
         pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-    monkeypatch.setattr("fpmatch.engine.cluster.CONNECT_S", 0.3)
+    monkeypatch.setattr("fpmatch.gallery.engine.cluster.CONNECT_S", 0.3)
     monkeypatch.chdir(gallery.parent)
     files = {"p.png": prints / "1_1.png", "q.png": prints / "2_1.png"}
     result = run("identify", gallery, *(files.get(word, word) for word in words))

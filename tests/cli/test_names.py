@@ -18,8 +18,8 @@ from pathlib import Path
 import click
 import pytest
 
+from fpmatch.base.printable import as_file_name, json_text, printable
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.printable import as_file_name, json_text, printable
 
 from .conftest import rows_of
 
@@ -336,11 +336,11 @@ def test_a_killed_run_finds_such_names_again(run, place, out, monkeypatch):
     whole = out / "whole.csv"
     assert run(*words[:-3], whole, *words[-2:]).exit_code == 0
     with monkeypatch.context() as patch:
-        patch.setattr("fpmatch.evaluation.batch.run.compare_pairs", _interrupt)
+        patch.setattr("fpmatch.gallery.batch.run.compare_pairs", _interrupt)
         assert run(*words).exit_code == 130
     assert (out / "s.csv.unfinished").is_dir()
     with monkeypatch.context() as patch:
-        patch.setattr("fpmatch.evaluation.batch.sources._extract", _interrupt)
+        patch.setattr("fpmatch.gallery.batch.sources._extract", _interrupt)
         done = run(*words)
     assert done.exit_code == 0, done.output
     assert (out / "s.csv").read_bytes() == whole.read_bytes()

@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 import fpmatch
-from fpmatch import installation, kernels
+from fpmatch import installation
+from fpmatch.base import kernels
 from fpmatch.cli.group import SUMMARIES
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 NAMES = [f"fpmatch._{letter}_kernel" for letter in "abcde"]
 NOTE = (
@@ -26,7 +27,7 @@ MENDED_BY = "kernels out of date: `scripts/build` compiles them"
 @pytest.fixture(autouse=True)
 def outdated(monkeypatch):
     """Let five kernels of a source tree be out of date."""
-    evaluate = importlib.import_module("fpmatch.cli.evaluate")
+    evaluate = importlib.import_module("fpmatch.lab.cli.evaluate")
     for module in (kernels, installation, evaluate):
         monkeypatch.setattr(module, "outdated_kernels", lambda: NAMES)
         monkeypatch.setattr(module, "build_command", lambda: "scripts/build")
@@ -107,7 +108,9 @@ def test_a_kernel_that_is_edited_is_noted_until_it_is_as_before(prints, tmp_path
     kernel.write_bytes(as_before.replace(b"1.06", b"1.07"))
     os.utime(kernel, (0, 0))
     note = stderr()
-    assert note.startswith("fpmatch: note: kernels out of date: fpmatch.matching._align_kernel; ")
+    assert note.startswith(
+        "fpmatch: note: kernels out of date: fpmatch.matching.pipeline._kernels._alignment_kernel; "
+    )
     assert note.count("\n") == 1
     kernel.write_bytes(as_before)
     assert stderr() == ""

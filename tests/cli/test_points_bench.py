@@ -8,18 +8,18 @@ from typing import Any
 
 import pytest
 
-from fpmatch.evaluation.points import bench as point_bench
-from fpmatch.evaluation.points import matchers as point_matchers
-from fpmatch.evaluation.points import trials as point_trials
-from fpmatch.evaluation.points.conditions import conditions
-from fpmatch.evaluation.points.matchers import MATCHER_NAMES, BenchMatcher
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.lab.points import bench as point_bench
+from fpmatch.lab.points import matchers as point_matchers
+from fpmatch.lab.points import trials as point_trials
+from fpmatch.lab.points.conditions import conditions
+from fpmatch.lab.points.matchers import MATCHER_NAMES, BenchMatcher
+from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.random_sets import POINT_MODELS
 
 from .conftest import assert_refused
 
 # The module: the package's attribute of this name is the command that is found in it.
-command = importlib.import_module("fpmatch.cli.points_bench")
+command = importlib.import_module("fpmatch.lab.cli.points_bench")
 
 
 @pytest.fixture

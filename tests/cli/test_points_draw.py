@@ -7,13 +7,13 @@ import sys
 import numpy as np
 import pytest
 
-from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
-from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair, rotated_point_pair
-from fpmatch.drawing.paper_figures.rings import choose_ring_pair
-from fpmatch.drawing.paper_figures.sheet import draw_sheets
 from fpmatch.formats.files import save_template
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.lab.paper_figures.figures import draw_point_figures, numbers_drawn
+from fpmatch.lab.paper_figures.pair import EASY_SEED, random_point_pair, rotated_point_pair
+from fpmatch.lab.paper_figures.rings import choose_ring_pair
+from fpmatch.lab.paper_figures.sheet import draw_sheets
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 from .conftest import assert_refused
 
@@ -42,7 +42,7 @@ def draw(run, out, monkeypatch):
     """Return a function that draws the first figure and returns the numbers printed as JSON."""
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(
-        "fpmatch.drawing.paper_figures.figures.draw_sheets",
+        "fpmatch.lab.paper_figures.figures.draw_sheets",
         lambda sheets, file_format: draw_sheets(dict([*sheets.items()][:1]), file_format),
     )
 

@@ -7,7 +7,7 @@ from importlib import import_module
 import pytest
 from PIL import Image, ImageOps
 
-from fpmatch.evaluation.batch import score as scoring
+from fpmatch.gallery.batch import score as scoring
 from fpmatch.image.quality.polarity import INVERTED
 
 from .conftest import assert_refused, copied, rows_of
@@ -93,7 +93,7 @@ def test_a_calibration_of_one_s_own(score, tmp_path):
 
 def test_no_scheduler_is_one_line_and_status_2(run, pair, tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-    from fpmatch.engine import cluster
+    from fpmatch.gallery.engine import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
     usual = ("--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv")
@@ -115,7 +115,7 @@ def test_every_stage_has_a_bar(pair, tmp_path):
     stages = set()
     output = tmp_path / "scores.csv"
     scoring.score(pair, str(pair), output, progress=lambda stage, *_: stages.add(stage))
-    assert stages < set(import_module("fpmatch.cli.score")._STAGES)
+    assert stages < set(import_module("fpmatch.gallery.cli.score")._STAGES)
 
 
 def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery, tmp_path):

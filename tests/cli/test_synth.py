@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from fpmatch.errors import OutputError
-from fpmatch.synthesis import database
-from fpmatch.synthesis.database import DatabaseMade
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis import database
+from fpmatch.lab.synthesis.database import DatabaseMade
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 
 from .conftest import assert_refused
 
@@ -66,7 +66,7 @@ def test_options_reach_the_database(run, tmp_path, asked):
 
 def test_help_tells_of_every_preset_and_sensor_in_words(run):
     text = run("synth", "--help").output
-    module = importlib.import_module("fpmatch.cli.synth")
+    module = importlib.import_module("fpmatch.lab.cli.synth")
     assert set(module._PRESETS) == set(PRESETS)
     assert set(module._SENSORS) == set(SENSORS)
     for name, words in (module._PRESETS | module._SENSORS).items():

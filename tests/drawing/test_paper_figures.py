@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
-from fpmatch.drawing.paper_figures.flow_chart import flow_chart
-from fpmatch.drawing.paper_figures.meshes import one_rings
-from fpmatch.drawing.paper_figures.pair import (
+from fpmatch.errors import OutputError, PointSetError
+from fpmatch.lab.paper_figures.figures import draw_point_figures, numbers_drawn
+from fpmatch.lab.paper_figures.flow_chart import flow_chart
+from fpmatch.lab.paper_figures.meshes import one_rings
+from fpmatch.lab.paper_figures.pair import (
     EASY_SEED,
     MOST_POINTS,
     PointPair,
@@ -24,22 +25,21 @@ from fpmatch.drawing.paper_figures.pair import (
     random_point_pair,
     rotated_point_pair,
 )
-from fpmatch.drawing.paper_figures.rings import Ring, choose_ring_pair
-from fpmatch.drawing.paper_figures.rotation import rotation, two_circles
-from fpmatch.drawing.paper_figures.sheet import PX, STYLE
-from fpmatch.drawing.paper_figures.unit_circle import (
+from fpmatch.lab.paper_figures.rings import Ring, choose_ring_pair
+from fpmatch.lab.paper_figures.rotation import rotation, two_circles
+from fpmatch.lab.paper_figures.sheet import PX, STYLE
+from fpmatch.lab.paper_figures.unit_circle import (
     shares_table,
     sub_triangles,
     unit_circle,
     weights,
 )
-from fpmatch.drawing.plots.style import plain_style
-from fpmatch.drawing.words import degrees, number
-from fpmatch.errors import OutputError, PointSetError
-from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle.matcher import fit_rings
-from fpmatch.pointset.unit_circle.one_rings import map_to_unit_circle
-from fpmatch.pointset.unit_circle.parametrize import shape_preserving_weights
+from fpmatch.lab.plots.style import plain_style
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.pointset.paper.matcher import fit_rings
+from fpmatch.pointset.paper.one_rings import map_to_unit_circle
+from fpmatch.pointset.paper.parametrize import shape_preserving_weights
+from fpmatch.prints.words import degrees, number
 
 Floats = NDArray[np.float64]
 SVG = "{http://www.w3.org/2000/svg}"

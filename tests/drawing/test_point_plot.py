@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.palette import PROBE_MARK, hexadecimal
-from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.palette import PROBE_MARK, hexadecimal
 from fpmatch.errors import OutputError
-from fpmatch.pointset.affine.transform import AffineTransform
-from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.similarity import Similarity
 
 mpl = pytest.importorskip("matplotlib", reason="the plot extra is not installed")
 
@@ -136,7 +136,7 @@ def test_points_without_width_are_drawn(tmp_path):
 
 
 def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch):
-    monkeypatch.setattr("fpmatch.drawing.plots.point_plot._MOST_VECTORS", 7)
+    monkeypatch.setattr("fpmatch.lab.plots.point_plot._MOST_VECTORS", 7)
     svg = drawn(tmp_path / "plot.svg", *sets, match)
     assert "<image" in svg
     assert len(marks_of(svg, PROBE_MARK)) == 0

@@ -2,14 +2,14 @@
 
 import pytest
 
-from fpmatch.encryption.key_text import add_key, make_keys, remove_key
-from fpmatch.encryption.keys import load_keys
-from fpmatch.encryption.records import seal
+from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.base.encryption.keys import load_keys
+from fpmatch.base.encryption.records import seal
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import is_template_file, load_record, load_template, save_template
 from fpmatch.formats.record import ReadingOptions
-from fpmatch.gallery.folders import prints_in
-from fpmatch.reading import PrintReader, decode_print
+from fpmatch.gallery.listing.folders import prints_in
+from fpmatch.prints.reading import PrintReader, decode_print
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_without_its_key_the_error_names_the_key(sealed, source, monkeypatch):
 
 
 def load_empty():
-    from fpmatch.minutiae import Minutiae, Template
+    from fpmatch.templates.minutiae import Minutiae, Template
 
     return Template(Minutiae(x=[1], y=[1], angle=[0]), 10, 10)
 

@@ -13,11 +13,12 @@ import sqlalchemy as sa
 from made_prints import entry_of, template_at
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import creation, reader, tables
+from fpmatch.gallery import creation
 from fpmatch.gallery import gallery as gallery_module
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
+from fpmatch.gallery.store import reader, tables
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 
 
 def refused(function, *arguments, code, **options):
@@ -162,9 +163,9 @@ def test_an_error_in_the_middle_leaves_nothing(where, monkeypatch):
 
 ENROL = """
 import sys
-from fpmatch.gallery.entry import NewEntry, Label
+from fpmatch.gallery.listing.entry import NewEntry, Label
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 template = Template(Minutiae([1], [2], [3]), 300, 300)
 with open_gallery(sys.argv[1], create=True) as gallery:
     for k in range(*map(int, sys.argv[2:])):

@@ -6,17 +6,17 @@ import platformdirs
 import pytest
 from made_prints import entry_of, scattered
 
-from fpmatch.engine.engine import processes, serial
 from fpmatch.gallery import indexed_pieces, indexed_search
-from fpmatch.gallery.candidates import GallerySubjects
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
+from fpmatch.gallery.index.gallery_index import stages
+from fpmatch.gallery.index.loss import SearchPlan
 from fpmatch.gallery.indexed_search import IndexedSearch
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search.entries import GallerySubjects
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search_pieces import hold_search
-from fpmatch.indexing import stages
-from fpmatch.indexing.loss import SearchPlan
 
 SIZE = 60
 PROBES = [scattered(k, 30) for k in (3, 17, 44, 1000)]
@@ -28,7 +28,7 @@ def small_limits(tmp_path, monkeypatch):
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
-    monkeypatch.setattr("fpmatch.matching.candidate_list.LEAST_PRINTS", 5)
+    monkeypatch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 5)
     for owner in (indexed_search, indexed_pieces):
         monkeypatch.setattr(owner, "search_plan", plan_of)
 

@@ -18,21 +18,21 @@ import pytest
 from click.testing import CliRunner
 from made_prints import entry_of
 
+from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
-from fpmatch.encryption.key_text import make_keys
-from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import database
-from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.compaction import compact_gallery
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index_segment import PrintSegment
-from fpmatch.gallery.prepared import prepare_gallery
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.index.prepared import prepare_gallery
+from fpmatch.gallery.index.print_segment import PrintSegment
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.store import database
+from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 RUN = 32  # bytes that count as a trace
 
@@ -61,7 +61,7 @@ def random_entry(number: int, count: int = 60) -> NewEntry:
 
 def secrets_of(entry: NewEntry) -> list[bytes]:
     """Return all that must not be left of an entry."""
-    prepared = PackedTemplates.pack([MATCHER.prepare(entry.template)])
+    prepared = PreparedPrints.pack([MATCHER.prepare(entry.template)])
     arrays = (np.ascontiguousarray(array).tobytes() for array in prepared.arrays().values())
     names = (entry.label.subject.encode(), entry.source.encode(), entry.content)
     return [pack_template(entry.template), *arrays, *names]
@@ -119,8 +119,8 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
 def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fpmatch.gallery.search.LISTED_UP_TO", 2)
-    monkeypatch.setattr("fpmatch.gallery.index.MOST_PRINTS", 4)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
     prepared = [(1, 1, entry.template, MATCHER.prepare(entry.template)) for entry in entries]
     single = [PrintSegment.build([row]) for row in prepared]

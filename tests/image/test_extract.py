@@ -21,13 +21,13 @@ from made_images import (
 )
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.recorder import StageRecorder
-from fpmatch.minutiae import Minutiae, MinutiaKind, Template
+from fpmatch.image.preprocess.arrays import StageRecorder
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.ground_truth.truth import load_truth
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 DATASET = load_dataset(SAMPLES)

@@ -18,7 +18,7 @@ def plain(interpreted):
     """Return the kernels of matching as ordinary Python, each of which uses the others."""
     with pytest.MonkeyPatch.context() as patch:
         # compiled, this kernel offers the function that two kernels use to other kernels alone
-        name = "fpmatch.pointset.unit_circle._one_ring_kernel"
+        name = "fpmatch.pointset.paper._one_ring_kernel"
         patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
         modules = {name[1:].removesuffix("_kernel"): interpreted(name) for name in KERNELS}
     found = SimpleNamespace(**modules)

@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fpmatch.matching import score
-from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
-from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import ScoreParameters
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline.alignment import (
+    AlignmentParameters,
+    PairMeshParameters,
+    RelaxationParameters,
+)
+from fpmatch.matching.pipeline.evidence import ScoreParameters
+from fpmatch.matching.pipeline.local import LocalParameters
+from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
     MODELS,
@@ -26,6 +28,8 @@ from fpmatch.matching.score_model import (
     ScoreModel,
     ScoreWeights,
 )
+from fpmatch.matching.prints.prepare import PreparedTemplate
+from fpmatch.matching.ridges import RidgeSearchParameters
 
 ALWAYS = -math.inf
 NEVER = math.inf

@@ -8,13 +8,18 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, doubled_prints, seeds
 from matching_weights import ALWAYS, NEVER, all_with, some_weights
 
-from fpmatch.matching._ridge_kernel import RidgeCorrelator
-from fpmatch.matching._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.align import AlignmentParameters, aligner_of, best_alignment, make_aligner
-from fpmatch.matching.compare import align
-from fpmatch.matching.local import local_similarity
+from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
+from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.pipeline.alignment import (
+    AlignmentParameters,
+    aligner_of,
+    best_alignment,
+    make_aligner,
+)
+from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.match import align
 from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import evidence_scorer, gather_evidence
 
 
 def alignment_twin(a, b, weights):

@@ -24,17 +24,17 @@ from matching_prints import (
 from matching_weights import ALWAYS, NEVER, print_for, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, given_pairs, overlay, some_case, with_itself
 
-from fpmatch.matching.align import (
+from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
     PairMeshParameters,
     RelaxationParameters,
     aligner_of,
     identity_alignment,
 )
-from fpmatch.matching.local import local_similarity
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.pipeline.evidence import ScoreParameters, evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import ScoreParameters, evidence_scorer, gather_evidence
 
 P = ScoreParameters()
 FEW = 20 if COMPILED else 6

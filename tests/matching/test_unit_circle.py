@@ -25,14 +25,14 @@ from matching_prints import (
 )
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
-from fpmatch.matching.compare import align
-from fpmatch.matching.explain import MOSTLY_PAIRED
-from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.score import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.match import align
+from fpmatch.matching.pipeline.reasons import MOSTLY_PAIRED
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 EXAMPLES = 50 if COMPILED else 15
 SECONDS_FOR_A_CROWD = 5.0 if COMPILED else 90.0

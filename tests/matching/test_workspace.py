@@ -18,12 +18,12 @@ from matching_weights import (
     some_weights,
 )
 
-from fpmatch.matching import _compare_kernel
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.compare import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.score import evidence_scorer
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.matching.pipeline._kernels import _pipeline_kernel as _compare_kernel
+from fpmatch.matching.pipeline.evidence import evidence_scorer
+from fpmatch.matching.pipeline.match import LEAST_CAPACITY, Workspace, workspace_for
+from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.pointset.geometry.similarity import Similarity
 
 EXAMPLES = 50 if COMPILED else 10
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, seeds, worn
 
 from fpmatch import pointset
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 Import = Callable[[str], ModuleType]
 ROOM = Path(pointset.__file__).parent

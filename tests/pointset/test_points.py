@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.geometry.points import as_points
 
 
 @pytest.mark.parametrize(

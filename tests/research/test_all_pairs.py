@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.dataset import Dataset
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.lab.evaluation.impression import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among
 
 FAILED = Extraction(None, "no ridges", 0.0)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.comparison import NO_TEMPLATE, OUTCOME
-from fpmatch.evaluation.impostors import ImpostorSet
-from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores_set import Trials
+from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE, OUTCOME
+from fpmatch.lab.evaluation.impostors import ImpostorSet
+from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.matching.calibration import Calibration
 from research.experiments.calibration_check import (
     CalibrationCheck,

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.drawing.paper_figures.sheet import STYLE
-from fpmatch.drawing.plots.style import plain_style
 from fpmatch.errors import OutputError
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
+from fpmatch.lab.paper_figures.sheet import STYLE
+from fpmatch.lab.plots.style import plain_style
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae
 from research.case_study import prints
 from research.case_study.case import Case
 from research.case_study.command import draw_case_study

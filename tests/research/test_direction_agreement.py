@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.lab.evaluation.databases.dataset import Dataset
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.templates.minutiae import Minutiae, Template
 from research.experiments.direction_agreement import (
     Agreement,
     compare_directions,

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.matching._align_kernel import COMPILED
-from fpmatch.pointset.similarity import Similarity
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import MasterParameters, make_master
-from fpmatch.synthesis.plan import plain_sensor
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import Sensor
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import MasterParameters, make_master
+from fpmatch.lab.synthesis.plan import plain_sensor
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import Sensor
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
+from fpmatch.pointset.geometry.similarity import Similarity
 from research.experiments.distortion import (
     CONDITIONS,
     KINDS,

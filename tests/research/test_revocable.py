@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.run import load_datasets
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.run import load_datasets
 from research.experiments.revocable import ATTACKS, measure_revocable
 from research.tables.revocable import format_revocable
 

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import MasterParameters, make_master
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import Sensor
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import MasterParameters, make_master
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import Sensor
 from research.training.ridge_target import ridge_target
 
 SENSOR = Sensor("small", 100, 130)

@@ -6,21 +6,21 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
-from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.compare import align
+from fpmatch.lab.evaluation.databases.dataset import Dataset
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.lab.evaluation.impression import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import evidence_scorer
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.evidence import evidence_scorer
+from fpmatch.matching.pipeline.match import align
+from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     ScoreModel,
     ScoreWeights,
 )
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.ridges import RidgeSearchParameters
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
 from research.training.score_samples import (
     NO_PREFILTER,

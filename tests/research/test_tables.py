@@ -6,9 +6,9 @@ import re
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.score_model import FEATURES
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.matching.pipeline.score_model import FEATURES
 from research.experiments.image_statistics import TITLES
 from research.marked_blocks import marked_block, replace_marked_block
 from research.tables import pages

@@ -15,8 +15,8 @@ from fpmatch.image.quality.print_quality import (
     quality_features,
     quality_score,
 )
-from fpmatch.synthesis.master import MasterParameters, make_master
-from fpmatch.synthesis.sensor import Sensor
+from fpmatch.lab.synthesis.master import MasterParameters, make_master
+from fpmatch.lab.synthesis.sensor import Sensor
 from research.training.polarity import cues_of_finger, fit_polarity
 from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
 

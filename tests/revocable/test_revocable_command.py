@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
-from fpmatch.encryption.key_text import make_keys
 from fpmatch_revocable.matcher import CALIBRATION
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"

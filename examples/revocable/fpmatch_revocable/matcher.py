@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.encryption.keys import load_keys
+from fpmatch.base.encryption.keys import load_keys
 from fpmatch.matching.result import Comparison, nothing_found
 from fpmatch_revocable.compare import compare
 from fpmatch_revocable.template import RevocableTemplate, protect
 
 if TYPE_CHECKING:
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.encryption.keys import Key
-    from fpmatch.minutiae import Template
+    from fpmatch.base.encryption.keys import Key
+    from fpmatch.templates.minutiae import Template
 
 WORDS: Final = PAIRS * GRIDS  # of a minutia
 _ID_BYTES: Final = 8
@@ -87,7 +87,7 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     template : Template
         Of a print; its ridges have no part.
     key : Key
-        Secret of the system, or of the person, as `fpmatch.encryption.keys.load_keys` reads it.
+        Secret of the system, or of the person, as `fpmatch.base.encryption.keys.load_keys` reads it.
 
     Raises
     ------
@@ -97,8 +97,8 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     Examples
     --------
     >>> import fpmatch
-    >>> from fpmatch.encryption.keys import new_key
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.base.encryption.keys import new_key
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> one = Template(Minutiae([50, 90, 70], [50, 60, 95], [0.1, 1.4, 2.2]), 200, 200, 500)
     >>> protect(one, new_key()).words.shape
     (48, 264)

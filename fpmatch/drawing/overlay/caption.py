@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.fonts import text_width, wrapped
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.fonts import text_width, wrapped
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
-from fpmatch.drawing.words import odds
+from fpmatch.prints.words import odds
 
 if TYPE_CHECKING:
-    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.result import Verification
 
 Fact = tuple[str, str]  # a label and its value

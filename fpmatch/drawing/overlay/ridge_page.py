@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing import palette
 from fpmatch.drawing.overlay.legend import ridge_legend
 from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, examiner_marks, marks
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
+from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene
 from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
+    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.result import Verification
-    from fpmatch.matching.ridge_map import RidgeMap
 
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown

@@ -20,8 +20,8 @@ from fpmatch.drawing.overlay.marks import (
     unpaired,
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
-from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Point, Scene
+from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.overlay.warp import PairWarp
     from fpmatch.matching.result import Verification
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
     Matrix = NDArray[np.float64]
 

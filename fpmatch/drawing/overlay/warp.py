@@ -2,7 +2,7 @@
 
 Skin stretches, so that no similarity transform aligns all pairs. The matcher follows it on the
 Delaunay mesh of the pairs, which eight frame points around the print close
-(`fpmatch.matching._pair_mesh_kernel`). Here the mesh maps each triangle affinely; outside the
+(`fpmatch.matching.pipeline._kernels._pair_mesh_kernel`). Here the mesh maps each triangle affinely; outside the
 frame the similarity transform holds.
 """
 
@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.ink import at_pixels
+from fpmatch.drawing.scene.ink import at_pixels
 from fpmatch.drawing.scene.items import Ink
 from fpmatch.drawing.scene.placement import zoomed
-from fpmatch.minutiae import STANDARD_DPI, Minutiae
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.drawing.scene.items import Box
     from fpmatch.matching.result import Verification
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
     Points = NDArray[np.float64]
 

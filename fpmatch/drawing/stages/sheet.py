@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.files import png_bytes, write_files
-from fpmatch.drawing.ink import shrunk
-from fpmatch.drawing.palette import PANEL_EDGE, TEXT, TEXT_MUTED
+from fpmatch.drawing.scene.files import png_bytes, write_files
+from fpmatch.drawing.scene.ink import shrunk
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.palette import PANEL_EDGE, TEXT, TEXT_MUTED
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.drawing.stages.pictures import Picture, stage_picture, value_range
 from fpmatch.errors import OutputError

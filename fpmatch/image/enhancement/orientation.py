@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.image.enhancement.spectrum import ANGLES
 from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels, blur_blocks
+from fpmatch.image.preprocess.spectrum import ANGLES
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Mask
-    from fpmatch.image.enhancement.spectrum import RidgeSpectrum
+    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 FINE_SIGMA_BLOCKS: Final = 0.8
 COARSE_SIGMA_BLOCKS: Final = 2.5

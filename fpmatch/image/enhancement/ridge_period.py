@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.image.enhancement.spectrum import ANGLES, PERIODS_PX
 from fpmatch.image.preprocess.blocks import blur_blocks
+from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Mask
     from fpmatch.image.enhancement.orientation import OrientationField
-    from fpmatch.image.enhancement.spectrum import RidgeSpectrum
+    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 SMOOTHING_BLOCKS: Final = 2.0
 ANGLE_SHARPNESS: Final = 8.0

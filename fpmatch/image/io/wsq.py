@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.binary_records import ByteReader
+from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.resolution import usable_dpi

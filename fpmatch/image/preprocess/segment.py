@@ -12,8 +12,8 @@ from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Grey, Mask
-    from fpmatch.image.enhancement.spectrum import RidgeSpectrum
     from fpmatch.image.preprocess.normalize import NormalizedImage
+    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 # Lengths in blocks (8 px at 500 dpi), contrasts in grey levels.
 SMOOTHING_BLOCKS: Final = 1.2

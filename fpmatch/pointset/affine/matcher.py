@@ -28,15 +28,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.affine import _affine_kernel as kernel
-from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
-from fpmatch.pointset.pairing import optimal_pairs
-from fpmatch.pointset.point_match import PointMatch, rms_distance, too_few
+from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.pairing import optimal_pairs
+from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, too_few
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles.descriptors import density_of, ring_triangles
+from fpmatch.pointset.triangles.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
 
 if TYPE_CHECKING:

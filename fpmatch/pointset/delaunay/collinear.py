@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.geometry.frames import UnitFrame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

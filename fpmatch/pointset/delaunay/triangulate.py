@@ -29,7 +29,7 @@ from fpmatch.pointset.delaunay._mesh_arrays_kernel import collect_arrays
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
 from fpmatch.pointset.delaunay.collinear import triangulate_collinear
 from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.geometry.points import as_points
 
 if TYPE_CHECKING:
     import numpy as np

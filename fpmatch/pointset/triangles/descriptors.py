@@ -12,8 +12,8 @@ from fpmatch.pointset.triangles import _triangle_kernel as kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset._grid_kernel import CellGrid
     from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]

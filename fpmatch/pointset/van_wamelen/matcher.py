@@ -34,19 +34,19 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
-from fpmatch.pointset._grid_kernel import CellGrid
-from fpmatch.pointset.frames import between_sets, frame_of
+from fpmatch.pointset.geometry._grid_kernel import CellGrid
+from fpmatch.pointset.geometry.frames import between_sets, frame_of
+from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, share_of, too_few
+from fpmatch.pointset.geometry.points import as_points
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.grid import MAX_CELLS_PER_POINT
-from fpmatch.pointset.point_match import PointMatch, rms_distance, share_of, too_few
-from fpmatch.pointset.points import as_points
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _search_kernel as kernel
 from fpmatch.pointset.van_wamelen._neighbours_kernel import hull_area
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.frames import UnitFrame
+    from fpmatch.pointset.geometry.frames import UnitFrame
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]

@@ -6,8 +6,8 @@ import os
 from functools import cache
 from typing import TYPE_CHECKING
 
-from fpmatch.encryption.keys import KEY_VARIABLE, Key, load_keys
-from fpmatch.encryption.records import seal, unseal
+from fpmatch.base.encryption.keys import KEY_VARIABLE, Key, load_keys
+from fpmatch.base.encryption.records import seal, unseal
 from fpmatch.formats.sealed import _PURPOSE as TEMPLATE
 from research.fuzzing.mutators.octets import any_bytes
 from research.fuzzing.mutators.text import json_number, json_value

@@ -14,11 +14,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.engine.engine import serial
-from fpmatch.gallery import search as search_module
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.opening import opening as search_module
 from research.fuzzing.mutators.containers import ARRAYS
 from research.fuzzing.targets.stores import PROBE, RESULTS, gallery_file, templates
 from research.fuzzing.targets.target import Reader, Target, scratch

@@ -15,10 +15,10 @@ from fpmatch.image.assess import assess
 from fpmatch.image.extract import extract
 from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import grade
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import make_master
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import make_master
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
 
 OPTICAL = SENSORS["optical-388x374"]
 GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)

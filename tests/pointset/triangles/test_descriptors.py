@@ -13,7 +13,7 @@ from pointset_strategies import crowded_pixels, in_columns, seeds, similarities
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.triangles.descriptors import (
     density_of,
     density_over_hull,

@@ -1,0 +1,289 @@
+"""Keys of encrypted data, and where they come from: a file, the environment, the system keyring.
+
+A text of keys has one key a line, its id and its 32 bytes in base64; the first is the current one,
+with which new data are sealed::
+
+    # fpmatch keys
+    3f2a9c01d4e5b678 1Xq0...=
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import os
+import secrets
+import stat
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from fpmatch.errors import EncryptionError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from types import ModuleType
+
+    from cryptography.hazmat.primitives.ciphers.aead import AESGCM
+
+KEY_VARIABLE: Final = "FPMATCH_KEY"
+"""The environment variable with the source of the keys, where a command or call names none."""
+
+KEY_BYTES: Final = 32
+ID_DIGITS: Final = 16  # of a key id, hexadecimal
+KINDS: Final = ("file", "env", "keyring")
+SOURCES: Final = "file:PATH, env:NAME or keyring:NAME"
+KEYRING_SERVICE: Final = "fpmatch"
+_LARGEST_TEXT: Final = 2**16  # characters: some hundred keys
+_OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
+
+
+class Key:
+    """A secret key and its id, which is computed from it; the secret is never shown.
+
+    A key cannot be pickled: programs send each other the source of their keys.
+
+    Examples
+    --------
+    >>> Key(bytes(32))
+    Key('4290bd01905d96eb')
+    """
+
+    __slots__ = ("_ciphers", "_secret", "id")
+
+    def __init__(self, secret: bytes) -> None:
+        if len(secret) != KEY_BYTES:
+            raise EncryptionError(f"a key has {KEY_BYTES} bytes, not {len(secret)}", code="key")
+        self._secret = secret
+        self._ciphers: dict[tuple[bytes, bytes], AESGCM] = {}
+        self.id = hashlib.sha256(b"fpmatch key id\0" + secret).hexdigest()[:ID_DIGITS]
+
+    def __repr__(self) -> str:
+        return f"Key({self.id!r})"
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a key is not pickled")
+
+    def as_line(self) -> str:
+        """Return the line of a text of keys, which contains the secret."""
+        return f"{self.id} {base64.b64encode(self._secret).decode()}"
+
+    def derive(self, purpose: bytes, salt: bytes) -> bytes:
+        """Return the secret of 32 bytes that is derived from this key for a purpose and a salt."""
+        _, hashes, hkdf = _library()
+        derivation = hkdf.HKDF(hashes.SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
+        derived: bytes = derivation.derive(self._secret)
+        return derived
+
+    def cipher(self, purpose: bytes, salt: bytes) -> AESGCM:
+        """Return the cipher of the derived key, which is kept for the next call."""
+        cipher = self._ciphers.get((purpose, salt))
+        if cipher is None:
+            aead, _, _ = _library()
+            cipher = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
+        return cipher
+
+
+class KeyRing:
+    """Some keys, the first of them the current one, and the source they were read from.
+
+    A key that is unknown is looked for in the source once more: it may have been added meanwhile.
+    What is pickled is the source, not the keys.
+
+    Examples
+    --------
+    >>> from fpmatch.base.encryption.keys import Key, KeyRing
+    >>> KeyRing([Key(bytes(32))])
+    KeyRing('4290bd01905d96eb')
+    """
+
+    __slots__ = ("_keys", "source")
+
+    def __init__(self, keys: Iterable[Key], source: str = "") -> None:
+        self._keys = {key.id: key for key in keys}
+        self.source = source
+        if not self._keys:
+            raise EncryptionError(f"{source or 'a key ring'}: no key in it", code="key")
+
+    def __repr__(self) -> str:
+        return f"KeyRing({', '.join(map(repr, self.ids))})"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        if not self.source:
+            raise TypeError("keys without a source are not pickled")
+        return load_keys, (self.source,)
+
+    @property
+    def current(self) -> Key:
+        """The key for new data."""
+        return next(iter(self._keys.values()))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The ids of the keys, that of the current one first."""
+        return tuple(self._keys)
+
+    def find(self, key_id: str) -> Key:
+        """Return the key of an id; EncryptionError (code "missing key") if there is none."""
+        if key_id not in self._keys and self.source:
+            self._keys = load_keys(self.source)._keys
+        if key_id not in self._keys:
+            raise missing_key(key_id, given=self.ids)
+        return self._keys[key_id]
+
+
+def missing_key(key_id: str, given: tuple[str, ...] = ()) -> EncryptionError:
+    """Return the error about data whose key was not given."""
+    others = f"; the keys given are {', '.join(given)}" if given else ""
+    remedy = f"give it with --key or {KEY_VARIABLE}"
+    return EncryptionError(f"encrypted with key {key_id}; {remedy}{others}", code="missing key")
+
+
+def given_source() -> str:
+    """Return the source that the environment names, "" for none."""
+    return os.environ.get(KEY_VARIABLE, "")
+
+
+def keys_for(key_id: str, source: str | None = None) -> KeyRing:
+    """Return the keys of a source, as `load_keys`; without one, the error names the key's id."""
+    if not (source or given_source()):
+        raise missing_key(key_id)
+    return load_keys(source)
+
+
+def load_keys(source: str | None = None) -> KeyRing:
+    """Return the keys of a source.
+
+    Parameters
+    ----------
+    source : str, optional
+        ``file:PATH`` (which no other user may read), ``env:NAME`` or ``keyring:NAME`` (default:
+        that in the environment variable ``FPMATCH_KEY``).
+
+    Raises
+    ------
+    EncryptionError
+        If there is no source, it cannot be read, others may read it, or it contains no keys.
+
+    Examples
+    --------
+    >>> import os
+    >>> from fpmatch.base.encryption.keys import load_keys
+    >>> os.environ["MY_KEY"] = "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="
+    >>> load_keys("env:MY_KEY").current
+    Key('4290bd01905d96eb')
+    """
+    chosen = given_source() if source is None else source
+    if not chosen:
+        why = f"no key was given; --key or {KEY_VARIABLE} names one: {SOURCES}"
+        raise EncryptionError(why, code="missing key")
+    kind, name = split_source(chosen)
+    match kind:
+        case "file":
+            text = _read_file(Path(name))
+        case "env":
+            text = os.environ.get(name, "")
+        case _:
+            text = read_keyring(name)
+    if not text:
+        what = "variable is not set" if kind == "env" else "no keys there"
+        raise EncryptionError(what, path=chosen, code="missing source")
+    return KeyRing(parse_keys(text, chosen), chosen)
+
+
+def split_source(source: str) -> tuple[str, str]:
+    """Return kind and name of a source of keys; EncryptionError if it is none."""
+    kind, _, name = source.partition(":")
+    if kind not in KINDS or not name:
+        # the text is not repeated: it may be a key
+        raise EncryptionError(f"not a source of keys: expected {SOURCES}", code="source")
+    return kind, name
+
+
+def parse_keys(text: str, source: str) -> list[Key]:
+    """Return the keys of a text; errors name `source` and line, and repeat nothing of it."""
+    keys = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            key = Key(base64.b64decode(words[-1], validate=True))
+        except (binascii.Error, ValueError, EncryptionError):
+            key = None
+        if key is None or len(words) > 2:
+            why = f"line {number}: not a key: expected its id and {KEY_BYTES} bytes in base64"
+            raise EncryptionError(why, path=source, code="key")
+        if len(words) == 2 and words[0] != key.id:
+            why = f"line {number}: the id is not that of the key, {key.id}: one is mistyped"
+            raise EncryptionError(why, path=source, code="key")
+        keys.append(key)
+    return keys
+
+
+def new_key() -> Key:
+    """Return a random key."""
+    return Key(secrets.token_bytes(KEY_BYTES))
+
+
+def _read_file(path: Path) -> str:
+    source = f"file:{path}"
+    try:
+        if path.exists() and not path.is_file():  # to open a pipe would wait for its other end
+            raise EncryptionError("not a regular file", path=source, code="source")
+        with path.open("rb") as stream:
+            status = os.fstat(stream.fileno())
+            if os.name == "posix" and status.st_mode & _OTHERS:
+                why = f"other users may read it; first: chmod 600 {path}"
+                raise EncryptionError(why, path=source, code="not private")
+            return stream.read(_LARGEST_TEXT).decode()
+    except UnicodeDecodeError:
+        raise EncryptionError("not a text of keys", path=source, code="key") from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise EncryptionError(why.lower(), path=source, code="missing source") from error
+
+
+def read_keyring(name: str) -> str:
+    """Return the text of keys that the system keyring has under a name, "" if none."""
+    keyring, failed = _keyring()
+    try:
+        return keyring.get_password(KEYRING_SERVICE, name) or ""
+    except failed as error:
+        raise EncryptionError(_one_line(error), path=f"keyring:{name}", code="keyring") from None
+
+
+def write_keyring(name: str, text: str) -> None:
+    """Store a text of keys in the system keyring."""
+    keyring, failed = _keyring()
+    try:
+        keyring.set_password(KEYRING_SERVICE, name, text)
+    except failed as error:
+        raise EncryptionError(_one_line(error), path=f"keyring:{name}", code="keyring") from None
+
+
+def _one_line(error: Exception) -> str:
+    lines = str(error).splitlines()
+    return f"the system keyring failed: {lines[0] if lines else type(error).__name__}"
+
+
+def _keyring() -> tuple[ModuleType, type[Exception]]:
+    try:
+        import keyring  # noqa: PLC0415
+        from keyring.errors import KeyringError  # noqa: PLC0415
+    except ImportError as error:
+        why = "the system keyring needs keyring: pip install 'fpmatch[encryption]'"
+        raise EncryptionError(why, code="not installed") from error
+    return keyring, KeyringError
+
+
+def _library() -> tuple[ModuleType, ModuleType, ModuleType]:
+    """Return the modules of `cryptography` for ciphers, hashes and derived keys."""
+    try:
+        from cryptography.hazmat.primitives import hashes  # noqa: PLC0415
+        from cryptography.hazmat.primitives.ciphers import aead  # noqa: PLC0415
+        from cryptography.hazmat.primitives.kdf import hkdf  # noqa: PLC0415
+    except ImportError as error:
+        why = "encryption needs cryptography: pip install 'fpmatch[encryption]'"
+        raise EncryptionError(why, code="not installed") from error
+    return aead, hashes, hkdf

@@ -1,0 +1,274 @@
+"""The two sides of `fpmatch score`: folders, manifests or galleries, as names and templates."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import numpy as np
+
+from fpmatch.base.printable import csv_cell
+from fpmatch.errors import ScoringError, TemplateError, without_path
+from fpmatch.gallery.batch.fingers import finger_of_name
+from fpmatch.gallery.engine.workers import attempt_each
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import entry_names
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.print_file import resolution_notes
+from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
+from fpmatch.gallery.store.audit import ranges
+from fpmatch.gallery.store.compact import unpack_template
+from fpmatch.image.dataset_folder import read_dataset_info
+from fpmatch.prints.reading import ASSUMED_DPI
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.stored_template import minutiae_digest, stored_minutiae_digest
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Generator, Mapping, Sequence
+
+    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.listing.entry import Label, NamePattern
+    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.prints import OpenedPrint
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.polarity import Polarity
+
+_ZIP: Final = b"PK"  # how what `pack` returns begins
+_COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+_END: Final = (2**63, b"")  # after all entries of a gallery
+
+
+@dataclass(frozen=True, slots=True)
+class StoredTemplate:
+    """The template of one print in bytes, for `unpack`, or the reason why there is none.
+
+    `quality` is that of its image, 0 to 100; None where there is none. `digest` is equal for prints
+    of the same frame and minutiae; b"" without minutiae.
+    """
+
+    data: bytes | None
+    reason: str = ""
+    dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
+    quality: int | None = None
+    digest: bytes = b""
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """The notes, with one on the resolution where it was assumed."""
+        return (*self.notes, ASSUMED_DPI) if self.dpi_assumed else self.notes
+
+
+class PrintSource(Protocol):
+    """Provides the prints of one side, in a fixed order.
+
+    `place` is the path or address, `title` the name of the database, `names` and `fingers` those of
+    its prints, all names different. `content_hash` differs whenever the prints have changed.
+    """
+
+    place: str
+    title: str
+    names: list[str]
+    fingers: list[str]
+    content_hash: str
+
+    def templates(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
+
+
+def open_source(
+    place: str | os.PathLike[str],
+    *,
+    dpi: float | None = None,
+    polarity: Polarity = "auto",
+    reader: Callable[..., GreyImage | TemplateRecord] | None = None,
+    pattern: NamePattern | None = None,
+    by_folder: bool = False,
+) -> PrintSource:
+    """Open one side of `fpmatch score`; its prints are read later.
+
+    Parameters
+    ----------
+    place : path-like or str
+        A folder of prints, a manifest (see `fpmatch.gallery.listing.manifest`), or a gallery: a file or
+        the URL of a database.
+    dpi : float, optional
+        Resolution of all images of a folder (default: that in a manifest or ``dataset.toml``, else
+        each file's own).
+    polarity, reader
+        For the files of a folder, as for
+        `fpmatch.image.folder_polarity.find_polarities`.
+    pattern, by_folder
+        Where the names or subfolders of a folder contain the fingers, as for
+        `fpmatch.gallery.listing.prints.find_prints`.
+
+    Raises
+    ------
+    FpmatchError
+        If there is no such folder or gallery, or nothing in it.
+    """
+    if kind_of(place) in {"gallery", "file"}:
+        return GallerySource(place)
+    files = find_prints([place], dpi, pattern=pattern, by_folder=by_folder)
+    return FolderSource(Path(place), files, dpi, polarity, reader)
+
+
+class FolderSource:
+    """The prints of a folder or manifest by name: images, to be extracted, or templates."""
+
+    labels: list[Label] | None = None
+
+    def __init__(
+        self,
+        place: Path,
+        files: Sequence[PrintFile],
+        dpi: float | None,
+        polarity: Polarity,
+        reader: Callable[..., GreyImage | TemplateRecord] | None,
+    ) -> None:
+        self._files = files
+        info = read_dataset_info(place if place.is_dir() else place.parent)
+        known = info.polarity if polarity == "auto" else polarity
+        self._open_reader = cache(
+            partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
+        )
+        self.place = str(place)
+        self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
+        self.names = [file.name for file in files]
+        self.paths = [str(file.path) for file in files]
+        self._on_dpi = resolution_notes([file.dpi for file in files])
+        labels = [file.label for file in files]
+        self.fingers = [
+            finger_of_name(file.path.name) if label is None else str(label.of_finger)
+            for file, label in zip(files, labels, strict=True)
+        ]
+        if kind_of(place) == "manifest":
+            self.labels = [label for label in labels if label is not None]
+        states = [repr(_state(file)) for file in files]
+        if any(labels):
+            states.append(repr(self.fingers))
+        parts = states if known == "auto" else [*states, repr(known)]
+        self.content_hash = hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+    def templates(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their numbers."""
+        # Read here, so that workers elsewhere need not see the files.
+        opened = (open_print(self._open_reader(), self._files[n]) for n in numbers)
+        with closing(attempt_each(engine, _extract, opened)) as attempts:
+            for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
+                if attempt.result is None:
+                    yield StoredTemplate(None, without_path(attempt.reason, file.path))
+                else:
+                    notes = (*attempt.result.notes, *self._on_dpi[number])
+                    yield replace(attempt.result, notes=notes)
+
+
+class GallerySource:
+    """The entries of a gallery by their numbers, with the templates that it holds.
+
+    `damaged` are entries without a name, which are left out, with reasons.
+    """
+
+    def __init__(self, place: str | os.PathLike[str]) -> None:
+        self._open = partial(open_gallery, place)
+        with self._open() as gallery:
+            self.place, self.title = gallery.name, csv_cell(gallery.name)
+            self.content_hash = gallery.content_hash()
+            entries, self.damaged = list(gallery.entries()), dict(gallery.damaged)
+        if not entries:
+            raise ScoringError(f"{self.place}: the gallery is empty")
+        self._numbers = [entry.id for entry in entries]
+        self.fingers = [str(entry.label.of_finger) for entry in entries]
+        self.names = entry_names(entries)
+
+    def templates(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their ascending numbers."""
+        wanted = [self._numbers[n] for n in numbers]
+        after = wanted[0] - 1 if wanted else 0
+        with self._open() as gallery:
+            gallery.record("read templates", entries=ranges(wanted))
+            packed = gallery.packed_templates(after=after)
+            at, data = next(packed, _END)
+            for number in wanted:
+                while at < number:
+                    at, data = next(packed, _END)
+                if at == number:
+                    yield _checked(data)
+                elif number in gallery.damaged:
+                    yield StoredTemplate(None, f"damaged: {gallery.damaged[number]}")
+                else:
+                    raise ScoringError(f"{self.place}: changed while it was read; start again")
+
+
+def _checked(data: bytes) -> StoredTemplate:
+    """Return a packed template, or why it cannot be unpacked."""
+    try:
+        unpack_template(data)
+    except TemplateError as error:
+        return StoredTemplate(None, f"damaged: {error}")
+    return StoredTemplate(data, digest=stored_minutiae_digest(data))
+
+
+def pack(template: Template) -> bytes:
+    """Return a template as bytes, without loss."""
+    minutiae, field = template.minutiae, template.field
+    arrays = {name: getattr(minutiae, name) for name in _COLUMNS}
+    arrays["frame"] = np.array([template.width, template.height, template.dpi])
+    if field is not None:
+        arrays |= {"orientation": field.orientation, "mask": field.mask}
+        arrays["step"] = np.array(field.step)
+        if field.ridges is not None:
+            arrays["ridges"] = field.ridges
+    stream = io.BytesIO()
+    np.savez(stream, **arrays)
+    return stream.getvalue()
+
+
+def unpack(data: bytes) -> Template:
+    """Return the template of bytes that `pack` or a gallery made; FpmatchError if damaged."""
+    if not data.startswith(_ZIP):
+        return unpack_template(data)
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            return _template_of(arrays)
+    except Exception as error:  # numpy and zipfile raise many kinds for damaged archives
+        raise ScoringError("a stored template is damaged", code="damaged") from error
+
+
+def _template_of(arrays: Mapping[str, Any]) -> Template:
+    width, height, dpi = arrays["frame"].tolist()
+    field = None
+    if "step" in arrays:
+        ridges = arrays.get("ridges")
+        field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"], ridges)
+    minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
+    return Template(minutiae, int(width), int(height), dpi, field)
+
+
+def _extract(opened: OpenedPrint) -> StoredTemplate:
+    extracted = extract_opened(opened, graded=True)
+    template = extracted.template
+    beside = extracted.dpi_assumed, extracted.notes, extracted.quality, minutiae_digest(template)
+    return StoredTemplate(pack(template), "", *beside)
+
+
+def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
+    try:
+        status = file.path.stat()
+    except OSError:  # a missing file fails when it is read, and becomes a row
+        return file.name, -1, -1, file.dpi
+    return file.name, status.st_size, status.st_mtime_ns, file.dpi

@@ -1,0 +1,289 @@
+"""`fpmatch enrol`: pictures become entries of a gallery."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
+from fpmatch.cli import fast_imports
+from fpmatch.cli.notes import (
+    notes_as_json,
+    say_failures,
+    say_note,
+    say_notes,
+    say_slow_kernels,
+    show,
+)
+from fpmatch.cli.options import (
+    by_folder_option,
+    check_where,
+    json_option,
+    key_option,
+    places_argument,
+    polarity_option,
+    raw_option,
+    scheduler_option,
+    workers_option,
+)
+from fpmatch.cli.progress import ProgressBars
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.tasks.enrol import Enrolment
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
+
+_WORKERS_NEED: Final = (
+    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
+    "cv2",
+    "threadpoolctl",
+    "fpmatch.gallery.engine.workers",
+    "fpmatch.gallery.listing.entry",
+    "fpmatch.gallery.listing.prints",
+    "fpmatch.image.io.registry",
+    "fpmatch.image.folder_polarity",
+    "fpmatch.prints.reading",
+)
+
+
+@click.command(
+    epilog="""\b
+Patterns:
+  A regular expression with the group subject and, where names contain them, the groups finger and
+  impression. It must match the end of the path, without its extension, from the beginning of a
+  name on. The default is that of FVC's names, as 101_3.tif: (?P<subject>\\d+)_(?P<impression>\\d+)
+
+\b
+Resolution:
+  That of --dpi, else of the manifest, else of the dataset.toml beside the file, else the file's
+  own, else 500 dpi.
+
+\b
+Examples:
+  fpmatch enrol prints.db prints
+  fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
+  fpmatch enrol prints.db prints --min-quality 40
+  fpmatch enrol prints.db visitors --prefix visitor-
+  fpmatch enrol prints.db manifest.csv
+  fpmatch enrol prints.db monday.db tuesday.db
+  fpmatch enrol prints.db prints --encrypt --key file:keys.txt
+  fpmatch enrol prints.db people --by-folder
+  fpmatch enrol prints.db scans --scheduler tcp://host:8786
+  fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
+
+Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
+--failures` lists them with the reasons), 2 when the run could not be done.
+"""
+)
+@click.argument("gallery")
+@places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
+@click.option(
+    "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
+)
+@by_folder_option
+@click.option(
+    "--prefix",
+    metavar="TEXT",
+    default="",
+    help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
+)
+@click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
+@polarity_option
+@click.option(
+    "--min-quality",
+    metavar="N",
+    type=click.IntRange(0, 100),
+    default=0,
+    show_default=False,
+    help="Refuse images of lower quality, 0 to 100, as fpmatch inspect shows it.",
+)
+@click.option(
+    "--strict",
+    is_flag=True,
+    help="Refuse prints that match no other impression of their finger, where there are others: "
+    "they are of another finger or of another part of the skin (see fpmatch gallery check). "
+    "Otherwise those of fingers that existed before are named and enrolled.",
+)
+@click.option(
+    "--audit",
+    is_flag=True,
+    help="Let GALLERY keep an audit of who does what with it (see fpmatch gallery audit).",
+)
+@click.option(
+    "--encrypt",
+    is_flag=True,
+    help="Encrypt the gallery that is made with the current key of --key; refuse one that is not "
+    "encrypted.",
+)
+@raw_option
+@workers_option
+@scheduler_option
+@json_option
+@key_option
+def enrol(
+    gallery: str,
+    places: tuple[str, ...],
+    pattern: str | None,
+    by_folder: bool,
+    prefix: str,
+    dpi: float | None,
+    polarity: Polarity,
+    min_quality: int,
+    strict: bool,
+    encrypt: bool,
+    audit: bool,
+    raw: tuple[RawSize, ...],
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+) -> int:
+    """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
+
+    A print is an image or a template; of a folder, its images are enrolled or, if it has none, its
+    templates, else the prints of its subfolders, one a finger, or one a subject with one a finger
+    in it. A MANIFEST is a CSV file with the columns path and subject, and perhaps finger,
+    impression and dpi, which lists prints. The entries of another gallery are enrolled with their
+    labels: templates by the million are best kept in one.
+
+    The gallery is made where it is missing. Each file is enrolled once, whatever its name: an
+    interrupted run continues when it is started again, and two may enrol at the same time. All
+    impressions of a finger are kept, and probes are compared with all of them together. Prints that
+    are added to subjects that existed before are counted, and named where they match none of them.
+    """
+    from fpmatch.gallery.engine.local import start_fork_server
+
+    check_where(workers, scheduler)
+    if scheduler is None:
+        start_fork_server(workers, *_WORKERS_NEED)
+    with fast_imports():
+        from fpmatch.base.encryption.keys import load_keys
+        from fpmatch.gallery.engine.engine import make_engine
+        from fpmatch.gallery.gallery import open_gallery
+        from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
+        from fpmatch.gallery.listing.kinds import kind_of
+        from fpmatch.gallery.listing.prints import (
+            extract_opened,
+            extract_print,
+            find_prints,
+            folder_reader,
+            open_print,
+        )
+        from fpmatch.gallery.store.audit import turn_on
+        from fpmatch.gallery.tasks import enrol as work
+        from fpmatch.gallery.tasks.transfer import enrol_gallery
+        from fpmatch.prints.reading import PrintReader
+
+    if encrypt:
+        load_keys()  # before any work
+    galleries = [place for place in places if kind_of(place) == "gallery"]
+    others = [place for place in places if place not in galleries]
+    if not others and (pattern is not None or by_folder or dpi is not None or min_quality):
+        why = "--pattern, --by-folder, --dpi and --min-quality are not for the entries of galleries"
+        raise click.UsageError(why)
+    names = NamePattern(FVC_PATTERN if pattern is None else pattern)
+    prints = find_prints(
+        others, dpi, pattern=None if pattern is None else names, by_folder=by_folder
+    )
+    read = PrintReader(raw, quiet=True)
+    if len(prints) > 1:
+        say_slow_kernels()
+    start = time.perf_counter()
+    runs: list[Enrolment] = []
+    with ExitStack() as stack:
+        sources = [stack.enter_context(open_gallery(place)) for place in galleries]
+        engine = stack.enter_context(make_engine(workers, scheduler))
+        near = engine if scheduler is None else None  # workers elsewhere see none of the files
+        reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=near)
+        bars = ProgressBars({"enrol": "enrolling", "prepare": "indexing prints"})
+        opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
+        stack.enter_context(bars)
+        if audit:
+            turn_on(opened)
+        options: dict[str, Any] = {"prefix": prefix, "progress": bars.show, "strict": strict}
+        for source in sources:
+            runs.append(enrol_gallery(opened, source, **options))
+        if others:
+            enrolled = work.enrol(
+                opened,
+                prints,
+                pattern=names,
+                engine=engine,
+                extractor=(
+                    partial(extract_opened, min_quality=min_quality)
+                    if scheduler
+                    else partial(extract_print, reader=reader, min_quality=min_quality)
+                ),
+                opener=partial(open_print, reader) if scheduler else None,
+                **options,
+            )
+            runs.append(enrolled)
+        done = work.joined(runs)
+        sizes = len(opened), opened.subjects()
+        name, private = opened.name, opened.private
+    seconds = time.perf_counter() - start
+    if not private:
+        say_note(f"{name}: other users may read it; `chmod 600` makes it private")
+    say_notes(done.noted)
+    say_failures(
+        [f"{failure.source}: {failure.reason}" for failure in done.failures],
+        f"; `fpmatch gallery list {name} --failures` shows all",
+    )
+    say_failures(
+        [f"{one.source}: {one.reason}" for one in done.unmatched],
+        "; --json lists all",
+        word="no match",
+    )
+    outcome = (name, done, sizes, seconds)
+    show(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
+    return 1 if done.failures else 0
+
+
+def _as_text(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> str:
+    total = done.enrolled + done.known + len(done.failures)
+    counts = [f"enrolled {done.enrolled} of {count(total, 'picture')}"]
+    counts += [f"{done.known} were enrolled before"] if done.known else []
+    counts += [f"{len(done.failures)} failed"] if done.failures else []
+    impressions, subjects = count(sizes[0], "impression"), count(sizes[1], "subject")
+    rate = f" ({done.enrolled / seconds:.1f} a second)" if done.enrolled else ""
+    place = f"{printable(name)}: {impressions} of {subjects}"
+    lines = [f"{', '.join(counts)}: {seconds:.1f} s{rate}", *_about_added(done), place]
+    return "\n".join(lines)
+
+
+def _about_added(done: Enrolment) -> list[str]:
+    """Return the lines on prints of subjects that existed before, and on copies."""
+    lines = []
+    if done.added:
+        added = count(sum(done.added.values()), "impression")
+        existing = f"{count(len(done.added), 'subject')} that existed before"
+        lines.append(f"{added} added to {existing}; {len(done.unmatched)} of them match no other")
+    if done.copies:
+        lines.append(f"{count(done.copies, 'copy', 'copies')} of other prints")
+    return lines
+
+
+def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> dict[str, Any]:
+    from fpmatch.prints.reading import ASSUMED_DPI
+
+    noted = dict(done.noted)
+    return {
+        "gallery": name,
+        "enrolled": done.enrolled,
+        "known": done.known,
+        "failed": len(done.failures),
+        "failures": [asdict(failure) for failure in done.failures],
+        "dpi_assumed": len(noted.pop(ASSUMED_DPI, ())),
+        "notes": notes_as_json(noted),
+        "added": {"impressions": sum(done.added.values()), "subjects": len(done.added)},
+        "unmatched": [asdict(one) for one in done.unmatched],
+        "copies": done.copies,
+        "seconds": round(seconds, 3),
+        "impressions": sizes[0],
+        "subjects": sizes[1],
+    }

@@ -1,0 +1,201 @@
+"""`fpmatch gallery audit`: the audit of a gallery, or the log of a server."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
+from fpmatch.cli.notes import json_lines, say_note, show, show_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.store.audit_chain import AuditState
+
+_HASH_DIGITS: Final = 64
+_TIMES: Final = click.DateTime(["%Y-%m-%d", "%Y-%m-%dT%H:%M", "%Y-%m-%dT%H:%M:%S"])
+
+
+def _expected(
+    ctx: click.Context, param: click.Parameter, value: str | None
+) -> tuple[int, str] | None:
+    """Return the number and the hash that an option contains."""
+    if value is None:
+        return None
+    number, _, digest = value.partition(":")
+    if not (number.isascii() and number.isdecimal() and len(digest) == _HASH_DIGITS):
+        raise click.BadParameter(f"{value!r} is not of the form NUMBER:HASH, as --verify prints it")
+    return int(number[:18]), digest.lower()
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit prints.db --on
+  fpmatch gallery audit prints.db --action remove --since 2026-11-01
+  fpmatch gallery audit prints.db --verify
+  fpmatch gallery audit prints.db --verify --expect 1204:5d0c...
+  fpmatch gallery audit audit.jsonl --client ada --json
+
+Each line contains the hash of the line before it. That the last lines are missing shows only if the
+number of lines and the last hash, which --verify prints, were noted elsewhere: --expect compares
+them.
+
+The client of an event is the name of a token of the server; for commands it is the user of the
+system and the host, after the name in FPMATCH_OPERATOR if that is set. Times are UTC.
+
+Exit status: 0 when the audit is whole, 2 when a line was changed, removed or inserted, or the
+gallery was changed without an event.
+"""
+)
+@click.argument("place", metavar="GALLERY|LOG")
+@click.option("--on", "turn", flag_value="on", help="Let GALLERY keep an audit from now on.")
+@click.option(
+    "--off", "turn", flag_value="off", help="Let GALLERY keep no audit any more; needs --yes."
+)
+@click.option("--yes", is_flag=True, help="Confirm --off, which becomes the last event.")
+@click.option("--verify", is_flag=True, help="Check all lines; print their number and last hash.")
+@click.option(
+    "--expect",
+    metavar="N:HASH",
+    callback=_expected,
+    help="Check that line N has this hash: that an earlier state is a part of this one.",
+)
+@click.option("--action", metavar="NAME", help="Print events of this action only: enrol, remove, …")
+@click.option("--client", metavar="NAME", help="Print events of this client only.")
+@click.option("--subject", metavar="NAME", help="Print events that name this subject only.")
+@click.option("--since", metavar="TIME", type=_TIMES, help="Print events from this time on, UTC.")
+@click.option("--until", metavar="TIME", type=_TIMES, help="Print events before this time, UTC.")
+@click.option(
+    "--lines",
+    is_flag=True,
+    help="Print the lines as they are stored: a file of them can be kept elsewhere and verified.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print a JSON array; of --verify, an object.")
+def audit(
+    place: str,
+    turn: str | None,
+    yes: bool,
+    verify: bool,
+    expect: tuple[int, str] | None,
+    lines: bool,
+    as_json: bool,
+    **wanted: Any,
+) -> None:
+    """Print who did what with a GALLERY, and when, or turn this on and off.
+
+    The audit of a GALLERY contains who enrolled, searched, compared, listed, removed or exported
+    what, by commands and over HTTP; the event of a change is stored together with the change. It
+    contains neither pictures nor templates. An action whose event cannot be stored is not done.
+
+    A LOG is a file that `fpmatch serve --audit-log` wrote.
+    """
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.listing.kinds import kind_of
+
+    if yes and turn != "off":
+        raise click.UsageError("--yes confirms --off")
+    is_gallery = turn is not None or kind_of(place) == "gallery"
+    with open_gallery(place) if is_gallery else nullcontext() as gallery:
+        if turn is not None and gallery is not None:
+            _turn(gallery, on=turn == "on", confirmed=yes)
+        elif verify or expect is not None:
+            _say_state(_check(place, gallery, expect), as_json=as_json)
+        elif lines:
+            for line in _lines(place, gallery):
+                show_line(line.decode("ascii", "backslashreplace").removesuffix("\n"))
+        else:
+            events = (event for event in _events(place, gallery) if _is_wanted(event, **wanted))
+            for text in json_lines(events) if as_json else map(_as_text, events):
+                show(text)
+
+
+def _turn(gallery: Gallery, *, on: bool, confirmed: bool) -> None:
+    from fpmatch.gallery.store.audit import turn_off, turn_on
+
+    if not on and not confirmed:
+        raise click.UsageError("--off ends the audit, which then shows nothing more: add --yes")
+    changed = turn_on(gallery) if on else turn_off(gallery)
+    state = "on" if on else "off"
+    show_line(f"{gallery.name}: audit {state}{'' if changed else ', as it was before'}")
+
+
+def _lines(place: str, gallery: Gallery | None) -> Iterator[bytes]:
+    from fpmatch.gallery.store.audit import audit_lines
+    from fpmatch.gallery.store.audit_log import log_lines
+
+    return log_lines(place) if gallery is None else audit_lines(gallery)
+
+
+def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) -> AuditState:
+    from fpmatch.gallery.store.audit import check_audit
+    from fpmatch.gallery.store.audit_log import check_audit_log
+
+    if gallery is None:
+        return check_audit_log(place, expect=expect)
+    return check_audit(gallery, expect=expect)
+
+
+def _events(place: str, gallery: Gallery | None) -> Iterator[dict[str, Any]]:
+    from fpmatch.gallery.store.audit_chain import follow_chain
+
+    for _, _, event in follow_chain(_lines(place, gallery), place):
+        if event is not None:
+            yield event
+
+
+def _is_wanted(
+    event: dict[str, Any],
+    *,
+    action: str | None,
+    client: str | None,
+    subject: str | None,
+    since: datetime | None,
+    until: datetime | None,
+) -> bool:
+    if action is not None and event.get("action") != action:
+        return False
+    if client is not None and str(event.get("client")).partition(" (")[0] != client:
+        return False
+    if subject is not None and subject not in _subjects(event):
+        return False
+    if since is None and until is None:
+        return True
+    try:
+        time = datetime.fromisoformat(str(event.get("time")))
+    except ValueError:
+        return False
+    after = since is None or time >= since.replace(tzinfo=UTC)
+    return after and (until is None or time < until.replace(tzinfo=UTC))
+
+
+def _subjects(event: dict[str, Any]) -> Iterator[object]:
+    """Yield the subjects that an event names."""
+    yield event.get("subject")
+    entries = event.get("entries")
+    for entry in entries if isinstance(entries, list) else []:
+        if isinstance(entry, dict):
+            yield entry.get("subject")
+
+
+def _as_text(event: dict[str, Any]) -> str:
+    known = ("time", "client", "action")
+    time, client, action = (printable(event.get(key, "-")) for key in known)
+    details = {k: v for k, v in event.items() if k not in {*known, "previous", "state"}}
+    return f"{time}  {client}  {action}  {json_text(details, indent=None)}"
+
+
+def _say_state(state: AuditState, *, as_json: bool) -> None:
+    for number in state.incomplete:
+        say_note(f"line {number} is incomplete: the program that wrote it was stopped")
+    if as_json:
+        show(json_text(asdict(state)))
+    else:
+        show_line(f"{count(state.events, 'event')}, last hash {state.last}")

@@ -1,0 +1,372 @@
+"""`fpmatch identify`: the enrolled prints that match a probe best."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
+from fpmatch.cli.notes import (
+    say_damaged,
+    say_errors,
+    say_note,
+    say_notes,
+    say_slow_kernels,
+    show,
+)
+from fpmatch.cli.options import (
+    FROM_1,
+    check_where,
+    file_option,
+    files_argument,
+    json_option,
+    key_option,
+    matcher_option,
+    old_names,
+    polarity_option,
+    raw_option,
+    requested_loss,
+    scheduler_option,
+)
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.cli.identify_each import Found, identify_far, identify_near
+from fpmatch.gallery.cli.identify_fused import identify_by_fingers, in_stages
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fpmatch.gallery.batch.candidates import Listed
+    from fpmatch.gallery.prepared_search import Candidate, CandidateListSize
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
+
+_COLUMNS: Final = f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture"
+
+
+def _candidate_list_size(
+    ctx: click.Context, param: click.Parameter, value: str
+) -> CandidateListSize:
+    """Return the number, `auto` or `off` that an option means."""
+    match value:
+        case "auto" | "off":
+            return value
+    if re.fullmatch("0{0,9}[1-9][0-9]{0,9}", value) is None:
+        raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
+    return int(value)
+
+
+def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Return the share that an option means, which is in percent."""
+    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None or not float(
+        value.strip(" %")
+    ):
+        raise click.BadParameter(f"{value!r} is not a percentage over 0 and under 100")
+    return float(value.strip(" %")) / 100
+
+
+@click.command(
+    context_settings=old_names(shortlist="candidate-list"),
+    epilog="""\b
+Columns:
+  score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
+  FMR        share of comparisons with other fingers, of as many impressions, that score as high
+  by chance  number of searched fingers expected to score as high if the finger is not enrolled
+  print      subject, finger and impression: of a subject its best finger, of a finger its most
+             similar impression
+  number     of the entry, as `fpmatch gallery list` shows it
+  picture    that was enrolled
+
+\b
+Examples:
+  fpmatch identify prints.db probe.tif
+  fpmatch identify prints.db manifest.csv
+  fpmatch identify prints.db probes -k 3 --threshold 40 --json
+  fpmatch identify postgresql://me@host/prints probe.tif --transform
+  fpmatch identify prints.db probe.tif --all
+  fpmatch identify prints.db probe.tif --impressions
+  fpmatch identify nation.db probe.tif --loss 0.1%
+  fpmatch identify touches.db probe.tif --consolidate
+  fpmatch identify people.db left.png --with right.png --finger left-index --finger right-index
+
+\b
+Many probes, on all cores or on a cluster (columns of the file: docs/how-to/batches.md):
+  fpmatch identify prints.db --probes seized -o candidates.csv
+  fpmatch identify prints.db --probes seized -o candidates.jsonl --transform
+  fpmatch identify prints.db --probes seized -o candidates.csv --scheduler tcp://host:8786
+
+Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
+""",
+)
+@click.argument("gallery")
+@files_argument("probes", metavar="[PROBE]...", required=False)
+@file_option(
+    "--probes",
+    "more_probes",
+    metavar="DIR|MANIFEST|FILE",
+    multiple=True,
+    help="Search for these prints, too; repeatable.",
+)
+@file_option(
+    "-o",
+    "--output",
+    metavar="OUT.csv|.jsonl",
+    help="Write the candidates of all probes to this file: CSV, a row each, or JSON lines, a "
+    "document a probe. An interrupted run is resumed by the same command.",
+)
+@click.option(
+    "-k", "count", metavar="N", type=FROM_1, default=10, help="List N candidates at most."
+)
+@click.option(
+    "--threshold",
+    type=float,
+    metavar="SCORE",
+    default=0.0,
+    show_default=False,
+    help="Omit candidates with a lower score, 0 to 100 (a large gallery is searched faster then);"
+    " this command ranks and does not decide.",
+)
+@click.option(
+    "--transform", "transforms", is_flag=True, help="Show the transform to each candidate."
+)
+@click.option(
+    "--all",
+    "all_fingers",
+    is_flag=True,
+    help="List all fingers, not each subject once with the best of its fingers.",
+)
+@click.option(
+    "--impressions",
+    is_flag=True,
+    help="List all impressions, each with its own score, instead of fingers, with the score of all "
+    "their impressions together.",
+)
+@click.option(
+    "--consolidate",
+    is_flag=True,
+    help="Compare each candidate also with the consolidated template of its impressions, and rank "
+    "the candidates again.",
+)
+@file_option(
+    "--with",
+    "others",
+    metavar="SECOND",
+    multiple=True,
+    help="Search for the subject whose fingers match PROBE and SECOND, a print of another of the "
+    "subject's fingers, best together; repeatable.",
+)
+@click.option(
+    "--finger",
+    "positions",
+    metavar="NAME",
+    multiple=True,
+    help="With --with: which finger PROBE is of, then each SECOND, as it was named at enrolment "
+    "(default: not known, any finger of the subject).",
+)
+@click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
+@polarity_option
+@raw_option
+@matcher_option
+@file_option(
+    "--calibration",
+    metavar="FILE",
+    help="Score as fitted by fpmatch calibrate to prints of your own.",
+)
+@click.option(
+    "--candidate-list",
+    "candidate_list",
+    metavar="N|auto|off",
+    callback=_candidate_list_size,
+    default="auto",
+    help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
+    "probe's. auto: all of up to 20,000 prints; of up to 1,000,000, the best 1 in 100; of more, "
+    "those that an index chooses. off: all.",
+)
+@click.option(
+    "--loss",
+    metavar="PERCENT",
+    callback=_loss,
+    default="1%",
+    show_default=True,
+    help="Search more than 20,000 prints by their index, which may miss this share of the matching "
+    "prints that comparing all would find, as 0.1%. With less, more prints are compared.",
+)
+@json_option
+@click.option(
+    "--workers",
+    type=FROM_1,
+    help="Processes to use, or threads to search for one probe after the other.  [default: all "
+    "cores]",
+)
+@scheduler_option
+@key_option
+def identify(
+    gallery: str,
+    probes: tuple[Path, ...],
+    more_probes: tuple[Path, ...],
+    output: Path | None,
+    dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
+    matcher: str,
+    calibration: Path | None,
+    all_fingers: bool,
+    impressions: bool,
+    consolidate: bool,
+    others: tuple[Path, ...],
+    positions: tuple[str, ...],
+    as_json: bool,
+    workers: int | None,
+    scheduler: str | None,
+    **limits: Any,
+) -> int:
+    """Rank the subjects of GALLERY by how well they match each PROBE.
+
+    A PROBE is an image, a template, a folder of them, or a manifest (see fpmatch enrol).
+
+    GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
+    prepared by the first search, and by the first one after a change.
+    """
+    from fpmatch.gallery.cli.identify_many import probe_source
+    from fpmatch.gallery.engine.engine import make_engine
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.listing.prints import find_prints, folder_reader
+    from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
+    from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.matchers import matcher_name
+    from fpmatch.prints.reading import PrintReader, group_by_note
+
+    listed: Listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"
+    if impressions and consolidate:
+        raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
+    curve = load_calibration(matcher_name(matcher), calibration)
+    places = (*probes, *more_probes)
+    if not places:
+        raise click.UsageError("Missing argument 'PROBE...', or --probes.")
+    check_where(workers, scheduler)
+    files = find_prints(places, dpi)
+    if output is not None:
+        if others or positions:
+            raise click.UsageError("-o excludes --with and --finger")
+        from fpmatch.gallery.batch.candidate_rows import is_json_lines
+        from fpmatch.gallery.batch.candidates import SearchOptions
+        from fpmatch.gallery.cli.identify_many import identify_to_file
+
+        reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+        if limits["transforms"] and not is_json_lines(output):
+            raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
+        say_slow_kernels()
+        return identify_to_file(
+            gallery,
+            probe_source(places, files, **reading),
+            output,
+            SearchOptions(listed=listed, consolidate=consolidate, calibration=curve, **limits),
+            matcher=matcher,
+            workers=workers,
+            scheduler=scheduler,
+            as_json=as_json,
+        )
+    if others or positions:
+        if all_fingers or impressions or consolidate or limits.pop("transforms"):
+            raise click.UsageError(
+                "--with lists subjects: it excludes --all, --impressions, --consolidate and "
+                "--transform"
+            )
+        limits |= {"matcher": matcher, "curve": curve, "as_json": as_json}
+        limits |= {"workers": workers, "scheduler": scheduler}
+        reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+        both = files, find_prints(others, dpi)
+        return identify_by_fingers(gallery, *both, positions, reading, **limits)
+    read = PrintReader(raw, quiet=True)
+    done: list[Found] = []
+    failures: list[FpmatchError] = []
+    with open_gallery(gallery) as opened:
+        say_slow_kernels()
+        with ProgressBars({"prepare": "preparing prints"}) as bars:
+            search = open_search(
+                opened,
+                matcher,
+                engine=make_engine(workers, scheduler),
+                progress=bars.show,
+                note=say_note,
+                candidate_list=limits["candidate_list"],
+                loss=requested_loss(),
+            )
+        if scheduler is None:
+            consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
+            reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=read)
+            limits |= {"impressions": impressions, "consolidated": consolidated}
+            limits |= {"by_subject": listed == "subjects", "calibration": curve}
+            limits["workers"] = workers
+            each = identify_near(opened, search, files, reader, **limits)
+        else:
+            limits |= {"listed": listed, "consolidate": consolidate, "calibration": curve}
+            source = probe_source(places, files, dpi=dpi, polarity=polarity, reader=read)
+            each = identify_far(opened, search, source, make_engine(None, scheduler), **limits)
+        for answer in each:
+            if isinstance(answer, FpmatchError):
+                failures.append(answer)
+                continue
+            done.append(answer)
+            if not as_json:
+                show(_as_text(answer))
+        name, damaged = opened.name, opened.damaged
+    say_damaged(name, damaged)
+    say_notes(group_by_note((answer.probe, answer.notes) for answer in done))
+    say_errors(failures)
+    if as_json and done:
+        document = {
+            "gallery": name,
+            "matcher": search.matcher.name,
+            "enrolled": len(search),
+            "damaged": len(damaged),
+            "compared": done[0].result.compared,
+            "fingers": done[0].result.fingers,
+            "loss": done[0].result.loss,
+            "listed": listed,
+            "probes": [answer.as_dict() for answer in done],
+            "failures": list(map(str, failures)),
+        }
+        show(json_text(document))
+    return 2 if not done else 1 if failures else 0
+
+
+def _as_text(answer: Found) -> str:
+    from fpmatch.prints.words import odds
+
+    result = answer.result
+    of_all = f" of {result.enrolled}" if result.preselected else ""
+    compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
+    head = f"{printable(answer.probe)}: {compared} in {answer.seconds:.2f} s{in_stages(result)}"
+    if not result.candidates:
+        return f"{head}, no candidate"
+    lines = [head, _COLUMNS]
+    extrapolated = False
+    for candidate, entry in zip(result.candidates, answer.entries, strict=True):
+        beyond = candidate.fmr < result.smallest_measured_fmr
+        extrapolated |= beyond
+        rate = f"{odds(candidate.fmr)}{' *' if beyond else ''}"
+        lines.append(
+            f"  {candidate.rank:>4}  {candidate.score:>5.1f}  {rate:<18}  "
+            f"{candidate.expected_false:>9.2g}  {printable(entry.label):<12}  {entry.id:>6}  "
+            f"{printable(entry.source)}"
+        )
+        lines += [f"        {line}" for line in _transform_lines(candidate)]
+    if extrapolated:
+        lines.append(f"  * extrapolated: measured up to {odds(result.smallest_measured_fmr)}")
+    return "\n".join(lines)
+
+
+def _transform_lines(candidate: Candidate) -> list[str]:
+    from fpmatch.prints.report import transform_in_words
+
+    comparison = candidate.comparison
+    if comparison is None:
+        return []
+    if comparison.transform is None:
+        return [f"no transform: {comparison.reason}"]
+    pairs = count(len(comparison.pairs), "pair")
+    return [f"{transform_in_words(comparison.transform)}; {pairs}, {comparison.rms_px:.1f} px rms"]

@@ -1,0 +1,229 @@
+"""`fpmatch score`: all comparisons of two batches, in a file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
+from fpmatch.cli.notes import (
+    notes_as_json,
+    say_dpi_assumed,
+    say_failures,
+    say_note,
+    say_notes,
+    say_slow_kernels,
+    show,
+)
+from fpmatch.cli.options import (
+    by_folder_option,
+    check_where,
+    file_option,
+    json_option,
+    key_option,
+    matcher_option,
+    output_option,
+    pattern_option,
+    polarity_option,
+    scheduler_option,
+    workers_option,
+)
+from fpmatch.cli.progress import ProgressBars
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fpmatch.gallery.batch.score import ScoreSummary
+    from fpmatch.image.quality.polarity import Polarity
+
+_STAGES: Final = {
+    "references": "reading references",
+    "probes": "reading probes",
+    "compare": "comparing pairs",
+}
+_SIDE: Final = "DIR|MANIFEST|GALLERY"
+
+
+@click.command(
+    epilog="""\b
+Columns, as those of fpmatch evaluate --scores:
+  matcher, set      the matcher; the database
+  probe, reference  the prints: file names of a folder, paths of a manifest, labels of a gallery
+  genuine           1 or 0: same finger or not; empty where neither the list of pairs states it,
+                    nor the sides are the same prints or both manifests
+  similarity        the matcher's own, to the last bit; of matcher paper the share of the smaller
+                    print's minutiae that are paired, where more than rho (0.6) is a match
+  score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
+  reason            where there is no similarity: which print has no template, and why
+  probe_quality, reference_quality
+                    quality of the images, 0 to 100; empty for templates
+
+\b
+Columns of --fingers:
+  probe, finger     finger FFF of a folder of prints FFF_M, else each print; subject and finger of a
+                    gallery
+  impressions       number of impressions of the finger with which there is a score
+  best, score       the best of their scores; that of the finger, calibrated for their number
+
+\b
+Order of the rows:
+  That of the list; without one, every probe with the first 256 references, one probe after the
+  other, then every probe with the next 256.
+
+\b
+Interrupted:
+  The same command resumes the run, and writes the same file. Until that is complete, the state
+  is kept in OUT.unfinished.
+
+\b
+Examples:
+  fpmatch score --references enrolled --probes seized -o scores.csv
+  fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
+  fpmatch score --references prints.db --probes seized -o scores.csv --fingers fingers.csv
+  fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
+  fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
+
+Exit status: 0 when every pair has a similarity, 1 when some prints have no template (their pairs
+are rows with the reason), 2 when the run could not be done.
+"""
+)
+@click.option(
+    "--references",
+    metavar=_SIDE,
+    required=True,
+    help="Folder of prints, manifest (CSV with path and subject), or gallery (file or URL).",
+)
+@click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
+@output_option(metavar="OUT.csv|.parquet", help="File of scores; Parquet needs fpmatch[parquet].")
+@file_option(
+    "--pairs",
+    metavar="LIST",
+    help="Score these pairs only: columns probe, reference and perhaps genuine (1 or 0).  "
+    "[default: all]",
+)
+@pattern_option
+@by_folder_option
+@click.option(
+    "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
+)
+@file_option(
+    "--fingers",
+    metavar="FILE.csv",
+    help="Write the score of each probe with each finger of the references, too.",
+)
+@matcher_option
+@file_option(
+    "--calibration",
+    metavar="FILE",
+    help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
+)
+@click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
+@polarity_option
+@workers_option
+@scheduler_option
+@json_option
+@key_option
+def score(
+    references: str,
+    probes: str,
+    output: Path,
+    pattern: str | None,
+    by_folder: bool,
+    matcher: str,
+    calibration: Path | None,
+    dpi: float | None,
+    polarity: Polarity,
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    **choice: Any,
+) -> int:
+    """Score probes against references, each with each, and write a row a pair.
+
+    A side is a folder or manifest of images, whose templates are extracted, or of templates, or a
+    gallery. Folders are read as by fpmatch evaluate, but prints may have any name. The
+    rows are the same with processes of this machine and with a Dask cluster, whose workers may join
+    and leave.
+    """
+    from fpmatch.gallery.batch import score as scoring
+    from fpmatch.gallery.batch.sources import open_source
+    from fpmatch.gallery.engine.engine import make_engine
+    from fpmatch.gallery.listing.entry import NamePattern
+    from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.matchers import matcher_name
+    from fpmatch.prints.reading import PrintReader
+
+    check_where(workers, scheduler)
+    opened = partial(
+        open_source,
+        dpi=dpi,
+        polarity=polarity,
+        reader=PrintReader(quiet=True),
+        pattern=None if pattern is None else NamePattern(pattern),
+        by_folder=by_folder,
+    )
+    fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
+    say_slow_kernels()
+    try:
+        with ProgressBars(_STAGES) as bars:
+            done = scoring.score(
+                opened(references),
+                opened(probes),
+                output,
+                matcher=matcher,
+                calibration=fitted,
+                engine=make_engine(workers, scheduler),
+                progress=bars.show,
+                **choice,
+            )
+    except KeyboardInterrupt:
+        say_note("the same command resumes the run")
+        raise
+    say_dpi_assumed(done.dpi_assumed, "--dpi")
+    say_notes(done.noted)
+    if done.identical:
+        pairs = [f"{probe} with {reference}" for probe, reference in done.identical_pairs]
+        shown = f"{'; '.join(pairs[:3])}{' and others' * (done.identical > len(pairs[:3]))}"
+        say_note(f"{count(done.identical, 'pair')} of identical prints: {shown}")
+    say_failures([f"{one.side}: {one.name}: {one.reason}" for one in done.failures])
+    show(json_text(_as_dict(done)) if as_json else _as_text(done))
+    return 1 if done.failures else 0
+
+
+def _as_text(done: ScoreSummary) -> str:
+    sides = f"{count(done.probes, 'probe')} against {count(done.references, 'reference')}"
+    pairs = [f"{count(done.pairs, 'pair')}"]
+    pairs += [f"{done.resumed} of them before"] if done.resumed else []
+    pairs += [f"{done.failed_pairs} without a score"] if done.failed_pairs else []
+    rate = f" ({done.rate:.0f} a second)" if done.rate else ""
+    lines = [
+        f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}",
+        f"{printable(done.output)}: {count(done.rows, 'row')}",
+    ]
+    if done.fingers:
+        lines.append(f"{printable(done.fingers)}: {count(done.finger_rows or 0, 'row')}")
+    return "\n".join(lines)
+
+
+def _as_dict(done: ScoreSummary) -> dict[str, Any]:
+    return {
+        "output": str(done.output),
+        "references": done.references,
+        "probes": done.probes,
+        "pairs": done.pairs,
+        "rows": done.rows,
+        "resumed": done.resumed,
+        "failed_pairs": done.failed_pairs,
+        "fingers": str(done.fingers) if done.fingers else None,
+        "finger_rows": done.finger_rows,
+        "failures": [asdict(failure) for failure in done.failures],
+        "dpi_assumed": len(done.dpi_assumed),
+        "notes": notes_as_json(done.noted),
+        "identical": {"pairs": done.identical, "first": list(map(list, done.identical_pairs))},
+        "seconds": round(done.seconds, 3),
+        "pairs_per_second": round(done.rate, 1),
+    }

@@ -1,0 +1,89 @@
+"""`fpmatch calibrate`: scores fitted to one's own prints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from fpmatch.base.printable import json_text, printable
+from fpmatch.cli.notes import say_slow_kernels, show
+from fpmatch.cli.options import (
+    by_folder_option,
+    json_option,
+    key_option,
+    matcher_option,
+    output_option,
+    pattern_option,
+    places_argument,
+    workers_option,
+)
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.matching.matchers import get_matcher
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
+
+
+@click.command(
+    epilog="""\b
+A score of 30 is to mean that one impostor comparison in 1,000 reaches it. Whether it does depends
+on sensor and fingers. With more fingers, higher scores can be measured: 10 fingers with 8
+impressions give 2,880 impostor comparisons, 100 fingers 316,800.
+
+\b
+Examples:
+  fpmatch calibrate prints -o calibration.json
+  fpmatch calibrate prints.db -o calibration.json
+  fpmatch evaluate prints --scores scores.csv
+  fpmatch calibrate scores.csv -o calibration.json
+  fpmatch verify probe.tif reference.tif --calibration calibration.json
+"""
+)
+@places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
+@output_option(metavar="OUT.json", help="Where to write the calibration.")
+@pattern_option
+@by_folder_option
+@matcher_option
+@json_option
+@workers_option
+@key_option
+def calibrate(
+    sources: tuple[str, ...],
+    output: Path,
+    pattern: str | None,
+    by_folder: bool,
+    matcher: str,
+    as_json: bool,
+    workers: int | None,
+) -> None:
+    """Fit scores to the false match rates of one's own prints.
+
+    The prints of DIR, MANIFEST and GALLERY are as for fpmatch evaluate; each SCORES is a file of
+    fpmatch evaluate --scores or fpmatch score. At least 1,000 impostor comparisons are needed. The
+    largest measured score is printed: scores beyond are extrapolated.
+    """
+    from fpmatch.base.output import atomic_write_bytes, check_writable
+    from fpmatch.lab.evaluation.calibrate import calibrate_on
+    from fpmatch.lab.evaluation.calibration_report import report_calibration
+    from fpmatch.lab.evaluation.impostors import gather_impostors
+
+    check_writable(output)
+    chosen = get_matcher(matcher)
+    say_slow_kernels()
+    with ProgressBars(_STAGES) as bars:
+        impostors = gather_impostors(
+            sources,
+            matcher=chosen,
+            workers=workers,
+            progress=bars.show,
+            pattern=pattern,
+            by_folder=by_folder,
+        )
+    calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
+    atomic_write_bytes(output, calibration.as_json().encode(), public=True)
+    report = report_calibration(calibration, impostors)
+    document = {"calibration": str(output), **report.as_json()}
+    show(json_text(document) if as_json else f"{printable(output)}\n{report.as_text()}")

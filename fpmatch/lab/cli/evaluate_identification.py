@@ -1,0 +1,196 @@
+"""`fpmatch evaluate --protocol identification`: searches, a third with a mate."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text
+from fpmatch.cli import fast_imports
+from fpmatch.cli.notes import (
+    notes_as_json,
+    say_dpi_assumed,
+    say_note,
+    say_notes,
+    say_slow_kernels,
+    show,
+)
+from fpmatch.cli.options import file_option
+from fpmatch.cli.progress import ProgressBars
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+
+OPTIONS: Final = ("background", "fingers", "fpirs", "plot")
+_GO_WITH_IT: Final = frozenset(
+    {*OPTIONS, "places", "pattern", "by_folder", "protocol", "matchers", "enhance", "bootstrap"}
+    | {"seed", "curves", "as_json", "workers", "key"}
+)
+_STAGES: Final = {
+    "extract": "extracting prints",
+    "extract background": "extracting background",
+    "prepare": "preparing background",
+    "search": "searching",
+}
+_OPTIONS: Final = (
+    click.option(
+        "--background",
+        metavar="GALLERY|DIR|MANIFEST",
+        help="With --protocol identification: fill the gallery with these prints, of other fingers "
+        "than those of DIR; a gallery is not changed.",
+    ),
+    click.option(
+        "--fingers",
+        metavar="N",
+        type=click.IntRange(1, 10),
+        help="With --protocol identification: search for N fingers of a subject together, beside "
+        "one. Where names contain no subjects, each finger and the next make up one.",
+    ),
+    click.option(
+        "--fpir",
+        "fpirs",
+        metavar="RATE",
+        type=click.FloatRange(0, 1, min_open=True, max_open=True),
+        multiple=True,
+        help="With --protocol identification: report the FNIR at this false positive "
+        "identification rate; repeatable (default: 0.001, 0.005 and 0.01).",
+    ),
+    file_option(
+        "--plot",
+        metavar="FILE",
+        help="With --protocol identification: plot FNIR against FPIR and rank into a .png, .svg or "
+        ".pdf.",
+    ),
+)
+
+
+def identification_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of the protocol "identification"."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def evaluate_by_searches(
+    places: Sequence[str],
+    matchers: Sequence[str],
+    *,
+    pattern: str | None,
+    by_folder: bool,
+    enhance: str,
+    bootstrap: int,
+    seed: int,
+    background: str | None,
+    fingers: int | None,
+    fpirs: Sequence[float],
+    plot: Path | None,
+    curves: Path | None,
+    workers: int | None,
+    as_json: bool,
+) -> int:
+    """Run the command with the protocol "identification"."""
+    _refuse_other_options()
+    with fast_imports():
+        from fpmatch.gallery.engine.engine import processes
+        from fpmatch.lab.evaluation import run
+        from fpmatch.lab.evaluation.databases import dataset, extraction
+        from fpmatch.lab.evaluation.open_set.background import load_background
+        from fpmatch.lab.evaluation.open_set.rates import FPIRS
+        from fpmatch.lab.evaluation.open_set.run import IdentificationTest, evaluate_identification
+        from fpmatch.matching.matchers import get_matcher
+        from fpmatch.prints.reading import PrintReader, group_by_note
+
+    _prepare_outputs(curves, plot)
+    labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
+    datasets = dataset.with_unique_names(run.load_datasets(places, **labels))
+    say_slow_kernels()
+    reports: list[Any] = []
+    given: dict[str, Any]
+    with processes(workers) as engine, ProgressBars(_STAGES) as bars:
+        read = PrintReader(quiet=True)
+        reader = extraction.dataset_reader(datasets, read, engine)
+        extractor = extraction.extractor_of(enhance, reader)
+        how: dict[str, Any] = {"engine": engine, "progress": bars.show}
+        sets = extraction.extract_datasets(datasets, extractor=extractor, **how)
+        for name in matchers:
+            matcher, filled = get_matcher(name), None
+            if background is not None:
+                given = {"enhance": enhance, "apart_from": datasets, **how, **labels}
+                filled = load_background(background, matcher, **given)
+            of_matcher = []
+            for size in sorted({1, fingers or 1}, reverse=True):  # first that of fewest subjects
+                test = IdentificationTest(size, tuple(fpirs) or FPIRS, bootstrap, seed)
+                gallery = None if filled is None else filled.of_subjects(size)
+                given = {"matcher": matcher, "test": test, "progress": bars.show}
+                of_matcher.append(evaluate_identification(sets, gallery, **given))
+            reports += of_matcher[::-1]
+    _say_notes(sets)
+    _write_outputs(curves, plot, reports)
+    document = {
+        "protocol": "identification",
+        "tests": [report.as_json() for report in reports],
+        "dpi_assumed": sum(len(one.assumed) for one in sets),
+        "notes": notes_as_json(group_by_note(note for one in sets for note in one.notes)),
+    }
+    several = len(matchers) > 1
+    texts = [f"matcher {one.matcher}\n" * several + one.as_text() for one in reports]
+    show(json_text(document) if as_json else "\n\n".join(texts))
+    return 1 if any(one.failures for one in sets) else 0
+
+
+def _say_notes(sets: Sequence[ExtractedSet]) -> None:
+    from fpmatch.prints.reading import group_by_note
+
+    say_dpi_assumed([path for one in sets for path in one.assumed], "dpi in dataset.toml")
+    say_notes(group_by_note(note for one in sets for note in one.notes))
+    for one in sets:
+        for _, reason in one.failures:
+            say_note(f"no template: {reason}")
+
+
+def _prepare_outputs(curves: Path | None, plot: Path | None) -> None:
+    """Raise an OutputError if the curves or the plot cannot be written."""
+    if curves is not None:
+        from fpmatch.lab.evaluation.open_set.curves import prepare_identification_curves
+
+        prepare_identification_curves(curves)
+    if plot is not None:
+        from fpmatch.lab.points.plot import check_plot
+
+        check_plot(plot)
+
+
+def _write_outputs(curves: Path | None, plot: Path | None, reports: Sequence[Any]) -> None:
+    """Write the curves and the plot, where requested, and note where they are."""
+    if curves is not None:
+        from fpmatch.lab.evaluation.open_set.curves import write_identification_curves
+
+        files = write_identification_curves(curves, reports)
+        say_note(f"curves: {', '.join(map(str, files))}")
+    if plot is not None:
+        from fpmatch.lab.evaluation.open_set.curves import save_identification_plot
+
+        save_identification_plot(plot, reports)
+        say_note(f"plot: {plot}")
+
+
+def _refuse_other_options() -> None:
+    """Raise a UsageError if an option was given that goes with comparing pairs only."""
+    context = click.get_current_context()
+    given = click.core.ParameterSource.COMMANDLINE
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        if context.get_parameter_source(name) is given and name not in _GO_WITH_IT:
+            raise click.UsageError(f"--protocol identification goes without {parameter.opts[0]}")
+
+
+def refuse_identification_options(options: dict[str, Any]) -> None:
+    """Raise a UsageError if an option was given that goes with the protocol only."""
+    for name, value in options.items():
+        if value:
+            option = {"fpirs": "fpir"}.get(name, name)
+            raise click.UsageError(f"--{option} goes with --protocol identification")

@@ -1,0 +1,160 @@
+"""`fpmatch evaluate --scores-in`: error rates of scores that are already there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text
+from fpmatch.cli.notes import say_note, show
+from fpmatch.cli.options import file_option
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from fpmatch.lab.evaluation.rates.run_comparison import RunComparison
+    from fpmatch.lab.evaluation.report.analysis import Analysis
+
+_GO_WITH_SCORES: Final = frozenset(
+    {"scores_in", "genuine_scores", "impostor_scores", "distances", "report_folder", "curves"}
+    | {"baseline", "bootstrap", "seed", "fmrs", "as_json", "workers", "pattern"}
+)
+_OPTIONS: Final = (
+    file_option(
+        "--scores-in",
+        metavar="FILE",
+        multiple=True,
+        help="Evaluate the scores in a file, of fpmatch or of any other matcher, instead of DIR; "
+        "repeatable, to compare several matchers.",
+    ),
+    file_option(
+        "--genuine-scores",
+        metavar="FILE",
+        multiple=True,
+        help="The same with a file of genuine scores alone; needs --impostor-scores.",
+    ),
+    file_option(
+        "--impostor-scores", metavar="FILE", multiple=True, help="Impostor scores of that matcher."
+    ),
+    click.option(
+        "--distances", is_flag=True, help="Their scores are distances: lower is more similar."
+    ),
+    click.option(
+        "--fmr",
+        "fmrs",
+        metavar="RATE",
+        type=click.FloatRange(0, 1, min_open=True, max_open=True),
+        multiple=True,
+        help="Report the FNMR at this false match rate, with its interval; repeatable.",
+    ),
+    file_option(
+        "--curves",
+        metavar="DIR",
+        help="Write the points of the curves there: det.csv, histogram.csv, discard.csv.",
+    ),
+)
+
+
+def scores_in_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of scores that are already there, and of what is made of scores."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def evaluate_given_scores(
+    baseline: Path | None,
+    *,
+    report_folder: Path | None,
+    curves: Path | None,
+    pattern: str | None,
+    scores_in: Sequence[Path],
+    genuine_scores: Sequence[Path],
+    impostor_scores: Sequence[Path],
+    distances: bool,
+    as_json: bool,
+    **draws: Any,
+) -> int:
+    """Run the command with scores that are already there; `draws` are for `analyse`."""
+    _refuse_options_of_images()
+    if len(genuine_scores) != len(impostor_scores):
+        raise click.UsageError("--genuine-scores and --impostor-scores go together")
+    from fpmatch.lab.evaluation.rates.scores import read_scores
+    from fpmatch.lab.evaluation.report.analysis import (
+        analyse,
+        compare_matchers,
+        document_of,
+        text_of,
+    )
+    from fpmatch.lab.evaluation.report.score_reports import (
+        evaluate_scores,
+        finger_in_name,
+        notes_on,
+    )
+
+    prepare_outputs(report_folder, curves)
+    how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
+    earlier = None if baseline is None else read_scores(baseline, **how)
+    pairs = list(zip(genuine_scores, impostor_scores, strict=True))
+    reports = evaluate_scores(
+        scores_in, genuine_and_impostor=pairs, distances=distances, pattern=pattern
+    )
+    noted = {report.matcher: notes_on(report) for report in reports}
+    for matcher, notes in noted.items():
+        for note in notes:
+            say_note(f"{matcher}: {note}")
+    analyses = [
+        analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
+        for report in reports
+    ]
+    comparisons = compare_matchers(analyses, bootstrap=draws["bootstrap"], seed=draws["seed"])
+    write_outputs(report_folder, curves, analyses, comparisons)
+    document = document_of(analyses, comparisons)
+    document["notes"] = [
+        {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
+    ]
+    show(json_text(document) if as_json else text_of(analyses, comparisons))
+    return 0
+
+
+def prepare_outputs(report_folder: Path | None, curves: Path | None) -> None:
+    """Raise an OutputError if the report or the files of curves cannot be written."""
+    if report_folder is not None:
+        from fpmatch.lab.evaluation.report.page import prepare_page
+
+        prepare_page(report_folder)
+    if curves is not None:
+        from fpmatch.lab.evaluation.report.curves import prepare_curves
+
+        prepare_curves(curves)
+
+
+def write_outputs(
+    report_folder: Path | None,
+    curves: Path | None,
+    analyses: Sequence[Analysis],
+    comparisons: Sequence[RunComparison],
+) -> None:
+    """Write the report and the files of curves, where requested, and note where they are."""
+    if report_folder is not None:
+        from fpmatch.lab.evaluation.report.page import write_page
+
+        say_note(f"report: {write_page(report_folder, analyses, comparisons)}")
+    if curves is not None:
+        from fpmatch.lab.evaluation.report.curves import write_curves
+
+        files = write_curves(curves, analyses)
+        say_note(f"curves: {', '.join(map(str, files))}")
+
+
+def _refuse_options_of_images() -> None:
+    """Raise a UsageError if DIR, or an option that needs images, was given too."""
+    context = click.get_current_context()
+    given = click.core.ParameterSource.COMMANDLINE
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        if context.get_parameter_source(name) is given and name not in _GO_WITH_SCORES:
+            what = parameter.opts[0] if name != "places" else "DIR"
+            raise click.UsageError(f"scores that are already there go without {what}")

@@ -1,0 +1,192 @@
+"""`fpmatch synth`: databases of synthetic prints with ground truth."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
+from fpmatch.cli.notes import first_of, say_note, show
+from fpmatch.cli.options import Name, json_option, workers_option
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+
+if TYPE_CHECKING:
+    from fpmatch.lab.synthesis.database import DatabaseMade
+
+_PRESETS: Final = {
+    "clean": "straight, evenly pressed, nothing smeared: every ridge is visible",
+    "easy": "rotated a little, small scratches and spots",
+    "normal": "as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn",
+    "hard": "more of all that, and smeared",
+    "stretched": "as normal, the skin twisted and dragged as far as it goes",
+}
+_SENSORS: Final = {
+    "optical-388x374": "as FVC2002 DB1: white ground",
+    "optical-296x560": "as FVC2002 DB2: grey ground, dark corners, residue",
+    "capacitive-300x300": "as FVC2002 DB3: dark ground, striped",
+    "plain-288x384": "as FVC2002 DB4: light grey ground",
+    "optical-640x480": "as FVC2004 DB1: large, white ground",
+    "optical-328x364": "as FVC2004 DB2: soft, upper corners cut off",
+}
+_STAGES: Final = {"synth": "making fingers"}
+
+
+def _listed(words: dict[str, str]) -> str:
+    width = max(map(len, words)) + 2
+    return "\n".join(f"  {name:{width}}{text}" for name, text in words.items())
+
+
+@click.command(
+    epilog=f"""\b
+Presets:
+{_listed({name: _PRESETS[name] for name in PRESETS})}
+
+\b
+Sensors:
+{_listed({name: f"{_SENSORS[name]}, {one.dpi:g} dpi" for name, one in SENSORS.items()})}
+
+\b
+Files:
+  FFF_M.tif       impression M of finger FFF, from 101 on, with its resolution
+  dataset.toml    name, dpi, sensor, and what the prints were made from
+  truth/FFF.json  the finger's class and minutiae; of each impression its minutiae, the transform
+                  from the finger and how its skin stretched beyond that
+
+\b
+Examples:
+  fpmatch synth prints
+  fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
+  fpmatch synth prints --sensor optical-388x374 --sensor capacitive-300x300
+  fpmatch synth prints --size 600x700 --dpi 1000
+  fpmatch evaluate prints --ground-truth
+  fpmatch synth made.db --templates --fingers 100000 --impressions 2
+"""
+)
+@click.argument("out")
+@click.option("--fingers", metavar="N", type=int, default=10, help="How many.")
+@click.option("--impressions", metavar="M", type=int, default=8, help="Of each finger.")
+@click.option(
+    "--preset",
+    type=Name(list(PRESETS)),
+    default="normal",
+    help="How carefully fingers are placed on the sensor.",
+)
+@click.option("--seed", type=int, default=0, help="Another seed gives other fingers.")
+@click.option(
+    "--sensor",
+    "sensors",
+    metavar="NAME",
+    type=Name(list(SENSORS)),
+    multiple=True,
+    help=f"What takes the impressions; several take them in turn.  [default: {DEFAULT_SENSOR}]",
+)
+@click.option(
+    "--size",
+    metavar="WxH",
+    help="Instead of --sensor: width and height in pixels of a plain white one.",
+)
+@click.option("--dpi", type=float, help="Resolution of the sensor that --size describes.")
+@click.option(
+    "--templates",
+    is_flag=True,
+    help="Make templates alone, without images or ground truth, and enrol them in the gallery OUT: "
+    "a file, or the URL of a PostgreSQL database.",
+)
+@workers_option
+@json_option
+def synth(
+    out: str,
+    templates: bool,
+    sensors: tuple[str, ...],
+    size: str | None,
+    dpi: float | None,
+    as_json: bool,
+    **plan: Any,
+) -> None:
+    """Make a database of synthetic fingerprints in the folder OUT.
+
+    No person's finger is among them. The same options give the same files, to the last byte; a run
+    that was interrupted goes on where it stopped, and more fingers may be added later. Files that
+    are damaged are made again; those that are not its own are never overwritten.
+
+    Templates are made a hundred times as fast as images: with --templates, a gallery of a million
+    takes minutes. Their fingers are others than those of the images.
+    """
+    from fpmatch.lab.synthesis.database import make_database
+
+    if templates:
+        _make_templates(out, as_json=as_json, sensors=_sensors(sensors, size, dpi), **plan)
+        return
+    chosen = _sensors(sensors, size, dpi)
+    start = time.perf_counter()
+    with ProgressBars(_STAGES) as bars:
+        made = make_database(Path(out), sensors=chosen, progress=bars.show, **plan)
+    seconds = time.perf_counter() - start
+    if made.faults:
+        say_note(f"{first_of(made.faults)}: made again")
+    document = {
+        "folder": str(made.folder),
+        "fingers": made.fingers,
+        "impressions": made.impressions,
+        "made": made.made,
+        "faults": list(made.faults),
+        "bytes": made.size,
+        "seconds": round(seconds, 3),
+    }
+    show(json_text(document) if as_json else _in_words(made, seconds))
+
+
+def _make_templates(out: str, *, as_json: bool, **plan: Any) -> None:
+    """Make a gallery of templates, and say so."""
+    from fpmatch.lab.evaluation.synthetic_gallery import make_gallery
+
+    start = time.perf_counter()
+    with ProgressBars(_STAGES) as bars:
+        made = make_gallery(out, progress=bars.show, **plan)
+    seconds = time.perf_counter() - start
+    if as_json:
+        show(json_text(asdict(made) | {"seconds": round(seconds, 3)}))
+        return
+    there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
+    place = printable(made.gallery)
+    if not made.made:
+        show(f"nothing to do: {there}, all there in {place}")
+        return
+    rate = f"{count(made.made, 'template')} in {seconds:.1f} s, {made.made / seconds:,.0f} a second"
+    show(f"{there} in {place}: {rate}")
+
+
+def _sensors(
+    names: tuple[str, ...], size: str | None, dpi: float | None
+) -> tuple[str | Sensor, ...]:
+    """Return the sensors that the options name."""
+    if size is None:
+        if dpi is not None:
+            raise click.UsageError("--dpi belongs to --size; named sensors have their own")
+        return names or (DEFAULT_SENSOR,)
+    if names:
+        raise click.UsageError("either --sensor or --size, not both")
+    sides = re.fullmatch(r"(\d{1,6})x(\d{1,6})", size, re.ASCII)
+    if sides is None:
+        raise click.BadParameter(f"{size!r} is not like 388x374", param_hint="--size")
+    width, height = map(int, sides.groups())
+    return (plain_sensor(width, height) if dpi is None else plain_sensor(width, height, dpi),)
+
+
+def _in_words(made: DatabaseMade, seconds: float) -> str:
+    there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
+    place = f"{printable(made.folder)}, {made.size / 1e6:.1f} MB"
+    if not made.made:
+        return f"nothing to do: {there}, all there in {place}"
+    pictures = made.made * made.impressions
+    rate = f"{count(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
+    return f"{there} in {place}: {rate}"

@@ -1,0 +1,226 @@
+"""Comparison of many pairs of templates, each template prepared once."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+import numpy as np
+
+from fpmatch.fingers.finger import Finger
+from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.protocol import Pairs
+    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.templates.minutiae import Template
+
+    Sides = Sequence[Sequence[Sequence[Template | None]]]
+    Enrolled = Mapping[int, Sequence[int]]
+
+PAIRS_PER_CHUNK: Final = 100
+PREPARED_KEPT: Final = 512
+
+# One comparison; lengths in pixels of the reference, CPU time in microseconds. `reachable` is the
+# similarity that half of the genuine comparisons of as much evidence reach.
+OUTCOME: Final = np.dtype(
+    [
+        ("similarity", np.float64),
+        ("pairs", np.int32),
+        *((name, np.float64) for name in ("scale", "rotation_deg", "tx", "ty", "rms_px")),
+        *((name, np.float64) for name in ("agreement", "overlap", "reachable")),
+        ("reason", object),
+        ("cpu_us", np.float64),
+    ]
+)
+NO_TEMPLATE: Final = "no template"
+
+Key = TypeVar("Key")
+
+
+class Comparer(Generic[Key]):
+    """Compare templates by their keys; of those last used, `capacity` are kept prepared."""
+
+    def __init__(self, matcher: Matcher, capacity: int = PREPARED_KEPT) -> None:
+        self.matcher = matcher
+        self._capacity = capacity
+        self._prepared: OrderedDict[Key, tuple[Any, NDArray[np.float64]]] = OrderedDict()
+        self._packed: tuple[list[Key], Any] = ([], None)
+
+    def template(self, key: Key) -> Template | None:
+        """Return the template of a key; None where extraction failed."""
+        raise NotImplementedError
+
+    def prepare(self, key: Key) -> Any:
+        """Return what the matcher's `prepare` makes of a template; None where there is none."""
+        return self._print(key)[0]
+
+    def reachable(self, probe: Key, references: Sequence[Key]) -> NDArray[np.float64]:
+        """Return the similarities that genuine prints reach; see `reachable_similarities`."""
+        evidence = np.stack([self._print(key)[1] for key in references])
+        return reachable_similarities(self.matcher, self._print(probe)[1], evidence)
+
+    def _print(self, key: Key) -> tuple[Any, NDArray[np.float64]]:
+        """Return a print as the matcher prepared it, and the amount of evidence in it."""
+        if key in self._prepared:
+            self._prepared.move_to_end(key)
+            return self._prepared[key]
+        template = self.template(key)
+        prepared, evidence = None, np.array(NOTHING)
+        if template is not None:
+            prepared = self.matcher.prepare(template)
+            evidence = evidence_in(self.matcher, template, prepared)
+        self._prepared[key] = prepared, evidence
+        if len(self._prepared) > self._capacity:
+            self._prepared.popitem(last=False)
+        return prepared, evidence
+
+    def similarities(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
+        """Compare a template with others, at once if the matcher has 1:N comparison.
+
+        The results are the same to the last bit. References that come again in the next call
+        are packed once.
+        """
+        if not hasattr(self.matcher, "similarities"):
+            return self.one_by_one(probe, references)
+        if self._packed[0] != references:
+            self._packed = references, PreparedPrints.pack(map(self.prepare, references))
+        found: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
+        return found
+
+    def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
+        """Compare a template with others by the matcher's `compare`."""
+        prepared = self.prepare(probe)
+        compare = self.matcher.compare
+        return np.array([compare(prepared, self.prepare(key)).similarity for key in references])
+
+
+class _ImpressionComparer(Comparer[tuple[int, int, int]]):
+    """Compare impressions by side, database and number; `enrolled` as for `compare_sets`."""
+
+    def __init__(self, matcher: Matcher, sides: Sides, enrolled: Sequence[Enrolled] | None) -> None:
+        largest = max((sum(map(len, one)) for one in zip(*sides, strict=True)), default=0)
+        super().__init__(matcher, capacity=largest)
+        self._sides = sides
+        self._enrolled = enrolled
+        self._fingers: dict[tuple[int, int], Finger | None] = {}
+
+    def template(self, key: tuple[int, int, int]) -> Template | None:
+        side, database, number = key
+        return self._sides[side][database][number]
+
+    def outcome(self, database: int, probe: int, reference: int) -> tuple[Any, ...]:
+        """Return a row of `OUTCOME`."""
+        a = self.prepare((len(self._sides) - 1, database, probe))
+        b = self._reference(database, reference)
+        if a is None or b is None:
+            return (0.0, 0, *(math.nan,) * 5, 0.0, 0.0, -math.inf, NO_TEMPLATE, math.nan)
+        start = time.process_time_ns()
+        c: Comparison
+        if isinstance(b, Finger):
+            finger = b.compare(a)
+            c = replace(finger.comparison, similarity=finger.score)
+        else:
+            c = self.matcher.compare(a, b)
+        cpu_us = (time.process_time_ns() - start) / 1000.0
+        t = c.transform
+        moved = (math.nan,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
+        measured = (c.rms_px, c.agreement, c.overlap, math.nan)
+        return (c.similarity, len(c.pairs), *moved, *measured, c.reason, cpu_us)
+
+    def reachable_of(
+        self, database: int, probe: int, references: Sequence[int]
+    ) -> NDArray[np.float64]:
+        """Return the reachable similarities with impressions, or with the best of a finger."""
+        key = len(self._sides) - 1, database, probe
+        shown = [[k] if self._enrolled is None else self._enrolled[database][k] for k in references]
+        found = self.reachable(key, [(0, database, k) for one in shown for k in one])
+        return np.maximum.reduceat(found, np.cumsum([0, *map(len, shown)])[:-1])
+
+    def _reference(self, database: int, number: int) -> Any:
+        """Return an impression, or the finger for which it stands; None without a template."""
+        if self._enrolled is None:
+            return self.prepare((0, database, number))
+        key = database, number
+        if key not in self._fingers:
+            shown = [self._sides[0][database][k] for k in self._enrolled[database][number]]
+            kept = [template for template in shown if template is not None]
+            curve = load_calibration(self.matcher.name)
+            self._fingers[key] = Finger.of(kept, self.matcher, curve) if kept else None
+        return self._fingers[key]
+
+
+@dataclass(frozen=True, slots=True)
+class _Chunk:
+    database: int
+    probe: NDArray[np.intp]
+    reference: NDArray[np.intp]
+
+
+def compare_sets(
+    sets: Sequence[ExtractedSet],
+    pairs: Sequence[Pairs],
+    matcher: Matcher,
+    *,
+    workers: int | None = None,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+    probes: Sequence[ExtractedSet] | None = None,
+    enrolled: Sequence[Enrolled] | None = None,
+) -> list[NDArray[np.void]]:
+    """Compare the chosen pairs of every database, one to one; return their `OUTCOME` arrays.
+
+    Where a side has no template, the similarity is 0 and the CPU time not a number. `probes` are
+    the same databases, extracted in another way, whose templates are the probes. `enrolled` maps,
+    for each database, the reference of a pair to the impressions that are enrolled with it as one
+    finger: the similarity is then the score of the finger, and all else that of its most similar
+    impression. Raises a `MatcherError` if fingers are enrolled without a calibration. `workers` and
+    `engine` are as for `fpmatch.gallery.engine.workers.run_chunks`, and the matcher must pickle.
+    """
+    sides = [
+        [[e.template for e in extracted.extractions] for extracted in side]
+        for side in ([sets] if probes is None else [sets, probes])
+    ]
+    chunks = [
+        _Chunk(s, p.probe[k : k + PAIRS_PER_CHUNK], p.reference[k : k + PAIRS_PER_CHUNK])
+        for s, p in enumerate(pairs)
+        for k in range(0, len(p), PAIRS_PER_CHUNK)
+    ]
+    if enrolled is not None:
+        load_calibration(matcher.name)  # to fail here, not in a worker
+    total, done = sum(map(len, pairs)), 0
+
+    def finished(chunk: _Chunk) -> None:
+        nonlocal done
+        done += chunk.probe.size
+        progress("compare", done, total)
+
+    progress("compare", 0, total)
+    comparer = _ImpressionComparer(matcher, sides, enrolled)
+    results = run_chunks(
+        _compare_chunk, comparer, chunks, workers=workers, engine=engine, finished=finished
+    )
+    outcomes = np.concatenate(results) if results else np.empty(0, OUTCOME)
+    return np.split(outcomes, np.cumsum([len(p) for p in pairs])[:-1])
+
+
+def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
+    pairs = list(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True))
+    found = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
+    for probe in np.unique(chunk.probe).tolist():
+        rows = chunk.probe == probe
+        references = chunk.reference[rows].tolist()
+        found["reachable"][rows] = comparer.reachable_of(chunk.database, probe, references)
+    return found

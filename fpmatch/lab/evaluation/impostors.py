@@ -1,0 +1,99 @@
+"""The impostor comparisons that a calibration is fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fpmatch.errors import DatasetError
+from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.lab.evaluation.databases.extraction import extract_image
+from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
+from fpmatch.lab.evaluation.report.results import scores_of
+from fpmatch.lab.evaluation.run import evaluate
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
+    from fpmatch.gallery.listing.entry import NamePattern
+    from fpmatch.lab.evaluation.databases.extraction import Extractor
+    from fpmatch.lab.evaluation.rates.scores_set import Trials
+    from fpmatch.lab.evaluation.report.results import EvaluationReport
+    from fpmatch.matching.result import Matcher
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImpostorSet:
+    """One database's impostor comparisons, none of a print without template."""
+
+    name: str
+    trials: Trials
+
+
+def gather_impostors(
+    sources: Sequence[str | os.PathLike[str]],
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    workers: int | None = None,
+    progress: Progress = no_progress,
+    extractor: Extractor = extract_image,
+    pattern: str | NamePattern | None = None,
+    by_folder: bool = False,
+) -> list[ImpostorSet]:
+    """Return the impostor comparisons of files of scores, then of databases of prints.
+
+    Parameters
+    ----------
+    sources : sequence of path
+        Files of scores, see `fpmatch.gallery.batch.score_file`, of which those of the matcher are
+        read, and folders, manifests and galleries, whose prints are compared by the extended
+        protocol.
+    matcher, workers, progress, extractor, pattern, by_folder
+        As for `evaluate`.
+
+    Raises
+    ------
+    DatasetError
+        If a source cannot be used, or a database comes twice.
+    MatcherError
+        If the matcher is unknown.
+    """
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    gathered = [
+        ImpostorSet(one.name, one.impostors)
+        for source in sources
+        if kind_of(source) == "file"
+        for one in choose_matcher(read_scores(source), chosen.name, source)
+    ]
+    seen: set[str] = set()
+    for one in gathered:
+        if one.name in seen:
+            raise DatasetError(f"{one.name}: scores of this database are given twice")
+        seen.add(one.name)
+    if databases := [source for source in sources if kind_of(source) != "file"]:
+        report = evaluate(
+            databases,
+            matcher=chosen,
+            workers=workers,
+            progress=progress,
+            extractor=extractor,
+            pattern=pattern,
+            by_folder=by_folder,
+        )
+        for row in report.sets:
+            if row.name in seen:
+                raise DatasetError(f"{row.name}: given both as a folder and as scores")
+        gathered += impostors_of_report(report)
+    return gathered
+
+
+def impostors_of_report(report: EvaluationReport) -> list[ImpostorSet]:
+    """Return the impostor comparisons of an evaluation, a database each.
+
+    Pairs with an image that gave no template are left out: their similarity of 0 would make the
+    matcher look more certain than it is.
+    """
+    return [ImpostorSet(one.name, one.impostors) for one in scores_of(report)]

@@ -1,0 +1,148 @@
+"""The curves of open-set identification: as CSV files, for other programs, and as a plot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.text_table import count
+from fpmatch.lab.evaluation.open_set.searches import LIST_LENGTH
+from fpmatch.lab.evaluation.report.curves import writable_files, write_files
+from fpmatch.lab.plots.style import figure_bytes, plain_style
+from fpmatch.lab.points.plot import check_plot
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+    from fpmatch.lab.evaluation.open_set.rates import OpenSetRates
+    from fpmatch.lab.evaluation.open_set.report import IdentificationReport
+
+    Row = tuple[object, ...]
+
+DET, RANK = "identification_det.csv", "identification_rank.csv"
+_WHOSE: Final = ("matcher", "set", "fingers")
+HEADS: Final = {
+    DET: (
+        *_WHOSE,
+        *("fpir", "threshold", "fnir", "fnir_low", "fnir_high"),
+        *("predicted_threshold", "predicted_fnir"),
+    ),
+    RANK: (*_WHOSE, "rank", "fnir", "fnir_low", "fnir_high"),
+}
+"""The files and their columns."""
+_PANEL_INCHES: Final = (5.2, 4.2)
+_DPI: Final = 150
+_RANK_TICKS: Final = (1, 2, 5, 10, 20, 50, 100)
+# Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
+_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+
+
+def prepare_identification_curves(folder: str | os.PathLike[str]) -> list[Path]:
+    """Make a folder for the files of `write_identification_curves`, and return these.
+
+    Raises an `OutputError` if they cannot be written there.
+    """
+    return writable_files(folder, HEADS)
+
+
+def write_identification_curves(
+    folder: str | os.PathLike[str], reports: Sequence[IdentificationReport]
+) -> list[Path]:
+    """Write DET and rank curves of each database, and of several all; return the files of `HEADS`.
+
+    Raises an `OutputError` if a file cannot be written.
+    """
+    return write_files(folder, HEADS, {DET: _det_rows, RANK: _rank_rows}, reports)
+
+
+def _det_rows(report: IdentificationReport) -> Iterator[Row]:
+    for name, rates in report.rows():
+        for one in rates.det:
+            yield (
+                *(report.matcher, name, report.fingers),
+                *(one.fpir, one.threshold, one.fnir, *(one.interval or ("", ""))),
+                *(one.predicted_threshold, one.predicted_fnir),
+            )
+
+
+def _rank_rows(report: IdentificationReport) -> Iterator[Row]:
+    for name, rates in report.rows():
+        both = zip(rates.fnir_at_rank, rates.rank_intervals, strict=True)
+        for rank, (fnir, interval) in enumerate(both, start=1):
+            yield (report.matcher, name, report.fingers, rank, fnir, *(interval or ("", "")))
+
+
+def save_identification_plot(
+    path: str | os.PathLike[str], reports: Sequence[IdentificationReport]
+) -> None:
+    """Draw FNIR against FPIR, and against the rank, of all searches of each report.
+
+    Intervals are shaded, and what 1:1 comparisons predict is dashed. A rate of 0 is drawn at half a
+    search. Raises an `OutputError` as `check_plot`.
+    """
+    check_plot(path)
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    with plain_style():
+        size = 2 * _PANEL_INCHES[0], _PANEL_INCHES[1]
+        det, ranks = (figure := Figure(figsize=size, layout="constrained")).subplots(1, 2)
+        most = 1
+        for k, report in enumerate(reports):
+            colour = _COLOURS[k % len(_COLOURS)]
+            name = count(report.fingers, "finger")
+            if len({one.matcher for one in reports}) > 1:
+                name = f"{report.matcher}, {name}"
+            _det(det, report.pooled, colour, name)
+            most = max(most, listed := min(LIST_LENGTH, report.enrolled[1]))
+            _rank(ranks, report.pooled, colour, name, listed)
+        det.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
+        det.plot([], [], "--", color="#5f6368", label="predicted by 1:1")
+        ranks.set(xlabel="rank", ylabel="FNIR without threshold, %", xscale="log", yscale="log")
+        for axes in (det, ranks):
+            axes.grid(visible=True, linewidth=0.4)
+            axes.yaxis.set_minor_formatter("")
+            axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
+            axes.legend(frameon=False)
+        det.xaxis.set_minor_formatter("")  # which has numbers where the axis is less than a decade
+        det.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
+        ranks.minorticks_off()
+        ranks.set_xticks(shown := [r for r in _RANK_TICKS if r <= most], map(str, shown))
+        atomic_write_bytes(path, figure_bytes(figure, path, _DPI))
+
+
+def _det(axes: Axes, rates: OpenSetRates, colour: str, name: str) -> None:
+    known = [one for one in rates.det if one.fnir is not None]
+    fpir = [one.fpir for one in known]
+    _line(axes, fpir, [one.fnir for one in known], [one.interval for one in known], rates, colour)
+    axes.lines[-1].set_label(name)
+    predicted = _visible([one.predicted_fnir for one in rates.det], rates)
+    axes.plot([one.fpir for one in rates.det], predicted, "--", color=colour, linewidth=1)
+
+
+def _rank(axes: Axes, rates: OpenSetRates, colour: str, name: str, most: int) -> None:
+    ranks = np.arange(1, len(rates.fnir_at_rank[:most]) + 1)
+    shown = rates.fnir_at_rank[:most], rates.rank_intervals[:most]
+    _line(axes, ranks, *shown, rates, colour)
+    axes.lines[-1].set_label(name)
+
+
+def _line(
+    axes: Axes, x: Any, y: Sequence[Any], intervals: Sequence[Any], rates: OpenSetRates, colour: str
+) -> None:
+    axes.plot(x, _visible(y, rates), color=colour, linewidth=1.6)
+    if intervals and all(intervals):
+        low, high = zip(*intervals, strict=True)
+        axes.fill_between(
+            x, _visible(low, rates), _visible(high, rates), color=colour, alpha=0.15, linewidth=0
+        )
+
+
+def _visible(shares: Sequence[Any], rates: OpenSetRates) -> Any:
+    """Return shares of the searches with a mate, those of 0 as half a search."""
+    return np.maximum(np.array(shares, np.float64), 0.5 / max(rates.mated, 1))

@@ -1,0 +1,256 @@
+"""Error rates of open-set identification, and their intervals.
+
+With N subjects enrolled, a candidate counts where its score is at least the threshold T. Then
+
+- FPIR(N, T), the false positive identification rate, is the share of the searches without a mate
+  that return a candidate;
+- FNIR(N, R, T), the false negative identification rate, is the share of the searches with a mate
+  that do not return it among the first R candidates.
+
+A search that cannot be done, or a mate that cannot be enrolled, for want of a template is a miss.
+
+References
+----------
+ISO/IEC 19795-1, "Biometric performance testing and reporting"; Grother, Ngan, Hanaoka, "Face
+Recognition Vendor Test, part 2: Identification", NISTIR 8271, for FNIR(N, R, T).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.lab.evaluation.open_set.searches import LIST_LENGTH
+from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.lab.evaluation.rates.intervals import (
+    MIN_FINGERS,
+    ExactBound,
+    Interval,
+    drawn_or_exact,
+    interval_of,
+)
+from fpmatch.lab.evaluation.rates.ranked_trials import RankedTrials
+from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.matching.calibration import MAX_SCORE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.lab.evaluation.open_set.searches import Searches
+    from fpmatch.matching.calibration import Calibration
+
+FPIRS: Final = (0.001, 0.005, 0.01)
+DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())
+"""At which the DET has points, ten a decade."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentificationPoint:
+    """The FNIR at the lowest threshold whose FPIR is at most `fpir`, and what 1:1 predicts.
+
+    `fnir` is None where there are fewer than 1 / `fpir` searches without a mate; `interval` is its
+    95 % interval, and `bound` the basis of that where it has one limit. Candidates count above the
+    score `threshold`; `false_positives` is the number of different probes without a mate that then
+    have one.
+
+    `predicted_fnir` is the share of the mated 1:1 comparisons below `predicted_threshold`, the
+    score at which independent comparisons with all others give the FPIR, as the calibration states
+    it; that is `extrapolated` where the score is above the largest measured one.
+    """
+
+    fpir: float
+    fnir: float | None
+    interval: Interval | None
+    bound: ExactBound | None
+    threshold: float | None
+    false_positives: int | None
+    predicted_fnir: float | None
+    predicted_threshold: float
+    extrapolated: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OpenSetRates:
+    """The error rates of some searches.
+
+    `points` are at the wanted FPIRs, `det` at those of `DET_FPIRS` that the searches allow.
+    `fnir_at_rank` holds the FNIR at rank 1 to 100 without a threshold, `rank_intervals` the 95 %
+    interval of each, where there are enough subjects, and `rank_bounds` the basis of those with one
+    limit.
+    """
+
+    mated: int
+    nonmated: int
+    points: tuple[IdentificationPoint, ...]
+    det: tuple[IdentificationPoint, ...]
+    fnir_at_rank: tuple[float, ...]
+    rank_intervals: tuple[Interval | None, ...]
+    rank_bounds: tuple[ExactBound | None, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the rates as JSON values."""
+        return {
+            "mated": self.mated,
+            "nonmated": self.nonmated,
+            "fnir_at_fpir": list(map(asdict, self.points)),
+            "fnir_at_rank": list(self.fnir_at_rank),
+            "rank_intervals": list(self.rank_intervals),
+            "rank_bounds": [one and asdict(one) for one in self.rank_bounds],
+            "det": list(map(asdict, self.det)),
+        }
+
+
+def open_set_rates(
+    searches: Searches,
+    subject: NDArray[np.intp],
+    calibration: Calibration,
+    *,
+    fpirs: Sequence[float] = FPIRS,
+    draws: NDArray[np.int64] | None = None,
+) -> OpenSetRates:
+    """Compute the error rates of searches.
+
+    Parameters
+    ----------
+    searches : Searches
+        The searches, or those for presentations of one database.
+    subject : ndarray of intp, shape (P,)
+        The subject of each presentation.
+    calibration : Calibration
+        That of the scores.
+    fpirs : sequence of float
+        The FPIRs of the points, between 0 and 1.
+    draws : ndarray of int, shape (D, S), optional
+        How often each subject was drawn in each replicate of the bootstrap; without draws there
+        are no intervals, with fewer than five subjects that are drawn only those of rates of 0 or
+        1, where a subject is one trial.
+
+    Examples
+    --------
+    With a mate at 50 that comes second, one at 30 that comes first, and one that is not found:
+
+    >>> from fpmatch.lab.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, Searches
+    >>> from fpmatch.matching.calibration import load_calibration
+    >>> mates = np.array([50.0, 30.0, NO_SCORE])
+    >>> searches = Searches(
+    ...     mated=np.arange(3), score=mates, rank=np.array([2, 1, NOT_LISTED]), direct=mates,
+    ...     nonmated=np.zeros(4, int), highest=np.array([10.0, 20.0, 25.0, 35.0]),
+    ...     enrolled=np.array([100]), compared=np.array([100]), preselected=False,
+    ... )
+    >>> rates = open_set_rates(
+    ...     searches, np.arange(3), load_calibration("unit-circle"), fpirs=[0.25, 0.5]
+    ... )
+    >>> [(point.threshold, round(point.fnir, 3)) for point in rates.points]
+    [(25.0, 0.333), (20.0, 0.333)]
+    >>> [round(rate, 3) for rate in rates.fnir_at_rank[:2]]
+    [0.667, 0.333]
+    """
+    enough = draws is not None and np.count_nonzero(draws.any(axis=0)) >= MIN_FINGERS
+    grid = [f for f in DET_FPIRS if f * searches.highest.size >= 1]
+    every = [*fpirs, *grid]
+    drawn = _drawn_rates(searches, subject, draws, every) if enough and draws is not None else None
+    compared = float(searches.compared.mean())
+    bound = None
+    if draws is not None:
+        bound = ExactBound("subject", np.unique(subject[searches.mated]).size)
+    points = [
+        _point(searches, fpir, compared, calibration, None if drawn is None else drawn[:, k], bound)
+        for k, fpir in enumerate(every)
+    ]
+    missed = searches.rank[:, np.newaxis] > np.arange(1, LIST_LENGTH + 1)
+    at_rank = missed.mean(axis=0).tolist() if len(missed) else []
+    intervals: list[Interval | None] = [None] * len(at_rank)
+    if enough and draws is not None and len(missed):
+        weights = draws[:, subject[searches.mated]]
+        with np.errstate(invalid="ignore"):  # a draw without searches has no rate
+            shares = (weights @ missed) / weights.sum(axis=1)[:, np.newaxis]
+        intervals = [interval_of(share) for share in shares.T]
+    of_ranks = [
+        drawn_or_exact(fnir, interval, bound)
+        for fnir, interval in zip(at_rank, intervals, strict=True)
+    ]
+    return OpenSetRates(
+        mated=len(searches.mated),
+        nonmated=len(searches.nonmated),
+        points=tuple(points[: len(fpirs)]),
+        det=tuple(points[len(fpirs) :]),
+        fnir_at_rank=tuple(at_rank),
+        rank_intervals=tuple(interval for interval, _ in of_ranks),
+        rank_bounds=tuple(used for _, used in of_ranks),
+    )
+
+
+def predicted_threshold(fpir: float, subjects: float) -> float:
+    """Return the score that one of so many independent impostors reaches with the chance `fpir`.
+
+    Examples
+    --------
+    >>> round(predicted_threshold(0.01, 1), 6), round(predicted_threshold(0.01, 1_000_000), 1)
+    (20.0, 80.0)
+    """
+    fmr = -math.expm1(math.log1p(-fpir) / max(subjects, 1.0))
+    return min(MAX_SCORE, -10.0 * math.log10(fmr))
+
+
+def _point(
+    searches: Searches,
+    fpir: float,
+    compared: float,
+    calibration: Calibration,
+    draws: NDArray[np.float64] | None,
+    bound: ExactBound | None,
+) -> IdentificationPoint:
+    fnir = fnmr_at_fmr(searches.score, searches.highest, fpir)
+    known = fnir is not None and searches.highest.size > 0
+    predicted = predicted_threshold(fpir, compared)
+    below = searches.direct < predicted
+    threshold = threshold_at_fmr(searches.highest, fpir) if known else None
+    interval = used = None
+    if fnir is not None:
+        interval, used = drawn_or_exact(fnir, None if draws is None else interval_of(draws), bound)
+    reached = None if threshold is None else searches.nonmated[searches.highest > threshold]
+    return IdentificationPoint(
+        fpir=fpir,
+        fnir=fnir,
+        interval=interval,
+        bound=used,
+        threshold=threshold,
+        false_positives=None if reached is None else len(np.unique(reached)),
+        predicted_fnir=float(below.mean()) if below.size else None,
+        predicted_threshold=predicted,
+        extrapolated=predicted > calibration.largest_measured_score,
+    )
+
+
+def _drawn_rates(
+    searches: Searches,
+    subject: NDArray[np.intp],
+    draws: NDArray[np.int64],
+    fpirs: Sequence[float],
+) -> NDArray[np.float64]:
+    """Return the FNIR at each FPIR, (draws, FPIRs), where a search counts as its subject is drawn.
+
+    The gallery is not drawn.
+    """
+    mated, nonmated = subject[searches.mated], subject[searches.nonmated]
+    trials = Trials(
+        similarity=np.concatenate([searches.score, searches.highest]),
+        probe=np.concatenate([mated, nonmated]),
+        reference=np.concatenate([mated, np.full_like(nonmated, -1)]),
+        fingers=draws.shape[1],
+    )
+    ranked = RankedTrials.of(trials, -math.inf)
+    rates = np.empty((len(draws), len(fpirs)))
+    for rows in np.array_split(np.arange(len(draws)), max(1, len(draws) * len(trials.probe) >> 21)):
+        weights = (
+            draws[rows][:, trials.probe[ranked.genuine]],
+            draws[rows][:, trials.probe[ranked.impostor]],
+        )
+        found, _ = ranked.rates(weights, weights[1].sum(axis=1), fpirs)
+        rates[rows] = found[:, 1:]
+    return rates

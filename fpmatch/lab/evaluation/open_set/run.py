@@ -1,0 +1,153 @@
+"""Evaluation of open-set identification on databases of prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.base.text_table import count
+from fpmatch.errors import DatasetError
+from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.lab.evaluation.impression import finger_numbers
+from fpmatch.lab.evaluation.open_set.background import no_background
+from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
+from fpmatch.lab.evaluation.open_set.report import IdentificationReport, IdentificationRow
+from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles, group_fingers, subject_of
+from fpmatch.lab.evaluation.open_set.searches import search_all
+from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.open_set.searches import Background, Presentation
+    from fpmatch.matching.result import Matcher
+    from fpmatch.templates.minutiae import Template
+
+MIN_IMPRESSIONS: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class IdentificationTest:
+    """Set how identification is tested.
+
+    A subject is `fingers` fingers. `fpirs` are the false positive identification rates at which the
+    FNIR is reported. `seed` draws the subjects that are enrolled, and the `bootstrap` replicates of
+    the intervals (0: none). `options` are those of `fpmatch.gallery.identify.identify`.
+    """
+
+    fingers: int = 1
+    fpirs: Sequence[float] = FPIRS
+    bootstrap: int = DEFAULT_BOOTSTRAP
+    seed: int = 0
+    options: tuple[tuple[str, Any], ...] = ()
+
+
+def evaluate_identification(
+    sets: Sequence[ExtractedSet],
+    background: Background | None = None,
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    test: IdentificationTest = IdentificationTest(),
+    progress: Progress = no_progress,
+) -> IdentificationReport:
+    """Search for the prints of databases in one gallery, a third of them with a mate there.
+
+    Parameters
+    ----------
+    sets : sequence of ExtractedSet
+        The databases, of different fingers, and their templates; see `extract_datasets`.
+    background : Background, optional
+        Prints of further fingers that are in the gallery; see `load_background`.
+    matcher : str or Matcher
+        The matcher, or its name.
+    test : IdentificationTest
+        How it is tested.
+    progress : callable
+        Called with stage "search" and numbers of searches.
+
+    Raises
+    ------
+    DatasetError
+        If no subject has two impressions, or there are fewer than three subjects.
+    MatcherError
+        If the matcher is unknown or not calibrated.
+    TemplateError
+        If a gallery cannot store a template.
+    """
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    calibration = load_calibration(chosen.name)
+    found = [load_subjects(one, test.fingers) for one in sets]
+    sizes = [[len(shown) for shown in of_set] for of_set in found]
+    for one, of_set in zip(sets, sizes, strict=True):
+        if not of_set:
+            raise DatasetError(f"{one.dataset.name}: has fewer than {test.fingers} fingers")
+    roles = Roles.draw(sizes, test.seed)
+    if len(roles.sizes) < GROUPS:
+        of = count(len(roles.sizes), "subject") + f" of {count(test.fingers, 'finger')}"
+        raise DatasetError(f"{of}: identification needs at least {GROUPS}")
+    if roles.turns < MIN_IMPRESSIONS:
+        raise DatasetError("identification needs a subject with two impressions")
+    searches = search_all(
+        [one for of_set in found for shown in of_set for one in shown],
+        roles,
+        background or no_background(chosen),
+        calibration,
+        progress=progress,
+        **dict(test.options),
+    )
+    database = np.repeat(np.arange(len(sets)), list(map(len, sizes)))
+    draws = [
+        draw_fingers(len(of_set), test.bootstrap, test.seed, k) for k, of_set in enumerate(sizes)
+    ]
+    every = np.concatenate(draws, axis=1) if test.bootstrap else None
+
+    def rates(which: NDArray[np.bool_]) -> OpenSetRates:
+        drawn = None if every is None else np.where(which, every, 0)
+        part = searches.of(which[roles.subject])
+        return open_set_rates(part, roles.subject, calibration, fpirs=test.fpirs, draws=drawn)
+
+    rows = tuple(
+        IdentificationRow(
+            name=one.dataset.name,
+            subjects=len(of_set),
+            prints=len(one.extractions),
+            failures=len(one.failures),
+            rates=rates(database == k),
+        )
+        for k, (one, of_set) in enumerate(zip(sets, sizes, strict=True))
+    )
+    return IdentificationReport(
+        matcher=chosen.name,
+        fingers=test.fingers,
+        background=0 if background is None else int(background.subject.max(initial=-1)) + 1,
+        enrolled=(int(searches.enrolled.min()), int(searches.enrolled.max())),
+        preselected=searches.preselected,
+        bootstrap=test.bootstrap,
+        seed=test.seed,
+        largest_measured_score=calibration.largest_measured_score,
+        sets=rows,
+        pooled=rates(np.ones(len(database), bool)),
+    )
+
+
+def load_subjects(extracted: ExtractedSet, fingers: int) -> list[list[Presentation]]:
+    """Return the presentations of each subject, of `fingers` fingers, of a database.
+
+    Fingers of a subject, where their names contain it, make up a subject; else each with the next,
+    in the order of their names. Impressions that not all of its fingers have are left out.
+    """
+    impressions = extracted.dataset.impressions
+    prints_of: dict[int | str, list[Template | None]] = {}
+    for number in np.argsort(finger_numbers(impressions), kind="stable").tolist():
+        of_finger = prints_of.setdefault(impressions[number].finger, [])
+        of_finger.append(extracted.extractions[number].template)
+    each = list(prints_of.values())
+    groups = group_fingers([subject_of(finger) for finger in prints_of], fingers)
+    return [list(zip(*(each[k] for k in group), strict=False)) for group in groups]

@@ -1,0 +1,105 @@
+"""The image that a sensor takes: grey levels of the skin that touches it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.lab.synthesis.noise import smooth_noise
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.lab.synthesis.contact import Contact
+    from fpmatch.lab.synthesis.sensor import Sensor
+
+    Field = NDArray[np.float32]  # a value a pixel
+
+INK_FLOOR: Final = 6.0  # grey level of the blackest ink
+LIGHTEST_INK: Final = 0.35  # share of the contrast that the driest ridge keeps
+RESIDUE_EXTENT_PX: Final = 1.6
+LIFTED: Final = 1.0  # threshold from which skin is off the glass
+RESIDUE_REACH: Final = 8.0  # threshold at which residue has faded
+RESIDUE_RARITY: Final = 2.3  # standard deviations of roughness above which a dot is left
+
+
+def develop(
+    relief: NDArray[np.floating],
+    contact: Contact,
+    sensor: Sensor,
+    rng: np.random.Generator,
+    stain: NDArray[np.floating] | float = 0.0,
+) -> NDArray[np.uint8]:
+    """Return the image (h, w) that a sensor takes of skin of height `relief`, with dark ridges.
+
+    `stain` is the share of the glass that damp or grease covers, (h, w).
+    """
+    import cv2  # noqa: PLC0415
+
+    shape = sensor.shape
+    height = (contact.strength * relief + contact.grain - contact.threshold) / sensor.softness
+    covered = 1 / (1 + np.exp(-np.clip(height, -30, 30)))
+    covered = np.maximum(covered, _dust(sensor, rng))
+    if sensor.residue > 0:
+        covered = np.maximum(covered, _residue(contact, sensor, rng))
+    covered = np.maximum(covered, stain)
+    paper = _paper(sensor, rng)
+    ink = sensor.ink + sensor.ink_variation * smooth_noise(shape, 25 * sensor.px, rng)
+    ink += sensor.ink_fading * contact.threshold
+    lightest = sensor.paper - LIGHTEST_INK * (sensor.paper - sensor.ink)
+    ink = np.clip(ink, INK_FLOOR, lightest)
+    spread = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), sensor.blur * sensor.px)
+    grey = paper - spread * np.clip(paper - ink, 0, None)
+    grey += sensor.noise * rng.standard_normal(shape)
+    grey = np.minimum(grey, sensor.ceiling)
+    if sensor.frame > 0:
+        grey += framed(sensor) * (sensor.ceiling - grey)
+    return np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
+
+
+def framed(sensor: Sensor) -> Field:
+    """Return the share of each pixel, (h, w), behind a frame that cuts off the upper corners."""
+    rows, columns = sensor.shape
+    cut = sensor.frame * columns * np.linspace(1, 0, rows)[:, None]
+    from_side = np.minimum(np.arange(columns), np.arange(columns)[::-1])
+    return np.asarray(np.clip(cut - from_side, 0, 1), np.float32)
+
+
+def _paper(sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the grey level of the bare glass."""
+    rows, columns = sensor.shape
+    y, x = np.linspace(-1, 1, rows)[:, None], np.linspace(-1, 1, columns)
+    level = sensor.paper + sensor.exposure * rng.standard_normal()
+    paper = np.full(sensor.shape, level)
+    if sensor.vignette > 0:
+        x0, y0 = rng.uniform(-0.15, 0.15, 2)
+        paper -= sensor.vignette * (((x - x0) ** 2 + (y - y0) ** 2) / 2) ** 1.5
+    if sensor.paper_variation > 0:
+        paper += sensor.paper_variation * smooth_noise(sensor.shape, 45 * sensor.px, rng)
+    if sensor.stripes > 0:
+        wide = smooth_noise((1, columns), 25.0, rng)[0]
+        paper += sensor.stripes * (wide + rng.standard_normal(columns))[None]
+    return paper
+
+
+def _dust(sensor: Sensor, rng: np.random.Generator) -> Field:
+    """Return the dust on the glass, 0 to 1."""
+    import cv2  # noqa: PLC0415
+
+    specks = np.zeros(sensor.shape, np.float32)
+    for _ in range(int(rng.integers(0, sensor.specks + 1))):
+        centre = rng.integers(0, (sensor.width, sensor.height)).tolist()
+        half_axes = rng.integers(1, 3, 2).tolist()
+        tilt, strength = rng.uniform(0, 180), rng.uniform(0.2, 0.7)
+        cv2.ellipse(specks, centre, half_axes, tilt, 0, 360, strength, -1)
+    return np.asarray(cv2.GaussianBlur(specks, (0, 0), 0.7), np.float32)
+
+
+def _residue(contact: Contact, sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the dots of residue around the print, 0 to 1, denser near it."""
+    lifted = contact.threshold - LIFTED
+    near = sensor.residue * np.exp(-np.clip(lifted, 0, None) / RESIDUE_REACH) * (lifted > 0)
+    rough = smooth_noise(sensor.shape, RESIDUE_EXTENT_PX * sensor.px, rng)
+    patchy = 0.4 * smooth_noise(sensor.shape, 30 * sensor.px, rng)
+    return np.asarray(np.clip(rough + patchy + near - RESIDUE_RARITY, 0, 1) * np.minimum(near, 1))

@@ -1,0 +1,155 @@
+"""A master print: all properties of one finger, before it touches a sensor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.lab.synthesis.classes import PatternClass, Range, draw_pattern, draw_singular_points
+from fpmatch.lab.synthesis.growth import GrowthParameters, grow_ridges
+from fpmatch.lab.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
+from fpmatch.lab.synthesis.noise import NO_IMPRESSION, random_streams, smooth_noise
+from fpmatch.lab.synthesis.orientation import OrientationParameters, ridge_orientation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.templates.minutiae import Minutiae
+
+AVERAGE_ROWS: Final = 560  # of a print of average size, to which lengths in the classes refer
+SMALLEST_SIDE_PX: Final = 64
+LARGEST_SIDE_PX: Final = 2048
+PERIOD_LEVELS: Final = 64
+"""Periods are whole multiples of a pixel over this, so that rounding differs on no machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class PeriodParameters:
+    """Set the ridge period; lengths are pixels at 500 dpi."""
+
+    mean_px: float = 8.5
+    between_fingers_px: float = 0.55  # standard deviation of a finger's mean
+    mean_range_px: Range = (7.4, 10.0)
+    tip_share: float = -0.05  # width at the tip relative to the mean
+    joint_share: float = 0.10  # and at the joint
+    variation_share: float = 0.07  # standard deviation within a finger
+    variation_extent_px: float = 32.0
+    max_deviations: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class SilhouetteParameters:
+    """Set the outline: a round tip above straight sides above a flatter foot; shares of the print.
+
+    Heights are shares of the rows, widths of the columns.
+    """
+
+    half_width: Range = (0.40, 0.47)  # at the widest
+    tip_height: Range = (0.40, 0.46)  # from the widest row to the tip
+    foot_height: Range = (0.40, 0.47)  # and to the joint
+    tip_exponent: Range = (2.0, 2.3)  # of the superellipse: 2 is round, more is squarer
+    foot_exponent: Range = (2.8, 4.5)
+    off_middle: Range = (-0.01, 0.01)
+
+
+@dataclass(frozen=True, slots=True)
+class MasterParameters:
+    """Set how masters are made; raise ImageError for a side not between 64 and 2048 pixels.
+
+    A smaller print has a smaller pattern of equal ridge width.
+    """
+
+    shape: tuple[int, int] = (AVERAGE_ROWS, 440)  # rows and columns at 500 dpi
+    finger_size: Range = (0.92, 1.06)  # relative to an average finger
+    pattern: PatternClass | None = None  # of every finger; None draws in the natural proportions
+    orientation: OrientationParameters = field(default_factory=OrientationParameters)
+    period: PeriodParameters = field(default_factory=PeriodParameters)
+    silhouette: SilhouetteParameters = field(default_factory=SilhouetteParameters)
+    growth: GrowthParameters = field(default_factory=GrowthParameters)
+    minutiae: MinutiaeParameters = field(default_factory=MinutiaeParameters)
+
+    def __post_init__(self) -> None:
+        if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in self.shape):
+            rows, columns = self.shape
+            raise ImageError(
+                f"a master print of {rows} x {columns} pixels: each side must lie "
+                f"between {SMALLEST_SIDE_PX} and {LARGEST_SIDE_PX}"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Master:
+    """One finger: its ridges on all the skin that a sensor may touch, at 500 dpi.
+
+    The same seed and number give the same arrays, of shape (H, W).
+    """
+
+    seed: int
+    finger: int
+    pattern: PatternClass
+    orientation: NDArray[np.float32] = field(repr=False)  # in [0, π), counter-clockwise from +x
+    period: NDArray[np.float32] = field(repr=False)  # pixels from ridge to ridge
+    relief: NDArray[np.float32] = field(repr=False)  # -1 in the valleys to 1 on the ridges
+    silhouette: NDArray[np.bool_] = field(repr=False)  # True on the print
+    minutiae: Minutiae = field(repr=False)  # all inside the silhouette
+    cores: NDArray[np.float64] = field(repr=False)  # x and y in pixels, shape (K, 2)
+    deltas: NDArray[np.float64] = field(repr=False)  # also beyond the silhouette
+
+    def __post_init__(self) -> None:
+        layers = self.orientation, self.period, self.relief, self.silhouette
+        for array in (*layers, self.cores, self.deltas):
+            array.setflags(write=False)
+
+
+def make_master(seed: int, finger: int, parameters: MasterParameters | None = None) -> Master:
+    """Make one finger, by its number from 0, of the family that `seed` names.
+
+    No finger depends on another.
+    """
+    p = parameters or MasterParameters()
+    classing, placing, turning, spacing, outlining, growing = random_streams(
+        seed, finger, NO_IMPRESSION, range(1, 7)
+    )
+    rows, columns = p.shape
+    pattern = p.pattern or draw_pattern(classing)
+    size = placing.uniform(*p.finger_size) * rows / AVERAGE_ROWS
+    points = draw_singular_points(pattern, (columns / 2, rows / 2), placing, size)
+    orientation = ridge_orientation(pattern, points, p.shape, turning, p.orientation, size)
+    period = ridge_period(p.shape, spacing, p.period)
+    silhouette = fingertip_silhouette(p.shape, outlining, p.silhouette)
+    relief = grow_ridges(orientation, period, growing, p.growth)
+    minutiae = list_minutiae(relief, orientation, period, silhouette, p.minutiae)
+    layers = orientation, period, relief, silhouette
+    return Master(seed, finger, pattern, *layers, minutiae, points.cores, points.deltas)
+
+
+def ridge_period(
+    shape: tuple[int, int], rng: np.random.Generator, p: PeriodParameters
+) -> NDArray[np.float32]:
+    """Draw the ridge period map (rows, columns) of a finger in pixels, wider towards the joint."""
+    drawn = p.mean_px + p.between_fingers_px * rng.standard_normal()
+    mean = float(np.clip(drawn, *p.mean_range_px))
+    noise = smooth_noise(shape, p.variation_extent_px, rng)
+    towards_joint = np.linspace(p.tip_share, p.joint_share, shape[0])[:, None]
+    varied = p.variation_share * np.clip(noise, -p.max_deviations, p.max_deviations)
+    period = mean * (1 + towards_joint + varied)
+    return np.asarray(np.rint(period * PERIOD_LEVELS) / PERIOD_LEVELS, np.float32)
+
+
+def fingertip_silhouette(
+    shape: tuple[int, int], rng: np.random.Generator, p: SilhouetteParameters
+) -> NDArray[np.bool_]:
+    """Draw the outline of one fingertip; return its inside, (rows, columns)."""
+    rows, columns = shape
+    half_width = rng.uniform(*p.half_width) * columns
+    tip, foot = rng.uniform(*p.tip_height) * rows, rng.uniform(*p.foot_height) * rows
+    tip_exponent, foot_exponent = rng.uniform(*p.tip_exponent), rng.uniform(*p.foot_exponent)
+    middle = (0.5 + rng.uniform(*p.off_middle)) * columns
+    up = rows / 2 - np.arange(rows)[:, None]
+    across = np.abs(np.arange(columns)[None] - middle) / half_width
+    on_tip = across**tip_exponent + (np.clip(up, 0, None) / tip) ** tip_exponent <= 1
+    on_foot = across**foot_exponent + (np.clip(-up, 0, None) / foot) ** foot_exponent <= 1
+    return np.asarray(np.where(up >= 0, on_tip, on_foot), np.bool_)

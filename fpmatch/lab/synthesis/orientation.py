@@ -1,0 +1,156 @@
+"""The ridge orientation of a master print: singular points, arching flanks, and variation.
+
+References
+----------
+Cappelli, Erol, Maio, Maltoni, "Synthetic fingerprint-image generation", ICPR 2000 (SFinGe), for
+the steps and the arch.
+Sherlock, Monro, "A model for interpreting fingerprint topology", Pattern Recognition 26 (1993):
+the orientation turns by half the argument around every core and back around every delta.
+Vizcaya, Gerhardt, "A nonlinear orientation model for global description of fingerprints",
+Pattern Recognition 29 (1996): each argument passes through a piecewise-linear function first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from fpmatch.lab.synthesis.classes import PatternClass, Range, SingularPoints
+from fpmatch.lab.synthesis.noise import smooth_noise
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Field = NDArray[np.float64]
+
+ORIENTATION_LEVELS: Final = 2048
+"""Orientations are whole multiples of π over this, so that rounding differs on no machine."""
+_UP: Final = math.pi / 2
+
+
+class Arching(NamedTuple):
+    """Set how the ridges of one class arch, in addition to the effect of singular points."""
+
+    steepness_deg: Range  # of the flanks
+    half_width_px: Range  # position on either side of the middle
+
+
+ARCHING: Final = {
+    PatternClass.ARCH: Arching((40.0, 56.0), (66.0, 88.0)),
+    PatternClass.TENTED_ARCH: Arching((30.0, 42.0), (85.0, 105.0)),
+    PatternClass.LEFT_LOOP: Arching((28.0, 42.0), (105.0, 125.0)),
+    PatternClass.RIGHT_LOOP: Arching((28.0, 42.0), (105.0, 125.0)),
+    PatternClass.WHORL: Arching((28.0, 40.0), (105.0, 125.0)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ZeroPoleParameters:
+    """Set the deviation of the arguments from the plain model."""
+
+    corner_count: int = 8  # of each piecewise-linear correction
+    correction_deg: float = 7.0  # standard deviation at a corner, of any correction
+    uprightness: Range = (0.3, 0.8)  # rotation of a loop's axis to the vertical by its delta
+    loop_narrowing_deg: Range = (16.0, 44.0)  # inclination of a core's flanks towards its axis
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationParameters:
+    """Set the deviation from the plain zero-pole model; lengths at size 1."""
+
+    zero_pole: ZeroPoleParameters = field(default_factory=ZeroPoleParameters)
+    variation_deg: Range = (2.5, 5.0)  # standard deviation of the random part
+    variation_extent_px: float = 34.0
+    joint_px: float = 105.0  # distance below the middle at which arches are half as steep
+    joint_softness_px: float = 32.0
+    widening_px: float = 400.0  # distance above the middle at which arches are twice as wide
+
+
+def ridge_orientation(
+    pattern: PatternClass,
+    points: SingularPoints,
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+    p: OrientationParameters,
+    size: float,
+) -> NDArray[np.float32]:
+    """Draw the ridge orientation field of one finger, (rows, columns).
+
+    Radians in [0, π), counter-clockwise on screen from +x. `points` are in pixels; `size` is
+    relative to an average finger.
+    """
+    rows, columns = shape
+    y, x = np.mgrid[rows / 2 : -rows / 2 : -1, -columns / 2 : columns / 2]
+    cores, deltas = (
+        [complex(x - columns / 2, rows / 2 - y) for x, y in xy]
+        for xy in (points.cores, points.deltas)
+    )
+    turning = zero_pole_turning(x + 1j * y, cores, deltas, rng, p.zero_pole)
+    arching = _arching(x / size, y / size, ARCHING[pattern], rng, p)
+    variation = math.radians(rng.uniform(*p.variation_deg))
+    angle = turning + arching + variation * smooth_noise(shape, p.variation_extent_px, rng)
+    level = np.mod(np.rint(angle * (ORIENTATION_LEVELS / np.pi)), ORIENTATION_LEVELS)
+    return np.asarray(level * (np.pi / ORIENTATION_LEVELS), np.float32)
+
+
+def _arching(
+    x: Field, y: Field, arching: Arching, rng: np.random.Generator, p: OrientationParameters
+) -> Field:
+    """Return the additional angle of ridges left and right of the middle, in radians."""
+    steepness = math.radians(rng.uniform(*arching.steepness_deg))
+    u = x / (rng.uniform(*arching.half_width_px) * (1 + np.clip(y / p.widening_px, 0, None)))
+    above_joint = 1 / (1 + np.exp(-(y + p.joint_px) / p.joint_softness_px))
+    return np.asarray(-steepness * u * np.exp((1 - u**2) / 2) * above_joint)
+
+
+class _Turn(NamedTuple):
+    """One singular point, and the share of its corrected argument by which ridges turn."""
+
+    place: complex
+    share: float
+    correction: Field  # of the argument, at corners evenly spaced around the point
+
+    def around(self, place: NDArray[np.complex128]) -> Field:
+        """Return the turning of the ridges by this point at `place`, in radians."""
+        argument = np.angle(place - self.place)
+        values = np.append(self.correction, self.correction[0])
+        corners = np.linspace(0, 2 * np.pi, values.size)
+        bent = argument + np.interp(np.mod(argument, 2 * np.pi), corners, values)
+        return np.asarray(self.share * bent, np.float64)
+
+
+def zero_pole_turning(
+    place: NDArray[np.complex128],
+    cores: list[complex],
+    deltas: list[complex],
+    rng: np.random.Generator,
+    p: ZeroPoleParameters,
+) -> Field:
+    """Draw the rotation of ridges from the horizontal by the singular points, (H, W).
+
+    Radians, counter-clockwise, modulo π. Points and `place` (H, W) are x + iy, y up. Besides random
+    corrections, deltas are bent so that loops are more upright than in the plain model, and cores
+    so that the two legs of a loop are nearly parallel.
+    """
+    corners = np.arange(p.corner_count) * (2 * np.pi / p.corner_count)
+    jitter = math.radians(p.correction_deg) * rng.standard_normal((10, p.corner_count))
+    uprightness = rng.uniform(*p.uprightness)
+    narrowing = math.radians(rng.uniform(*p.loop_narrowing_deg))
+    turns = [_Turn(core, 0.5, bend) for core, bend in zip(cores, jitter, strict=False)]
+    for delta, bend in zip(deltas, jitter[len(cores) :], strict=False):
+        to_cores = float(np.angle(sum(cores) / len(cores) - delta)) if cores else _UP
+        lean = uprightness * (to_cores - _UP) * np.clip(np.cos(corners - to_cores), 0, 1)
+        turns.append(_Turn(delta, -0.5, bend - lean))
+    total = np.zeros(place.shape)
+    for turn in turns:
+        narrowed = turn
+        if turn.share > 0:
+            here = np.array([turn.place])
+            opening = 2 * sum(float(o.around(here)[0]) for o in turns if o is not turn)
+            closer = narrowing * np.sin(corners - opening)
+            narrowed = turn._replace(correction=turn.correction - closer)
+        total += narrowed.around(place)
+    return total

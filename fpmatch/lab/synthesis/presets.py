@@ -1,0 +1,73 @@
+"""Presets: how carefully fingers are placed on the sensor, from clean to hard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import ImageError, unknown_name
+from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
+from fpmatch.lab.synthesis.warp import PlacementParameters
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """Name the ranges from which impressions are drawn."""
+
+    name: str
+    placement: PlacementParameters = field(default_factory=PlacementParameters)
+    pressure: PressureParameters = field(default_factory=PressureParameters)
+    smear: SmearParameters = field(default_factory=SmearParameters)
+    texture: float = 1.0  # visible share of the skin's roughness and pores
+
+
+# fmt: off
+_CLEAN: Final = Preset(
+    "clean",
+    PlacementParameters(half_width=(122, 134), traction=(0, 1), torsion_deg=(0, 1)),
+    PressureParameters(dryness=(-0.1, 0.1), unevenness=0.05, tilt=(0, 0), grain=0.05, wear=(0, 0),
+                       creases=0.0, max_scratches=0, max_spots=0),
+    SmearParameters(chance=0.0, stain=(0.0, 0.0)),
+    texture=0.4,
+)
+_NORMAL: Final = Preset(
+    "normal",
+    PlacementParameters(rotation_deg=(0, 20), shift=(0, 55), scale=(0.98, 1.02), torsion_deg=(0, 7),
+                        traction=(0, 10), off_centre=(0, 62), half_width=(100, 138),
+                        elongation=(1.35, 1.75), tip_only=0.16, cut_off=0.2),
+    PressureParameters(dryness=(-0.4, 0.6), unevenness=0.22, tilt=(0, 0.3), grain=0.27,
+                       wear=(0, 0.35), max_scratches=3, max_spots=4, outline=0.035, ragged=0.03),
+    SmearParameters(chance=0.2, stain=(0.0, 0.22)),
+)
+_HARD: Final = Preset(
+    "hard",
+    PlacementParameters(rotation_deg=(0, 30), shift=(0, 75), scale=(0.97, 1.03), torsion_deg=(0, 9),
+                        traction=(0, 13), off_centre=(10, 65), half_width=(88, 136),
+                        elongation=(1.25, 1.75), tip_only=0.2, cut_off=0.25),
+    PressureParameters(dryness=(-0.5, 0.62), unevenness=0.3, tilt=(0, 0.5), grain=0.45,
+                       wear=(0.05, 0.5), max_scratches=6, max_spots=6, outline=0.05, ragged=0.04),
+    SmearParameters(chance=0.5, share=(0.05, 0.25), stain=(0.0, 0.5)),
+    texture=1.2,
+)
+# fmt: on
+_STRETCHED: Final = replace(
+    _NORMAL,
+    name="stretched",
+    placement=replace(_NORMAL.placement, torsion_deg=(3, 11), traction=(5, 20)),
+)
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
+    {preset.name: preset for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED)}
+)
+"""The presets by name: four from the easiest to the hardest, and normal prints stretched more."""
+
+
+def preset_named(name: str) -> Preset:
+    """Return a preset by its name; raise ImageError for an unknown one."""
+    try:
+        return PRESETS[name]
+    except KeyError:
+        raise ImageError(unknown_name("preset", name, PRESETS)) from None

@@ -1,0 +1,12 @@
+# Types of the kernel, and what other kernels may use of it.
+from fpmatch.matching.prints._template_view_kernel cimport TemplateView
+
+
+cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil
+cpdef double common_cells(TemplateView a, TemplateView b, double c, double s, double x, double y) noexcept nogil
+cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
+cpdef double most_decades(double pairs, double chance, double ridges, double cells) noexcept nogil
+cpdef double poisson_decades(double count, double mean) noexcept nogil
+cpdef double quality_correction(double squares, double minutiae) noexcept nogil
+cpdef double saturated(double amount, double enough) noexcept nogil
+cpdef double as_similarity(double total) noexcept nogil

@@ -1,0 +1,188 @@
+"""Keys and their sources: what they accept, refuse, and never show."""
+
+import base64
+import os
+import pickle
+import stat
+import traceback
+from typing import ClassVar
+
+import pytest
+
+from fpmatch.base.encryption import keys as module
+from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.base.encryption.keys import Key, KeyRing, load_keys, new_key, parse_keys
+from fpmatch.errors import EncryptionError
+
+
+@pytest.fixture
+def source(tmp_path):
+    return f"file:{tmp_path / 'keys.txt'}"
+
+
+def test_a_key_file_is_made_private_whatever_the_umask(tmp_path, source):
+    before = os.umask(0)
+    try:
+        made = make_keys(source)
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "keys.txt").stat().st_mode) == 0o600
+    assert load_keys(source).ids == made.ids
+    assert list(tmp_path.iterdir()) == [tmp_path / "keys.txt"]
+
+
+def test_an_added_key_is_the_current_one_and_the_others_stay(source):
+    first = make_keys(source).current.id
+    second = add_key(source).current.id
+    assert load_keys(source).ids == (second, first)
+    assert remove_key(source, first).ids == load_keys(source).ids == (second,)
+
+
+def test_nothing_is_overwritten_and_the_current_key_is_not_removed(source):
+    made = make_keys(source)
+    with pytest.raises(EncryptionError) as caught:
+        make_keys(source)
+    assert caught.value.code == "exists"
+    for key_id in (made.current.id, "0" * 16):
+        with pytest.raises(EncryptionError):
+            remove_key(source, key_id)
+    assert load_keys(source).ids == made.ids
+
+
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o620, 0o777])
+def test_a_file_that_others_may_read_or_write_is_refused(tmp_path, source, mode):
+    make_keys(source)
+    (tmp_path / "keys.txt").chmod(mode)
+    with pytest.raises(EncryptionError, match="chmod 600") as caught:
+        load_keys(source)
+    assert caught.value.code == "not private"
+
+
+def test_a_variable_of_the_environment_is_a_source(monkeypatch):
+    key = new_key()
+    monkeypatch.setenv("SOME_KEY", key.as_line())
+    assert load_keys("env:SOME_KEY").ids == (key.id,)
+    monkeypatch.setenv("SOME_KEY", key.as_line().split()[1])
+    assert load_keys("env:SOME_KEY").ids == (key.id,)
+    monkeypatch.setenv("FPMATCH_KEY", "env:SOME_KEY")
+    assert load_keys().ids == (key.id,)
+    with pytest.raises(EncryptionError):
+        add_key("env:SOME_KEY")
+
+
+def test_the_system_keyring_is_a_source(monkeypatch):
+    keyring = pytest.importorskip("keyring")
+    from keyring.backend import KeyringBackend
+    from keyring.errors import KeyringLocked
+
+    class Memory(KeyringBackend):
+        priority = 1
+        kept: ClassVar = {}
+
+        def get_password(self, service, username):
+            if username == "locked":
+                raise KeyringLocked("the collection is locked\nand so on")
+            return self.kept.get((service, username))
+
+        def set_password(self, service, username, password):
+            self.kept[service, username] = password
+
+        def delete_password(self, service, username):
+            del self.kept[service, username]
+
+    before = keyring.get_keyring()
+    keyring.set_keyring(Memory())
+    try:
+        made = make_keys("keyring:prints")
+        assert load_keys("keyring:prints").ids == made.ids
+        assert add_key("keyring:prints").ids == load_keys("keyring:prints").ids
+        with pytest.raises(EncryptionError) as caught:
+            load_keys("keyring:nothing")
+        assert caught.value.code == "missing source"
+        with pytest.raises(EncryptionError) as caught:
+            load_keys("keyring:locked")
+        assert "\n" not in str(caught.value)
+    finally:
+        keyring.set_keyring(before)
+
+
+@pytest.mark.parametrize(
+    "source", ["", "keys.txt", "file:", "http://x", "file", ":", "FILE:keys.txt", "env:", "env:NO_"]
+)
+def test_what_is_no_source_is_refused_on_one_line(monkeypatch, source):
+    monkeypatch.delenv("FPMATCH_KEY", raising=False)
+    with pytest.raises(EncryptionError) as caught:
+        load_keys(source)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("abc", 1),
+        ("# a comment\n\nnot base64!", 3),
+        (base64.b64encode(b"k" * 31).decode(), 1),
+        (base64.b64encode(b"k" * 33).decode(), 1),
+        ("0000000000000000 " + base64.b64encode(b"k" * 32).decode(), 1),
+        ("x y " + base64.b64encode(b"k" * 32).decode(), 1),
+        ("é", 1),
+    ],
+)
+def test_a_malformed_text_is_refused_with_its_line_and_nothing_of_it(text, line):
+    with pytest.raises(EncryptionError) as caught:
+        parse_keys(text, "env:KEYS")
+    assert str(caught.value).startswith(f"env:KEYS: line {line}: ")
+    assert text.split()[-1] not in str(caught.value)
+
+
+def test_files_that_are_no_key_files_are_refused(tmp_path):
+    contents = {"binary": b"\xff\xfe\0", "empty": b"", "comment": b"# none\n", "nul": b"\0" * 99}
+    for name, content in contents.items():
+        path = tmp_path / name
+        path.write_bytes(content)
+        path.chmod(0o600)
+        with pytest.raises(EncryptionError):
+            load_keys(f"file:{path}")
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe", 0o600)
+    for path in (tmp_path, tmp_path / "none", tmp_path / "a\0b", tmp_path / "pipe"):
+        with pytest.raises(EncryptionError):
+            load_keys(f"file:{path}")
+
+
+def test_the_secret_is_in_no_repr_error_traceback_or_pickle(source):
+    ring = make_keys(source)
+    key = ring.current
+    secret = key.as_line().split()[1]
+    shown = [repr(key), str(key), repr(ring), repr([ring])]
+    try:
+        ring.find("0" * 16)
+    except EncryptionError as error:
+        shown += [str(error), *traceback.format_exception(error)]
+    assert not any(secret in text or repr(base64.b64decode(secret)) in text for text in shown)
+    with pytest.raises(TypeError):
+        pickle.dumps(key)
+    with pytest.raises(TypeError):
+        pickle.dumps(KeyRing([key]))
+    packed = pickle.dumps(ring)
+    assert base64.b64decode(secret) not in packed
+    assert secret.encode() not in packed
+    assert pickle.loads(packed).ids == ring.ids
+
+
+def test_a_key_that_was_added_to_the_source_meanwhile_is_found(source):
+    ring = make_keys(source)
+    added = add_key(source).current.id
+    assert ring.find(added).id == added
+    assert ring.current.id == added
+
+
+def test_without_the_library_one_line_names_the_extra(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives", None)
+    with pytest.raises(EncryptionError, match=r"fpmatch\[encryption\]"):
+        Key(bytes(32)).cipher(b"x", b"")
+    monkeypatch.setitem(sys.modules, "keyring", None)
+    with pytest.raises(EncryptionError, match=r"fpmatch\[encryption\]"):
+        module.read_keyring("prints")

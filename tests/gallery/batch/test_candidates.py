@@ -1,0 +1,332 @@
+"""`fpmatch.gallery.batch.candidates`: the same file on every engine, whatever is killed."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import json
+import os
+import signal
+import sqlite3
+import sys
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+import platformdirs
+import pytest
+
+from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
+from fpmatch.formats.files import save_template
+from fpmatch.gallery import identify as identify_module
+from fpmatch.gallery import indexed_pieces, indexed_search, search_pieces
+from fpmatch.gallery.batch import candidates
+from fpmatch.gallery.batch.candidate_rows import COLUMNS
+from fpmatch.gallery.batch.candidates import SearchOptions, write_candidates
+from fpmatch.gallery.batch.sources import FolderSource
+from fpmatch.gallery.engine.engine import dask, processes
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index.loss import SearchPlan
+from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.opening import open_search
+
+sys.path.append(str(Path(__file__).parents[2] / "gallery"))  # of `made_prints`
+
+from made_prints import entries_of, entry_of, scattered
+
+needs_dask = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
+)
+OPTIONS = {
+    "usual": SearchOptions(count=3),
+    "short lists": SearchOptions(count=2, candidate_list=9, threshold=1.0),
+    "fingers": SearchOptions(listed="fingers", consolidate=True, count=4),
+    "impressions": SearchOptions(listed="impressions", candidate_list="off"),
+}
+
+
+@pytest.fixture
+def probes(tmp_path):
+    """Return a folder of twelve templates, of which two cannot be read."""
+    folder = tmp_path / "probes"
+    folder.mkdir()
+    for k in range(10):
+        save_template(folder / f"{k}.json", scattered(k, 12 + k))
+    (folder / "broken.json").write_text("{")
+    (folder / "a=1.json").write_bytes(b"\xff")
+    return folder
+
+
+@pytest.fixture
+def gallery(tmp_path):
+    with open_gallery(tmp_path / "prints.db", create=True) as opened:
+        opened.add(entries_of(*(scattered(k % 37, 12 + k % 37) for k in range(60))))
+        open_search(opened)  # in a file from now on
+        yield opened
+
+
+@pytest.fixture(autouse=True)
+def small_batches(monkeypatch):
+    """Several batches and pieces: chunks enough for runs that are interrupted."""
+    monkeypatch.setattr(search_pieces, "MAX_BATCH", 2)
+    monkeypatch.setattr(search_pieces, "LEAST_PIECES", 7)
+    monkeypatch.setattr(search_pieces, "MIN_PIECE", 1)
+
+
+def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):
+    content, search = gallery.content_hash(), open_search(gallery)
+    source = FolderSource(folder, find_prints([folder]), None, "auto", None)
+    done = write_candidates(
+        gallery, search, source, output, options, content=content, engine=engine, **more
+    )
+    return done, output.read_bytes()
+
+
+@pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
+def test_rows_are_the_candidates_of_single_searches(gallery, probes, tmp_path, options):
+    done, content = run(gallery, probes, tmp_path / "c.csv", options)
+    with (tmp_path / "c.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert content.startswith((",".join(COLUMNS) + "\n").encode())
+    assert (done.probes, done.failed, done.resumed, done.rows) == (12, 2, 0, len(rows))
+    assert [Path(path).name for path, _ in done.failures] == ["a=1.json", "broken.json"]
+    search = open_search(gallery)
+    listed = {"by_subject": options.listed == "subjects"}
+    listed |= {"impressions": options.listed == "impressions"}
+    for k in range(10):
+        result, entries = identify_entries(
+            gallery,
+            search,
+            scattered(k, 12 + k),
+            count=options.count,
+            threshold=options.threshold,
+            candidate_list=options.candidate_list,
+            consolidated=(
+                candidates.ConsolidatedFingers(gallery, search) if options.consolidate else None
+            ),
+            **listed,
+        )
+        found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
+        expected = [
+            {name: str(value) for name, value in one.items() if name != "extrapolated"}
+            for one in result.candidate_dicts(entries)
+        ]
+        shown = [
+            {name: row[name] for name in one} for row, one in zip(found, expected, strict=True)
+        ]
+        assert shown == expected
+        assert {(row["enrolled"], row["compared"], row["reason"]) for row in found} == {
+            ("60", str(result.compared), "")
+        }
+
+
+def test_a_probe_without_candidates_has_a_row(gallery, probes, tmp_path):
+    _, content = run(gallery, probes, tmp_path / "c.csv", SearchOptions(threshold=100.0))
+    rows = list(csv.DictReader(content.decode().splitlines()))
+    assert len(rows) == 12
+    assert [row["reason"] for row in rows].count("no candidate") == 10
+    assert {row["rank"] for row in rows} == {""}
+
+
+def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
+    options = SearchOptions(count=2, transforms=True)
+    done, content = run(gallery, probes, tmp_path / "c.jsonl", options)
+    documents = {Path(one["probe"]).name: one for one in map(json.loads, content.splitlines())}
+    assert (done.probes, done.failed, done.rows, len(documents)) == (12, 2, 12, 12)
+    search = open_search(gallery)
+    about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": "subjects"}
+    for k in range(10):
+        result, entries = identify_entries(
+            gallery, search, scattered(k, 12 + k), by_subject=True, count=2, transforms=True
+        )
+        numbers = {name: getattr(result, name) for name in ("enrolled", "compared", "fingers")}
+        found = documents[f"{k}.json"]
+        assert found.items() >= {**about, **numbers, "loss": None, "passed_on": []}.items()
+        assert found["candidates"] == result.candidate_dicts(entries)
+        assert found["reason"] is None
+    failed = documents["broken.json"]
+    assert failed.items() >= {**about, "enrolled": None, "candidates": []}.items()
+    assert failed["reason"] == dict(done.failures)[failed["probe"]]
+    _, nobody = run(gallery, probes, tmp_path / "none.jsonl", SearchOptions(threshold=100.0))
+    assert [json.loads(line)["reason"] for line in nobody.splitlines()].count("no candidate") == 10
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+@pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
+def test_several_processes(gallery, probes, tmp_path, options, suffix):
+    _, expected = run(gallery, probes, tmp_path / f"expected{suffix}", options)
+    _, found = run(gallery, probes, tmp_path / f"c{suffix}", options, processes(2))
+    assert found == expected
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path):
+    import distributed
+
+    options = OPTIONS["short lists"]
+    _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
+    ) as cluster:
+        address = cluster.scheduler_address
+        assert run(gallery, probes, tmp_path / "calm.csv", options, dask(address))[1] == expected
+        with distributed.Client(address, set_as_default=False) as client:
+            alive = sorted(client.run(os.getpid).values())
+
+            def kill(stage, done, total):
+                if done >= 2 and len(alive) == 2:
+                    os.kill(alive.pop(), signal.SIGKILL)
+
+            again = run(
+                gallery, probes, tmp_path / "killed.csv", options, dask(address), progress=kill
+            )
+            assert again[1] == expected
+            assert len(alive) == 1
+
+
+@pytest.fixture
+def staged(monkeypatch, tmp_path):
+    """Search by an index, in stages, of which each passes few prints on."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    for name in ("search", "prepared_search"):
+        monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
+    for owner in (indexed_search, indexed_pieces):
+        monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("staged")
+def test_in_stages_the_file_is_the_same_on_all_engines(gallery, probes, tmp_path):
+    gallery.add([entry_of(k, scattered(k, 20)) for k in range(100, 140)])
+    search = open_search(gallery)
+    single = [identify_entries(gallery, search, scattered(k, 12 + k))[0] for k in range(10)]
+    output, options = tmp_path / "c.csv", SearchOptions(listed="fingers")
+    _, expected = run(gallery, probes, output, options)
+    rows = list(csv.DictReader(expected.decode().splitlines()))
+    for k, result in enumerate(single):
+        found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
+        assert [(row["id"], row["score"]) for row in found] == [
+            (str(one.number), str(one.score)) for one in result.candidates
+        ]
+        assert {(row["loss"], row["passed_on"]) for row in found} == {
+            (str(result.loss), " ".join(map(str, result.passed_on)))
+        }
+    assert run(gallery, probes, output, options, processes(2))[1] == expected
+    if importlib.util.find_spec("distributed") is not None:
+        import distributed
+
+        with distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=":0",
+            silence_logs=60,
+        ) as cluster:
+            address = cluster.scheduler_address
+            with distributed.Client(address, set_as_default=False) as client:
+                alive = sorted(client.run(os.getpid).values())
+
+            def kill(stage, done, total):
+                if done >= 2 and len(alive) == 2:
+                    os.kill(alive.pop(), signal.SIGKILL)
+
+            done = run(gallery, probes, output, options, dask(address), progress=kill)
+        assert done[1] == expected
+        assert len(alive) == 1
+
+
+class Stopped(Exception):
+    """Stands for a kill."""
+
+
+def stop_after(most, stage, done, total):
+    if done >= most:
+        raise Stopped
+
+
+@pytest.mark.parametrize(
+    ("most", "suffix"), [(0, ".csv"), (2, ".csv"), (6, ".csv"), (11, ".csv"), (6, ".jsonl")]
+)
+def test_an_interrupted_run_is_resumed_to_the_same_file(gallery, probes, tmp_path, most, suffix):
+    expected, content = run(gallery, probes, tmp_path / f"whole{suffix}")
+    output = tmp_path / f"c{suffix}"
+    with pytest.raises(Stopped):
+        run(gallery, probes, output, progress=partial(stop_after, most))
+    assert not output.exists()
+    again, found = run(gallery, probes, output)
+    assert found == content
+    assert again.resumed == min(2 * -(-most // 2), 12)
+    assert (again.rows, again.failed) == (expected.rows, expected.failed)
+    assert list(tmp_path.glob("c.*")) == [output]
+
+
+def test_another_run_is_not_resumed(gallery, probes, tmp_path):
+    output = tmp_path / "c.csv"
+    with pytest.raises(Stopped):
+        run(gallery, probes, output, progress=partial(stop_after, 4))
+    for options, what in (
+        (SearchOptions(count=4), "number of candidates"),
+        (SearchOptions(count=3, listed="fingers"), "list"),
+        (SearchOptions(count=3, transforms=True), "list"),
+        (SearchOptions(count=3, threshold=2.0), "threshold"),
+        (SearchOptions(count=3, candidate_list=5), "candidate list"),
+    ):
+        with pytest.raises(ScoringError, match=f"an unfinished run, but with another {what}"):
+            run(gallery, probes, output, options)
+    gallery.add([entry_of(1000)])
+    with pytest.raises(ScoringError, match="with another content of the gallery"):
+        run(gallery, probes, output)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "error", "reason"),
+    [
+        ("c.txt", {}, OutputError, "candidates are written as .csv"),
+        ("nowhere/c.csv", {}, OutputError, "no such file or directory"),
+        ("c.csv", {"count": 0}, MatcherError, "at least 1"),
+        ("c.csv", {"threshold": 101.0}, MatcherError, "between 0 and 100"),
+        ("c.csv", {"candidate_list": 0}, MatcherError, "a number from 1 on"),
+        ("c.csv", {"listed": "impressions", "consolidate": True}, MatcherError, "consolidated"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(gallery, probes, tmp_path, name, options, error, reason):
+    with pytest.raises(error, match=reason) as raised:
+        run(gallery, probes, tmp_path / name, SearchOptions(**options))
+    assert "\n" not in str(raised.value)
+    assert not list(tmp_path.glob("c.*"))
+
+
+def test_a_damaged_entry_is_no_candidate(gallery, probes, tmp_path):
+    """Damage that happens after the prints were prepared is found where candidates are shown."""
+    with closing(sqlite3.connect(tmp_path / "prints.db")) as database, database:
+        database.execute("UPDATE fpmatch_entry SET dpi = 0 WHERE id = 4")
+    _, content = run(gallery, probes, tmp_path / "c.csv")
+    assert 4 in gallery.damaged
+    rows = list(csv.DictReader(content.decode().splitlines()))
+    assert "4" not in {row["id"] for row in rows}
+
+
+def test_an_audit_that_cannot_be_written_stops_the_run(gallery, probes, tmp_path, monkeypatch):
+    recorded = []
+
+    def record(action, **details):
+        recorded.append((action, details["probe"].name, len(details["candidates"])))
+        if len(recorded) == 5:
+            raise GalleryError("its audit cannot store the event", path="g")
+
+    monkeypatch.setattr(gallery, "record", record)
+    with pytest.raises(GalleryError, match="audit"):
+        run(gallery, probes, tmp_path / "c.csv")
+    assert recorded[0] == ("identify", "0.json", 3)
+    assert not (tmp_path / "c.csv").exists()
+
+
+def test_the_limits_of_lists_are_those_of_single_searches(gallery, probes, tmp_path, monkeypatch):
+    """A gallery over the limit is searched by a candidate list by default."""
+    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 20)
+    monkeypatch.setattr(identify_module, "MIN_CANDIDATE_LIST", 8)
+    _, content = run(gallery, probes, tmp_path / "c.csv")
+    rows = [row for row in csv.DictReader(content.decode().splitlines()) if row["rank"]]
+    assert {row["compared"] for row in rows} == {"8"}

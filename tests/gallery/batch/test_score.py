@@ -1,0 +1,382 @@
+"""`fpmatch.gallery.batch.score`: what a run writes, leaves undone, goes on with, and refuses."""
+
+import csv
+import importlib.util
+import os
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from fpmatch.errors import (
+    DatasetError,
+    EngineError,
+    FpmatchError,
+    MatcherError,
+    OutputError,
+    ScoringError,
+)
+from fpmatch.gallery.batch import score_file
+from fpmatch.gallery.batch.plan import AllPairs
+from fpmatch.gallery.batch.score import score
+from fpmatch.gallery.batch.store import Store
+from fpmatch.lab.evaluation.rates.scores import read_scores
+from fpmatch.matching.calibration import Calibration
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER))
+
+from scoring_fakes import Line, Near  # noqa: E402  (spawned workers must find it by this name)
+
+needs_pyarrow = pytest.mark.skipif(
+    importlib.util.find_spec("pyarrow") is None, reason="pyarrow (extra parquet) is not installed"
+)
+REFERENCES = Line([0.0, 10.0, 20.0, 30.0, 40.0], "reference")
+PROBES = Line([1.0, None, 39.0], "probe")
+TEN_A_UNIT = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
+SMALL_CHUNKS = AllPairs(3, 5, band=2, pairs_per_chunk=2)
+NOTED = {"it is far off": ("reference: reference_4", "probe: probe_2")}
+
+
+def rows(path):
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture
+def output(tmp_path):
+    return tmp_path / "scores.csv"
+
+
+def run(output, **options):
+    return score(REFERENCES, PROBES, output, **{"matcher": Near(), **options})
+
+
+def test_a_row_a_pair_probe_by_probe(output):
+    output.write_text("old")
+    done = run(output, calibration=TEN_A_UNIT)
+    written = rows(output)
+    assert [(r["probe"], r["reference"]) for r in written] == [
+        (p, r) for p in PROBES.names for r in REFERENCES.names
+    ]
+    assert float(written[1]["similarity"]) == 1 / 10
+    assert float(written[1]["score"]) == pytest.approx(5)
+    assert (done.pairs, done.rows, done.resumed, done.failed_pairs) == (15, 15, 0, 5)
+    assert done.noted == NOTED
+    place = ("near", "probe against reference", "probe_1")
+    assert [tuple(r.values()) for r in written if r["reason"]] == [
+        (*place, name, "", "", "", "inconclusive", "probe: no image, but text", "", "")
+        for name in REFERENCES.names
+    ]
+    (failure,) = done.failures
+    assert (failure.side, failure.name) == ("probes", "probe_1")
+
+
+def test_bands_of_references(output):
+    run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=4))
+    order = [(r["probe"][-1], r["reference"][-1]) for r in rows(output)]
+    assert order[:6] == [(p, r) for p in "012" for r in "01"]
+    assert order[-3:] == [(p, "4") for p in "012"]
+
+
+def test_a_threshold_keeps_candidates_and_what_nobody_knows(output):
+    done = run(output, calibration=TEN_A_UNIT, threshold=20)
+    assert [(r["probe"], r["reference"]) for r in rows(output)] == [
+        ("probe_0", "reference_0"),
+        *(("probe_1", name) for name in REFERENCES.names),
+        ("probe_2", "reference_4"),
+    ]
+    assert (done.pairs, done.rows) == (15, 7)
+
+
+def test_listed_pairs_in_their_order(output, tmp_path):
+    listed = tmp_path / "pairs.csv"
+    listed.write_text("probe_2,reference_3\nprobe_0,reference_1\n")
+    told = []
+    done = run(output, pairs=listed, progress=lambda *state: told.append(state))
+    assert [r["reference"] for r in rows(output)] == ["reference_3", "reference_1"]
+    assert (done.probes, done.references, done.failures) == (2, 2, ())
+    assert ("probes", 2, 2) in told
+
+
+def test_one_folder_on_both_sides_is_read_once(output):
+    side, stages = Line([1.0, 7.0, None, 40.0, 41.0]), []
+    done = score(
+        side, side, output, matcher=Near(), progress=lambda stage, *_: stages.append(stage)
+    )
+    assert list(dict.fromkeys(stages)) == ["references", "compare"]
+    assert len(done.failures) == 1
+    assert done.dpi_assumed == ("line: line_1",)
+    assert done.noted == {"it is far off": ("line: line_3", "line: line_4")}
+
+
+@needs_pyarrow
+def test_parquet_holds_the_same(output, monkeypatch):
+    from pyarrow import parquet
+
+    monkeypatch.setattr("fpmatch.gallery.batch.score_file._BLOCK_BYTES", 400)
+    run(output)
+    table = output.with_suffix(".parquet")
+    run(table)
+    found = parquet.read_table(table).to_pylist()
+    expected = rows(output)
+    assert parquet.ParquetFile(table).num_row_groups > 1
+    assert [r["probe"] for r in found] == [r["probe"] for r in expected]
+    assert [r["similarity"] for r in found] == [
+        float(r["similarity"]) if r["similarity"] else None for r in expected
+    ]
+    assert found[7]["score"] is None
+    assert found[7]["reason"] == "probe: no image, but text"
+
+
+@needs_pyarrow
+def test_a_changed_page_of_parquet_is_found(output):
+    from pyarrow import parquet
+
+    table = output.with_suffix(".parquet")
+    run(table)
+    content = table.read_bytes()
+    columns = parquet.ParquetFile(table).metadata.row_group(0)
+    end = sum(columns.column(k).total_compressed_size for k in range(columns.num_columns))
+    expected = list(score_file._rows_of(table))
+    refused = 0
+    for place in range(4, end, 7):
+        changed = bytearray(content)
+        changed[place] ^= 1 << place % 8
+        table.write_bytes(changed)
+        try:
+            assert list(score_file._rows_of(table)) == expected
+        except DatasetError as error:
+            refused += "\n" not in str(error)
+    assert refused > end // 14
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", [".csv", pytest.param(".parquet", marks=needs_pyarrow)])
+def test_killed_at_ten_random_moments(tmp_path, suffix):
+    done = subprocess.run(
+        [sys.executable, FOLDER / "scoring_kills.py", tmp_path, suffix, "10"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 0
+
+
+class Broken(Exception):
+    pass
+
+
+@pytest.fixture
+def unfinished(output):
+    """Leave a run undone after some of its rows, with half a row too many."""
+
+    def stop(stage, done, total):
+        if stage == "compare" and done >= 6:
+            raise Broken
+
+    with pytest.raises(Broken):
+        go_on(output, progress=stop)
+    folder = output.with_name("scores.csv.unfinished")
+    with (folder / "rows.csv").open("ab") as stream:
+        stream.write(b"probe_2,refer")
+    return folder
+
+
+def go_on(output, **options):
+    return run(output, **{"pairs": SMALL_CHUNKS, **options})
+
+
+def test_an_unfinished_run_goes_on(output, unfinished, tmp_path):
+    assert not output.exists()
+    done = go_on(output)
+    assert (done.resumed, done.noted) == (6, NOTED)
+    go_on(tmp_path / "whole.csv")
+    assert output.read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    assert not unfinished.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"matcher": "unit-circle"}, "matcher"),
+        ({"calibration": TEN_A_UNIT, "threshold": 3}, "calibration"),
+        ({"pairs": AllPairs(3, 5)}, "list of pairs"),
+    ],
+)
+def test_another_run_does_not_go_on_with_it(output, unfinished, options, what):
+    with pytest.raises(ScoringError, match=f"an unfinished run, but with another {what}; "):
+        go_on(output, **options)
+    other = Line([1.0, None, 38.0], "probe")
+    with pytest.raises(ScoringError, match="another set of probes"):
+        score(REFERENCES, other, output, matcher=Near(), pairs=SMALL_CHUNKS)
+
+
+@pytest.mark.parametrize("name", ["state.db", "rows.csv"])
+def test_a_damaged_rest_is_one_line(output, unfinished, name):
+    (unfinished / name).write_bytes(b"?" * 5)
+    with pytest.raises(ScoringError, match="delete the folder and start again"):
+        go_on(output)
+
+
+def made_or_refused(output, expected):
+    """Return why a run is not resumed; "" if it was, and has made the expected rows."""
+    try:
+        go_on(output)
+    except FpmatchError as error:
+        return str(error)
+    assert output.read_bytes() == expected
+    return ""
+
+
+@pytest.mark.parametrize("name", ["state.db", "rows.csv"])
+def test_a_changed_bit_never_changes_the_rows(output, unfinished, tmp_path, name):
+    """A run is resumed and makes the same rows, or it is damaged, in one line."""
+    go_on(tmp_path / "whole.csv")
+    expected = (tmp_path / "whole.csv").read_bytes()
+    kept = {path.name: path.read_bytes() for path in unfinished.iterdir()}
+    size, refused = len(kept[name]), 0
+    for place in range(0, size, max(1, size // 100)):
+        unfinished.mkdir(exist_ok=True)
+        for file, content in kept.items():
+            (unfinished / file).write_bytes(content)
+        changed = bytearray(kept[name])
+        changed[place] ^= 1 << place % 8
+        (unfinished / name).write_bytes(changed)
+        refused += made_or_refused(output, expected) != ""
+    assert refused > 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE run SET what = '{'",
+        "UPDATE run SET what = '[]'",
+        "UPDATE run SET what = x'ff'",
+        "UPDATE run SET what = 5",
+        "DELETE FROM position",
+        "INSERT INTO position SELECT * FROM position",
+        "UPDATE position SET pairs = 3",
+        "UPDATE position SET chunks = 'many'",
+        "UPDATE item SET data = x'00' WHERE data IS NOT NULL",
+        "UPDATE item SET data = 'text'",
+        "UPDATE item SET notes = '{'",
+        "UPDATE item SET quality = 7",
+        "DELETE FROM item WHERE number = 0",
+        "DROP TABLE item",
+        "ALTER TABLE position RENAME COLUMN rows TO lines",
+        "ALTER TABLE item DROP COLUMN notes",
+    ],
+)
+def test_a_changed_state_is_refused_or_makes_the_same_rows(output, unfinished, tmp_path, change):
+    with closing(sqlite3.connect(unfinished / "state.db")) as database, database:
+        database.execute(change)
+    go_on(tmp_path / "whole.csv")
+    refused = made_or_refused(output, (tmp_path / "whole.csv").read_bytes())
+    assert refused == "" or "delete the folder" in refused
+
+
+def test_rows_that_are_gone_are_made_again(output, unfinished):
+    (unfinished / "rows.csv").unlink()
+    assert go_on(output).resumed == 0
+    assert len(rows(output)) == 15
+
+
+def test_a_run_that_was_killed_while_clearing_up(output, unfinished, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "clear", lambda self: None)
+        go_on(output)
+    assert unfinished.exists()
+    done = go_on(output)
+    assert (done.pairs, done.resumed, done.rows) == (15, 15, 15)
+    assert len(rows(output)) == 15
+    assert not unfinished.exists()
+
+
+def test_two_runs_do_not_write_one_output(output, unfinished):
+    other = sqlite3.connect(unfinished / "state.db")
+    other.execute("BEGIN EXCLUSIVE")
+    with pytest.raises(ScoringError, match="another run is writing this output"):
+        go_on(output)
+    other.close()
+
+
+def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
+    def full(stream):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fpmatch.gallery.batch.resumed_rows.flush", full)
+        with pytest.raises(OutputError, match=r"scores.csv: cannot be written: no space left"):
+            run(output)
+    assert run(output).rows == 15
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "error", "reason"),
+    [
+        ("scores.txt", {}, OutputError, "scores are written as .csv or .parquet"),
+        ("nowhere/scores.csv", {}, OutputError, "cannot be written: no such file or directory"),
+        ("folder.csv", {}, OutputError, "it is a folder"),
+        ("scores.parquet", {}, OutputError, r"pip install 'fpmatch\[parquet\]'"),
+        ("a.csv", {"threshold": 30}, MatcherError, "'near' has no calibration"),
+        ("a.csv", {"threshold": 101, "calibration": TEN_A_UNIT}, MatcherError, "in 0..100, not"),
+        ("a.csv", {"matcher": "nobody"}, MatcherError, "unknown matcher"),
+    ],
+)
+def test_what_cannot_be_scored(tmp_path, monkeypatch, name, options, error, reason):
+    (tmp_path / "folder.csv").mkdir()
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(error, match=reason):
+        run(tmp_path / name, **options)
+    assert [p.name for p in tmp_path.iterdir()] == ["folder.csv"]
+
+
+def test_an_engine_that_breaks_down_leaves_what_is_done(output):
+    class Breaking:
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def map(self, work, shared, chunks):
+            for number, chunk in enumerate(chunks):
+                if number == 2:
+                    raise EngineError("broke down")
+                yield work(shared, chunk)
+
+    with pytest.raises(EngineError):
+        go_on(output, engine=Breaking(), save_every_s=1000)
+    assert go_on(output).resumed == 4
+
+
+def test_a_file_of_scores_is_read_as_that_of_an_evaluation(output):
+    side = Line([1.0, 2.0, 30.0, None], "db")
+    side.names = [f"{f}_{n}.png" for f in (1, 2) for n in (1, 2)]
+    side.fingers = ["1", "1", "2", "2"]
+    score(side, side, output, matcher=Near())
+    assert [row["genuine"] for row in rows(output)][:4] == ["1", "1", "0", "0"]
+    (found,) = read_scores(output)
+    assert (found.matcher, found.name, found.trials.fingers) == ("near", "db", 2)
+    assert found.trials.genuine.tolist() == [True, False, False, False, False, True]
+    assert found.impostors.similarity.tolist() == [1 / 30, 1 / 29]
+
+
+@needs_pyarrow
+def test_parquet_is_read_back(output):
+    side = Line([1.0, 7.0, 40.0], "print")
+    score(side, side, output, matcher=Near())
+    parquet = output.with_suffix(".parquet")
+    score(side, side, parquet, matcher=Near())
+    (one,), (other,) = (
+        read_scores(path, finger_of=lambda name: name) for path in (output, parquet)
+    )
+    assert one.trials.similarity.tolist() == other.trials.similarity.tolist()
+    assert one.prints == other.prints

@@ -1,0 +1,141 @@
+"""`fpmatch.gallery.batch.sources`: folders and galleries as sides; exact templates in bytes."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch import extract, verify
+from fpmatch.errors import FpmatchError, ScoringError
+from fpmatch.gallery.batch.score import score
+from fpmatch.gallery.batch.sources import (
+    FolderSource,
+    GallerySource,
+    StoredTemplate,
+    open_source,
+    pack,
+    unpack,
+)
+from fpmatch.gallery.batch.store import Store
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.compact import pack_template, unpack_template
+from fpmatch.templates.minutiae import Minutiae, Template
+
+
+@pytest.fixture
+def folder(tmp_path, fingers):
+    folder = tmp_path / "prints"
+    folder.mkdir()
+    Image.fromarray(fingers[0]).save(folder / "10_1.png", dpi=(500, 500))
+    Image.fromarray(np.rot90(fingers[0])).save(folder / "9_1.png")
+    (folder / "any name, really.tif").write_text("no image")
+    (folder / "notes.txt").touch()
+    return folder
+
+
+@pytest.fixture
+def gallery(tmp_path, template):
+    path = tmp_path / "prints.db"
+    with open_gallery(path, create=True) as opened:
+        opened.add(
+            [
+                NewEntry(label, str(n), bytes([n]) * 32, replace(template, width=300 + n))
+                for n, label in enumerate(
+                    [Label("ada", "1", "1"), Label("bob", "", "2"), Label("bob_2")]
+                )
+            ]
+        )
+    return path
+
+
+def test_templates_come_back_exactly(template):
+    for original in (template, replace(template, field=None, dpi=569.25)):
+        found = unpack(pack(original))
+        assert found == original
+        assert found.minutiae == original.minutiae
+    data = pack_template(template)  # that of a gallery
+    assert unpack(data) == unpack_template(data)
+
+
+@pytest.mark.parametrize("change", ["an array", slice(200, None), slice(-30, None)])
+def test_damaged_stored_templates_are_one_error(change):
+    template = Template(Minutiae([1, 2], [3, 4], [0, 1]), 20, 30)
+    data = bytearray(pack(template))
+    if isinstance(change, str):  # bytes between the arrays are covered by no checksum
+        data[data.index(b"NUMPY")] ^= 1
+    else:
+        data[change] = b""
+    with pytest.raises(FpmatchError, match="damaged"):
+        unpack(bytes(data))
+
+
+def test_a_folder_by_name_with_its_failures(folder):
+    side = open_source(folder)
+    assert isinstance(side, FolderSource)
+    assert side.names == ["9_1.png", "10_1.png", "any name, really.tif"]
+    untagged, tagged, failed = side.templates(serial(), range(3))
+    assert (untagged.dpi_assumed, tagged.dpi_assumed) == (True, False)
+    assert unpack(tagged.data).minutiae == extract(folder / "10_1.png").minutiae
+    assert (failed.data, failed.reason) == (None, "not an image of a known format")
+    assert next(side.templates(serial(), [2])) == failed
+    items = list(open_source(folder, dpi=569).templates(serial(), range(3)))
+    assert [unpack(item.data).dpi for item in items if item.data] == [569, 569]
+    assert not any(item.dpi_assumed for item in items)
+    (folder / "10_1.png").unlink()
+    assert next(side.templates(serial(), [1])).reason == "no such file"
+
+
+def test_the_content_hash_tells_of_changes(folder):
+    before = open_source(folder).content_hash
+    assert open_source(folder).content_hash == before
+    assert open_source(folder, dpi=569).content_hash != before
+    (folder / "any name, really.tif").write_text("no image either")
+    assert open_source(folder).content_hash != before
+
+
+def test_a_gallery_by_number(gallery):
+    side = open_source(str(gallery))
+    assert isinstance(side, GallerySource)
+    assert side.names == ["ada_1_1", "bob_2#2", "bob_2#3"]
+    assert [unpack(item.data).width for item in side.templates(serial(), [0, 2])] == [300, 302]
+    with open_gallery(gallery) as opened:
+        opened.remove([2])
+    with pytest.raises(ScoringError, match=r"prints.db: changed while it was read; start again"):
+        list(side.templates(serial(), range(3)))
+
+
+@pytest.mark.parametrize(
+    "place", ["nowhere", "notes.txt", "empty", "empty.db", "mysql://host/prints"]
+)
+def test_what_is_no_side(tmp_path, place):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "notes.txt").write_text("no gallery")
+    open_gallery(tmp_path / "empty.db", create=True).close()
+    with pytest.raises(FpmatchError) as raised:
+        open_source(place if "://" in place else tmp_path / place)
+    assert "\n" not in str(raised.value)
+
+
+def test_scores_are_those_of_verify(folder, tmp_path):
+    score(folder, folder, tmp_path / "scores.csv")
+    probe, reference = (extract(Path(folder, name)) for name in ("9_1.png", "10_1.png"))
+    assert isinstance(probe, Template)
+    line = next(
+        line
+        for line in (tmp_path / "scores.csv").read_text().splitlines()
+        if ",9_1.png,10_1.png," in line
+    )
+    assert float(line.split(",")[6]) == verify(probe, reference).score
+
+
+@pytest.mark.parametrize("notes", ["1.5", "[1]", "[", "null"])
+def test_notes_of_a_damaged_state_are_one_error(tmp_path, notes):
+    with Store(tmp_path / "scores.csv", {}) as store:
+        list(store.add_items("probes", [(0, StoredTemplate(None, "no print"))]))
+        store._database.execute("UPDATE item SET notes = ?", [notes])
+        with pytest.raises(ScoringError, match="damaged; delete the folder and start again"):
+            store.notes("probes")

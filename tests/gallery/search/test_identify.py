@@ -1,0 +1,259 @@
+"""The ranks of an identification are those of comparing one by one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_prints import FAKE, entries_of, scattered, template_at
+
+from fpmatch.errors import MatcherError
+from fpmatch.fingers.finger import fused_score, verify_finger
+from fpmatch.gallery import identify as identify_module
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.identify import MIN_CANDIDATE_LIST, candidate_list_size, identify
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
+from fpmatch.gallery.search.opening import opening as search_module
+from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
+from fpmatch.matching.verify import verify
+from fpmatch.templates.minutiae import Template
+
+TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
+
+
+def identify_at(search, x, **options):
+    """Identify the print that the fake matcher knows by `x`."""
+    return identify(search, template_at(x), calibration=TEN_PER_TEN, **options)
+
+
+def numbers_of(result):
+    return [candidate.number for candidate in result.candidates]
+
+
+@pytest.fixture
+def fill(gallery):
+    """Return a function that makes a search of the prints that a fake matcher knows by numbers."""
+
+    def made(*numbers, **options):
+        gallery.add(entries_of(*map(template_at, numbers), **options))
+        return open_search(gallery, FAKE)
+
+    return made
+
+
+def test_the_most_similar_come_first_with_their_rates(fill):
+    search = fill(10, 50, 200, 52, 45)
+    result = identify_at(search, 50, count=3)
+    assert (result.compared, result.matcher) == (5, "fake")
+    assert [(c.rank, c.number, c.similarity) for c in result.candidates] == [
+        (1, 2, 100.0),
+        (2, 4, 98.0),
+        (3, 5, 95.0),
+    ]
+    third = result.candidates[2]
+    assert third.score == pytest.approx(95.0)
+    assert third.fmr == pytest.approx(10**-9.5)
+    assert third.expected_false == pytest.approx(5 * 10**-9.5)
+    assert third.comparison is None
+    assert numbers_of(identify_at(search, 50, threshold=98.0)) == [2, 4]
+    assert len(identify_at(search, 50).candidates) == 5
+
+
+def test_of_equals_the_first_enrolled_comes_first(fill):
+    assert numbers_of(identify_at(fill(7, 3, 7, 3, 7, 3), 5, count=4)) == [1, 2, 3, 4]
+
+
+def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
+    labels = [("ada", "left", "1"), ("ada", "right", "1"), ("bob", "1", "1"), ("ada", "right", "2")]
+    templates = map(template_at, (40, 48, 45, 49))
+    entries = [
+        replace(entry, label=Label(*label))
+        for entry, label in zip(entries_of(*templates), labels, strict=True)
+    ]
+    gallery.add(entries)
+    search = open_search(gallery, FAKE)
+
+    def subject_of(number):
+        return gallery.entry(number).label.subject
+
+    def found(**options):
+        return numbers_of(identify_at(search, 50, **options))
+
+    assert found(subject_of=subject_of) == [4, 3]
+    assert found(subject_of=subject_of, count=1) == [4]
+    assert found(subject_of=subject_of, impressions=True) == [4, 3]
+    assert found() == [4, 3, 1]
+    assert found(impressions=True) == [4, 2, 3, 1]
+    once, each = (identify_at(search, 50, **o).candidates for o in ({"subject_of": subject_of}, {}))
+    assert once == each[:2]
+
+
+def test_an_empty_gallery_has_no_candidate(fill):
+    result = identify_at(fill(), 50)
+    assert (result.compared, result.candidates) == (0, ())
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"count": 0}, {"threshold": -1.0}, {"threshold": 101.0}),
+        *({"candidate_list": 0}, {"candidate_list": "some"}, {"candidate_list": 5}),
+    ],
+)
+def test_what_is_out_of_range_is_refused(fill, wrong):
+    with pytest.raises(MatcherError):
+        identify_at(fill(1), 50, **wrong)
+
+
+def test_unknown_matchers_are_refused(gallery):
+    gallery.add(entries_of(template_at(1)))
+    with pytest.raises(MatcherError, match="unknown matcher"):
+        open_search(gallery, "nobody")
+
+
+def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template):
+    gallery.add(entries_of(template))
+    result = identify(open_search(gallery), template, transforms=True)
+    expected = verify(template, gallery.template(1))
+    (candidate,) = result.candidates
+    assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
+    assert candidate.comparison.transform == expected.transform
+    assert result.smallest_measured_fmr == expected.smallest_measured_fmr
+
+
+@pytest.fixture
+def search(gallery):
+    """Return a search of 12 prints, whose numbers are those of their seeds."""
+    gallery.add(entries_of(*map(scattered, range(1, 13))))
+    return open_search(gallery, engine=serial())
+
+
+def test_a_candidate_list_finds_what_comparing_all_finds(search):
+    whole = identify(search, scattered(7), count=1, transforms=True)
+    short = identify(search, scattered(7), count=1, transforms=True, candidate_list=3)
+    assert (whole.enrolled, whole.compared, whole.preselected) == (12, 12, False)
+    assert (short.enrolled, short.compared, short.preselected) == (12, 3, True)
+    (one,), (other,) = whole.candidates, short.candidates
+    assert one.comparison.pairs.tolist() == other.comparison.pairs.tolist()
+    for name in ("number", "score", "expected_false"):
+        assert getattr(one, name) == getattr(other, name)
+
+
+def test_a_candidate_list_has_room_for_all_candidates(search):
+    assert len(identify(search, scattered(7), count=5, candidate_list=2).candidates) == 5
+    everything = identify(search, scattered(7), candidate_list=12)
+    assert not everything.preselected
+    assert everything == identify(search, scattered(7), candidate_list="off")
+
+
+def test_a_small_gallery_is_compared_as_a_whole_and_a_large_one_is_not(search, monkeypatch):
+    assert candidate_list_size(search) is None
+    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 11)
+    assert candidate_list_size(search) == MIN_CANDIDATE_LIST
+    monkeypatch.setattr(identify_module, "MIN_CANDIDATE_LIST", 2)
+    assert candidate_list_size(search) == 2
+    monkeypatch.setattr(identify_module, "PENETRATION_RATE", 0.5)
+    assert candidate_list_size(search) == 6
+    assert candidate_list_size(search, "off") is None
+    assert identify(search, scattered(7)).compared == 10  # as many as there are candidates
+
+
+def test_a_matcher_without_bit_descriptors_compares_all(fill, monkeypatch):
+    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 1)
+    search = fill(1, 2, 3)
+    assert candidate_list_size(search) is None
+    with pytest.raises(MatcherError, match="fake supports no candidate list"):
+        search.candidate_list(1.0, 2)
+
+
+@pytest.fixture
+def fingers(fill):
+    """Return a search of finger a with three impressions and b and c of the same subject."""
+    labels = [("x", "a", "1"), ("x", "b", "1"), ("x", "a", "2"), ("x", "c", "1"), ("x", "a", "3")]
+    return fill(10, 50, 52, 90, 55, labels=[Label(*label) for label in labels])
+
+
+def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers, gallery):
+    found = identify_at(fingers, 52)
+    assert (found.enrolled, found.fingers) == (5, 3)
+    assert [(c.number, c.impressions) for c in found.candidates] == [(2, 1), (3, 3), (4, 1)]
+    finger = found.candidates[1]
+    assert finger.score == pytest.approx(fused_score([58.0, 100.0, 97.0]))
+    assert (finger.similarity, finger.impression_score) == (100.0, 100.0)
+    assert finger.expected_false == 3 * finger.fmr
+    # consolidated, a finger of one impression keeps its score
+    single = [c for c in found.candidates if c.impressions == 1]
+    again = ConsolidatedFingers(gallery, fingers, TEN_PER_TEN).rerank(52.0, single)
+    assert [(c.number, c.score) for c in again] == [(c.number, c.score) for c in single]
+
+
+def test_impressions_can_be_listed_by_themselves(fingers):
+    found = identify_at(fingers, 52, impressions=True)
+    assert numbers_of(found) == [3, 2, 5, 4, 1]
+    assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
+    assert found.candidates[0].expected_false == pytest.approx(5e-10)
+    assert numbers_of(identify_at(fingers, 52, count=2)) == [2, 3]
+
+
+def test_impressions_outside_the_candidate_list_count_as_no_match(gallery):
+    labels = [Label("x", "", f"{k}") for k in range(1, 5)]
+    gallery.add(entries_of(*map(scattered, range(1, 5)), labels=labels))
+    search = open_search(gallery, engine=serial())
+    (found,) = identify(search, scattered(3), count=1, candidate_list=1).candidates
+    assert (found.number, found.impressions) == (3, 4)
+    assert found.score == pytest.approx(fused_score([found.impression_score, 0.0, 0.0, 0.0]))
+
+
+def touches_of(finger):
+    """Return windows of a print that share a part of its minutiae: the probe, and four others."""
+    m = scattered(40 + finger).minutiae
+    windows = [(abs(m.x - 150 - 18 * n) < 90) for n in (0, -2, -1, 1, 2)]
+    return [Template(m.take(np.flatnonzero(one)), 300, 300) for one in windows]
+
+
+@pytest.fixture
+def touches(gallery):
+    """Return a search of three fingers of four touches each, and their consolidated templates."""
+    labels = [Label(f"{k}", "", f"{n}") for k in range(3) for n in range(4)]
+    gallery.add(entries_of(*(one for k in range(3) for one in touches_of(k)[1:]), labels=labels))
+    search = open_search(gallery, engine=serial())
+    return search, ConsolidatedFingers(gallery, search)
+
+
+def test_candidates_are_compared_with_what_their_impressions_show_together(touches, gallery):
+    search, together = touches
+    curve = load_calibration(search.matcher.name)
+    for k in range(3):
+        probe = touches_of(k)[0]
+        found = identify(search, probe, consolidated=together)
+        assert set(numbers_of(found)) == set(numbers_of(identify(search, probe)))
+        assert [c.rank for c in found.candidates] == [1, 2, 3]
+        scores = [c.score for c in found.candidates]
+        assert scores == sorted(scores, reverse=True)
+        best = found.candidates[0]
+        assert gallery.entry(best.number).label.subject == f"{k}"
+        stored = [gallery.template(4 * k + n) for n in range(1, 5)]
+        expected = verify_finger(probe, stored, calibration=curve).verification.score
+        assert best.score == expected
+        assert best.expected_false == 3 * best.fmr == 3 * score_to_fmr(best.score)
+
+
+def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
+    touches, gallery, monkeypatch
+):
+    search, together = touches
+    probe = touches_of(1)[0]
+    best, *_ = identify(search, probe, consolidated=together).candidates
+    for threshold, left in ((best.score, 1), (min(best.score + 0.01, 100), best.score == 100)):
+        found = identify(search, probe, consolidated=together, threshold=threshold)
+        assert len(found.candidates) == left
+    with pytest.raises(MatcherError, match="single impressions"):
+        identify(search, probe, impressions=True, consolidated=together)
+    # however many fingers are kept
+    monkeypatch.setattr(search_module, "FINGERS_KEPT", 1)
+    few = ConsolidatedFingers(gallery, search)
+    found = [identify(search, probe, consolidated=one).candidates for one in (few, together)]
+    assert found[0] == found[1]
+    assert few._finger.cache_info().currsize == 1

@@ -1,0 +1,297 @@
+"""A large gallery is searched by its index, in stages, as it is at the moment of each search."""
+
+from __future__ import annotations
+
+import json
+
+import platformdirs
+import pytest
+from click.testing import CliRunner
+from made_prints import entry_of, scattered
+
+from fpmatch import identify as identify_in
+from fpmatch.base.encryption.key_text import make_keys
+from fpmatch.cli.group import fpmatch
+from fpmatch.errors import MatcherError
+from fpmatch.formats.files import save_template
+from fpmatch.gallery import indexed_search as module
+from fpmatch.gallery.cli.identify import identify as identify_command
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
+from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
+from fpmatch.matching.calibration import load_calibration
+
+SIZE = 40
+
+
+@pytest.fixture(autouse=True)
+def small_limits(tmp_path, monkeypatch):
+    """Index galleries of more than ten prints; compare few of them."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    for name in ("search", "prepared_search"):
+        monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
+    monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
+
+
+def print_of(number):
+    return scattered(number, 30)
+
+
+def new_entry(number, finger=None):
+    label = Label(str(number if finger is None else finger), impression=str(number))
+    return entry_of(number, print_of(number), label)
+
+
+@pytest.fixture
+def filled(where):
+    """Return an open gallery on either kind of database."""
+    with open_gallery(where, create=True) as opened:
+        opened.add([new_entry(number) for number in range(SIZE)])
+        yield opened
+
+
+@pytest.fixture
+def large(gallery):
+    """Return an open gallery in a file."""
+    gallery.add([new_entry(number) for number in range(SIZE)])
+    return gallery
+
+
+def opened(gallery, **options):
+    return open_search(gallery, engine=serial(), note=pytest.fail, **options)
+
+
+def best(gallery, search, number):
+    """Return number and score of the best candidate for an enrolled print."""
+    result, _ = identify_entries(gallery, search, print_of(number), count=1)
+    return result.candidates[0].number, round(result.candidates[0].score)
+
+
+def test_each_print_is_found_among_few_that_are_compared(filled):
+    search = opened(filled)
+    assert isinstance(search, IndexedSearch)
+    assert len(search) == SIZE
+    for number in range(0, SIZE, 7):
+        result = identify(search, print_of(number), count=3, transforms=True)
+        assert result.candidates[0].number == number + 1
+        assert result.candidates[0].comparison.transform is not None
+        assert (result.enrolled, result.fingers) == (SIZE, SIZE)
+        assert result.passed_on == (20, 6)
+        assert result.compared == 6
+        assert result.loss == DEFAULT_LOSS
+        assert result.preselected
+
+
+def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(large, monkeypatch):
+    asked = []
+
+    def plan(loss, prints, threshold):
+        asked.append((loss, prints, threshold))
+        return SearchPlan(loss, 0.5, 20, 6)
+
+    monkeypatch.setattr(module, "search_plan", plan)
+    search, curve = opened(large), load_calibration("unit-circle")
+    identify(search, print_of(3), threshold=70.0, loss=0.02)
+    identify(search, print_of(3))
+    # a consolidated template may raise a score above the threshold
+    consolidated = ConsolidatedFingers(large, search, curve)
+    identify(search, print_of(3), threshold=70.0, consolidated=consolidated)
+    assert asked == [(0.02, SIZE, 70.0), (DEFAULT_LOSS, SIZE, 0.0), (DEFAULT_LOSS, SIZE, 0.0)]
+
+
+def test_a_small_gallery_and_other_candidate_lists_are_searched_as_before(large):
+    search = opened(large)
+    whole = opened(large, candidate_list="off")
+    assert not isinstance(whole, IndexedSearch)
+    probe = print_of(3)
+    for size in ("off", 15, 1000):
+        one, other = (identify(s, probe, candidate_list=size) for s in (search, whole))
+        assert one == other
+        assert (one.loss, one.passed_on) == (None, ())
+        assert one.compared == (15 if size == 15 else SIZE)
+    large.remove(range(11, SIZE + 1))
+    assert not isinstance(opened(large), IndexedSearch)
+
+
+def test_candidates_do_not_depend_on_the_segments(large, monkeypatch):
+    expected = [repr(identify(opened(large), print_of(k)).candidates) for k in range(5)]
+    for most in (1, 7, 16):
+        for path in large.file.with_name(f"{large.file.name}.prepared").iterdir():
+            path.unlink()
+        with monkeypatch.context() as patch:
+            patch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", most)
+            patch.setattr("fpmatch.gallery.index.state.MOST_OF_A_SIZE", 1000)
+            search = opened(large)
+        assert len(search.state.parts) == -(-SIZE // most)
+        assert [repr(identify(search, print_of(k)).candidates) for k in range(5)] == expected
+
+
+def test_an_open_search_follows_the_gallery_and_so_does_that_of_another_server(filled):
+    one, other = opened(filled), opened(filled)
+    assert best(filled, one, 5) == best(filled, other, 5)
+    filled.add([new_entry(100)])
+    assert best(filled, one, 100)[0] == best(filled, other, 100)[0] == SIZE + 1
+    filled.remove([SIZE + 1, 6])
+    for search in (one, other):
+        assert best(filled, search, 100)[0] != SIZE + 1
+        assert best(filled, search, 5)[0] != 6
+        assert identify_entries(filled, search, print_of(5))[0].enrolled == SIZE - 1
+
+
+def test_the_server_continues_the_index_of_its_last_search(filled, monkeypatch):
+    from fpmatch.server import gallery as served
+
+    monkeypatch.setattr(served, "_kept", {})
+    first = served._search(filled, "unit-circle")
+    assert served._search(filled, "unit-circle") is first
+    filled.add([new_entry(100)])
+    second = served._search(filled, "unit-circle")
+    assert second is not first
+    assert second.index is first.index
+    assert best(filled, second, 100)[0] == SIZE + 1
+
+
+def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large):
+    search = opened(large, candidate_list="off")
+    assert best(large, search, 5)[0] == 6
+    large.remove([6])
+    result, entries = identify_entries(large, search, print_of(5))
+    assert 6 not in [entry.id for entry in entries]
+    assert result.enrolled == SIZE - 1
+
+
+def test_the_score_of_a_finger_is_that_of_all_its_impressions(gallery):
+    fingers = [k // 4 for k in range(SIZE)]
+    gallery.add([new_entry(k, finger) for k, finger in enumerate(fingers)])
+    search, whole = opened(gallery), opened(gallery, candidate_list="off")
+    for k in range(0, SIZE, 5):
+        one, other = (identify(s, print_of(k), count=1) for s in (search, whole))
+        assert one.candidates == other.candidates
+        assert one.candidates[0].impressions == 4
+        assert one.fingers == other.fingers == SIZE // 4
+        assert 6 < one.compared <= 9  # the others of the best finger, too
+    finger = ConsolidatedFingers(gallery, search)
+    found = identify(search, print_of(8), count=3, consolidated=finger)
+    assert found.candidates[0].number == 9
+    single = identify(search, print_of(8), count=3, impressions=True)
+    assert (single.candidates[0].number, single.candidates[0].impressions) == (9, 1)
+
+
+def test_skipped_entries_are_as_if_they_were_not_enrolled(gallery):
+    gallery.add([new_entry(k, k // 2) for k in range(SIZE)])
+    result = identify(opened(gallery), print_of(4), skipped={5, 999, 7, 8})
+    assert result.candidates[0].number != 5
+    assert (result.enrolled, result.fingers) == (SIZE - 3, SIZE // 2 - 1)
+
+
+def test_damage_of_a_segment_is_noted_at_the_first_search(large):
+    expected = repr(identify(opened(large), print_of(3)))
+    folder = large.file.with_name(f"{large.file.name}.prepared")
+    (path,) = folder.glob("*.segment")
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    notes = []
+    search = open_search(large, engine=serial(), note=notes.append)
+    assert (len(search), notes) == (SIZE, [])
+    assert repr(identify(search, print_of(3))) == expected
+    assert notes == [f"segments of the index of {large.name} are damaged: built again"]
+    assert repr(identify(opened(large), print_of(3))) == expected
+
+
+@pytest.mark.parametrize("loss", [0.0, -1.0, 1.0, float("nan")])
+def test_an_impossible_loss_is_refused(large, loss):
+    with pytest.raises(MatcherError, match="loss"):
+        identify(opened(large), print_of(3), loss=loss)
+
+
+@pytest.fixture
+def probe(tmp_path):
+    """Return a file of a print that is enrolled."""
+    save_template(tmp_path / "probe.json", print_of(3))
+    return str(tmp_path / "probe.json")
+
+
+def test_the_command_states_loss_and_stages(large, probe):
+    words = ["identify", large.name, probe, "-k", "1", "--loss", "0.1%"]
+    text = CliRunner().invoke(fpmatch, words)
+    assert text.exit_code == 0, text.output
+    (head, *_) = text.stdout.splitlines()
+    assert head.startswith(f"{probe}: 6 of {SIZE} prints compared in ")
+    assert head.endswith(" s (loss 0.1%: 20 by index, 6 by descriptors)")
+    document = json.loads(CliRunner().invoke(fpmatch, [*words, "--json"]).stdout)
+    assert (document["loss"], document["compared"]) == (0.001, 6)
+    assert document["probes"][0]["passed_on"] == [20, 6]
+    off = CliRunner().invoke(fpmatch, [*words, "--candidate-list", "off", "--json"])
+    document = json.loads(off.stdout)
+    assert (document["loss"], document["compared"]) == (None, SIZE)
+
+
+def test_a_gallery_of_middle_size_is_indexed_only_where_a_loss_is_wanted(large, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", SIZE)
+    assert not isinstance(open_search(large), IndexedSearch)
+    assert isinstance(open_search(large, loss=0.1), IndexedSearch)
+    assert not isinstance(open_search(large, loss=0.1, candidate_list="off"), IndexedSearch)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", SIZE)
+    assert not isinstance(open_search(large, loss=0.1), IndexedSearch)
+
+
+def test_the_function_of_the_package_takes_a_loss(large):
+    found = identify_in(large, print_of(3), count=1, loss=0.2)
+    assert found[0].number == 4
+    with pytest.raises(MatcherError, match="loss"):
+        identify_in(large, print_of(3), loss=2.0)
+
+
+def test_the_default_of_the_command_is_that_of_the_function():
+    (option,) = (one for one in identify_command.params if one.name == "loss")
+    assert option.callback(None, option, option.default) == DEFAULT_LOSS
+
+
+@pytest.mark.parametrize("loss", ["0", "0%", "100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])
+def test_the_command_refuses_an_impossible_loss(large, probe, loss):
+    done = CliRunner().invoke(fpmatch, ["identify", large.name, probe, "--loss", loss])
+    assert done.exit_code == 2
+    assert "not a percentage" in done.stderr
+
+
+def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path, monkeypatch):
+    source = f"file:{tmp_path / 'gallery.key'}"
+    make_keys(source)
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
+        gallery.add([new_entry(number) for number in range(SIZE)])
+        expected = best(gallery, opened(gallery), 5)
+        paths = list((tmp_path / "g.db.prepared").iterdir())
+        assert {path.suffix for path in paths} == {".segment", ".index"}
+        templates = [open_search(gallery, engine=serial()).state.segments[0].arrays()]
+        content = b"".join(path.read_bytes() for path in paths)
+        for name, array in templates[0].items():
+            if array.nbytes > 64:
+                assert array.tobytes()[:64] not in content, name
+        gallery.remove([1])
+        assert best(gallery, opened(gallery), 5) == expected
+
+
+def test_prints_are_added_to_a_search_and_not_to_the_gallery(large):
+    search, before = opened(large), large.content_hash()
+    number = best(large, search, 3)[0]
+    last = max(entry.id for entry in large.entries())
+    with_more = search.with_prints([print_of(70), print_of(71)])
+    assert isinstance(with_more, IndexedSearch)
+    assert len(with_more) == SIZE + 2
+    assert (
+        with_more.numbers[-2:].tolist() == with_more.fingers[-2:].tolist() == [last + 1, last + 2]
+    )
+    found = [identify(with_more, print_of(k), count=1).candidates[0].number for k in (3, 70, 71)]
+    assert found == [number, last + 1, last + 2]
+    assert identify(with_more, print_of(71), skipped={last + 2}).candidates[0].number != last + 2
+    whole = identify(with_more, print_of(71), count=1, candidate_list="off")
+    assert (whole.compared, whole.candidates[0].number) == (SIZE + 2, last + 2)
+    assert (len(search), large.content_hash()) == (SIZE, before)

@@ -1,0 +1,115 @@
+"""`fpmatch.lab.evaluation.ground_truth.minutiae_counts`: the best assignment, and its counts."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
+    TOLERANCES,
+    MinutiaeCounts,
+    Tolerance,
+    assign_minutiae,
+    count_minutiae,
+    differences,
+)
+from fpmatch.templates.minutiae import Minutiae
+
+SEEN = np.array([True])
+CLOSE = Tolerance(10.0, 0.5)
+
+
+def row(*x, kind=1, angle=0.0):
+    """Return minutiae on a line, all of one direction and kind."""
+    n = len(x)
+    return Minutiae(x=list(x), y=[0.0] * n, angle=[angle] * n, kind=[kind] * n)
+
+
+def all_seen(minutiae):
+    return np.ones(len(minutiae), bool)
+
+
+@pytest.mark.parametrize(
+    ("dx", "turn", "right"),
+    [(0, 0, 1), (10, 0, 1), (10.1, 0, 0), (0, 0.49, 1), (0, 0.51, 0), (0, 2 * math.pi - 0.4, 1)],
+)
+def test_a_pair_lies_within_both_tolerances(dx, turn, right):
+    expected = MinutiaeCounts(right, 1 - right, 1 - right)
+    assert count_minutiae(row(dx, angle=1 + turn), row(0, angle=1), SEEN, CLOSE) == expected
+    assert [str(t) for t in TOLERANCES] == ["16 px, 30°", "12 px, 22.5°", "8 px, 18°"]
+
+
+def test_more_pairs_come_before_near_ones_and_these_before_the_rest():
+    assert assign_minutiae(row(4, 1, 3), row(0), SEEN, CLOSE).tolist() == [[1, 0]]
+    # Nearest first would give 0 to 2, and leave -9 and 10 alone.
+    pairs = assign_minutiae(row(0, 10), row(-9, 2), np.ones(2, bool), CLOSE)
+    assert pairs.tolist() == [[0, 0], [1, 1]]
+    true = Minutiae(x=[-3, 3], y=[0, 0], angle=[0.2, 0.0])  # the direction decides
+    assert assign_minutiae(row(0), true, all_seen(true), CLOSE).tolist() == [[0, 1]]
+
+
+def test_visible_minutiae_come_first_and_invisible_ones_are_ignored():
+    counts = count_minutiae(row(0), row(1, 5), np.array([False, True]), CLOSE)
+    assert counts == MinutiaeCounts(true_positives=1)
+    counts = count_minutiae(row(0, 100), row(1, 50), np.array([False, False]), CLOSE)
+    assert counts == MinutiaeCounts(false_positives=1, ignored=1)
+    assert (counts.extracted, counts.true) == (2, 0)
+
+
+def test_kinds_count_where_they_are_asked_for():
+    bifurcation = row(0, kind=2)
+    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE).true_positives == 1
+    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE, with_kind=True).true_positives == 0
+    assert count_minutiae(row(1), row(0), SEEN, CLOSE, with_kind=True).true_positives == 1
+
+
+def test_counts_add_up_to_shares_and_nothing_has_none():
+    nothing = Minutiae.empty()
+    assert count_minutiae(nothing, row(0), SEEN) == MinutiaeCounts(false_negatives=1)
+    assert count_minutiae(row(0), nothing, SEEN[:0]) == MinutiaeCounts(false_positives=1)
+    none = count_minutiae(nothing, nothing, SEEN[:0])
+    assert none == MinutiaeCounts()
+    assert all(map(math.isnan, (none.precision, none.recall, none.f1)))
+    total = MinutiaeCounts(5, 2, 1, 3) + MinutiaeCounts(1, 0, 1, 0)
+    assert total == MinutiaeCounts(6, 2, 2, 3)
+    assert (total.precision, total.recall, total.f1) == (0.75, 0.75, 0.75)
+    assert (total.extracted, total.true) == (11, 8)
+
+
+def some_minutiae(rng, n):
+    return Minutiae(rng.uniform(0, 30, n), rng.uniform(0, 30, n), rng.uniform(0, 7, n))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 5), st.integers(0, 5))
+def test_no_other_assignment_is_better(seed, n, m):
+    """Every one-to-one assignment is tried, and ranked by what the docstring says."""
+    rng = np.random.default_rng(seed)
+    found, true, visible = some_minutiae(rng, n), some_minutiae(rng, m), rng.random(m) < 0.6
+    wide = Tolerance(20.0, 1.5)
+    distance, turn = differences(found, true)
+
+    def rank(pairs):
+        seen = sum(bool(visible[j]) for _, j in pairs)
+        apart = sum((distance[p] / 20.0) ** 2 + (turn[p] / 1.5) ** 2 for p in pairs)
+        return (-seen, -len(pairs), float(apart))
+
+    partners = itertools.permutations([*range(m), *[-1] * n], n)
+    possible = ([(i, j) for i, j in enumerate(chosen) if j >= 0] for chosen in set(partners))
+    allowed = [
+        pairs for pairs in possible if all(distance[p] <= 20 and turn[p] <= 1.5 for p in pairs)
+    ]
+    got = rank([(int(i), int(j)) for i, j in assign_minutiae(found, true, visible, wide)])
+    best = min(map(rank, allowed))
+    assert got[:2] == best[:2]
+    assert got[2] == pytest.approx(best[2])
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40))
+def test_what_agrees_with_itself_does_so_wholly(seed, count):
+    minutiae = some_minutiae(np.random.default_rng(seed), count)
+    for tolerance in TOLERANCES:
+        counts = count_minutiae(minutiae, minutiae, all_seen(minutiae), tolerance, with_kind=True)
+        assert counts == MinutiaeCounts(true_positives=count)

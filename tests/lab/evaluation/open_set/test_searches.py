@@ -1,0 +1,209 @@
+"""The searches of a test are those that `identify` makes in a gallery of its own in each round."""
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError
+from fpmatch.fingers.fused_fingers import fuse_fingers
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.prepared_search import Search
+from fpmatch.lab.evaluation.databases.dataset import Dataset
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.open_set.background import load_background, no_background
+from fpmatch.lab.evaluation.open_set.enrolled import search_of
+from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles
+from fpmatch.lab.evaluation.open_set.run import (
+    IdentificationTest,
+    evaluate_identification,
+    load_subjects,
+)
+from fpmatch.lab.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, search_all
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers import get_matcher
+from fpmatch.templates.minutiae import Minutiae, Template
+
+MATCHER = get_matcher("unit-circle")
+CALIBRATION = load_calibration("unit-circle")
+
+
+def disturbed(finger, impression, count=14):
+    """Return a print of a finger, some of whose minutiae are elsewhere in each impression."""
+    rng = np.random.default_rng(finger)
+    x, y, angle = rng.uniform(20, 280, count), rng.uniform(20, 280, count), rng.uniform(0, 6, count)
+    rng = np.random.default_rng([finger, impression])
+    moved = rng.random(count) < 0.35
+    x = np.where(moved, rng.uniform(20, 280, count), x + rng.normal(0, 2, count))
+    y = np.where(moved, rng.uniform(20, 280, count), y + rng.normal(0, 2, count))
+    return Template(Minutiae(x, y, angle), 300, 300)
+
+
+def extracted(fingers, impressions, tmp_path, missing=(), name="made"):
+    named = [(f, i) for f in fingers for i in range(1, impressions + 1)]
+    prints = tuple(Impression(f, i, tmp_path / f"{f}_{i}.png") for f, i in named)
+    made = tuple(
+        Extraction(None, "broken", 1.0)
+        if one in missing
+        else Extraction(disturbed(hash(one[0]) % 1000, one[1]), "", 1.0)
+        for one in named
+    )
+    return ExtractedSet(Dataset(name, 500.0, "", prints), made)
+
+
+def rounds(roles):
+    return [(turn, group) for turn in range(roles.turns) for group in range(GROUPS)]
+
+
+@pytest.fixture
+def made(tmp_path):
+    return extracted(range(1, 8), 3, tmp_path, missing={(2, 1), (5, 3)})
+
+
+def test_every_round_is_a_search_of_its_own_gallery(made):
+    presentations = [one for subject in load_subjects(made, 1) for one in subject]
+    roles = Roles.draw([[3] * 7])
+    others = search_of([disturbed(k, 1) for k in range(50, 60)], MATCHER)
+    whole = others.with_prints([t for (t,) in presentations if t])
+    number = {}
+    for k, (template,) in enumerate(presentations):
+        if template is not None:
+            number[k] = 10 + len(number)
+    background = no_background(MATCHER)
+    background = type(background)(others, np.arange(10), np.zeros(10, int))
+    found = search_all(presentations, roles, background, CALIBRATION)
+    mated, nonmated = [], []
+    for k, (template,) in enumerate(presentations):
+        for turn, group in rounds(roles):
+            enrolled = roles.enrolled(group, turn).tolist()
+            if not roles.is_searched(k, turn):
+                continue
+            skipped = {n for e, n in number.items() if e not in enrolled}
+            listed = []
+            if template is not None:
+                result = identify(whole, template, count=100, skipped=skipped)
+                listed = [(c.number, c.score) for c in result.candidates]
+            mates = [e for e in enrolled if roles.subject[e] == roles.subject[k]]
+            if not mates:
+                nonmated.append((k, listed[0][1] if listed else NO_SCORE))
+                continue
+            own = number.get(mates[0])
+            score = dict(listed).get(own)
+            rank = sum(s >= score for _, s in listed) if score is not None else NOT_LISTED
+            mated.append((k, NO_SCORE if score is None else score, rank))
+    assert list(zip(found.nonmated.tolist(), found.highest.tolist(), strict=True)) == nonmated
+    columns = found.mated.tolist(), found.score.tolist(), found.rank.tolist()
+    assert list(zip(*columns, strict=True)) == mated
+    assert len(mated) * 2 == len(nonmated)
+    np.testing.assert_array_equal(found.direct, found.score)  # all prints were compared
+    assert set(found.enrolled.tolist()) == {12, 13}
+    assert not found.preselected
+
+
+def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):
+    subjects = load_subjects(made, 2)
+    assert [len(shown) for shown in subjects] == [3, 3, 3]  # the seventh finger is left out
+    presentations = [one for subject in subjects for one in subject]
+    roles = Roles.draw([[3] * 3])
+    found = search_all(presentations, roles, no_background(MATCHER), CALIBRATION)
+    alone = search_of([disturbed(3, 2), disturbed(4, 2)], MATCHER)
+    scores = [
+        CALIBRATION.scores(alone.similarities(MATCHER.prepare(disturbed(f, 1))))[k]
+        for k, f in enumerate((3, 4))
+    ]
+    third = presentations.index((disturbed(3, 1), disturbed(4, 1)))
+    of_mates = found.direct[found.mated == third]
+    assert float(fuse_fingers(scores)) in of_mates.tolist()
+    assert (found.direct == found.score).all()
+    assert 0 < len(found.mated) == len(found.nonmated) / 2
+
+
+def test_a_test_has_a_row_a_database_and_one_of_all(made, tmp_path):
+    second = extracted(range(20, 26), 2, tmp_path, name="second")
+    test = IdentificationTest(fpirs=(0.1, 0.5), bootstrap=20)
+    report = evaluate_identification([made, second], test=test)
+    assert [row.name for row in report.sets] == ["made", "second"]
+    assert [(row.subjects, row.prints, row.failures) for row in report.sets] == [
+        (7, 21, 2),
+        (6, 12, 0),
+    ]
+    assert report.pooled.mated == sum(row.rates.mated for row in report.sets)
+    assert report.pooled.nonmated == 2 * report.pooled.mated
+    again = evaluate_identification([made, second], test=test)
+    assert again == report
+    assert report.as_text().splitlines()[0] == "1 finger a subject, 4 to 5 subjects in the gallery"
+    assert report.as_json()["pooled"]["fnir_at_fpir"][0]["fpir"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("fingers", "impressions", "size", "why"),
+    [(2, 3, 1, "2 subjects of 1 finger"), (5, 1, 1, "two impressions"), (1, 2, 2, "fewer than 2")],
+)
+def test_too_few_subjects_are_refused(tmp_path, fingers, impressions, size, why):
+    few = extracted(range(fingers), impressions, tmp_path)
+    with pytest.raises(DatasetError, match=why):
+        evaluate_identification([few], test=IdentificationTest(fingers=size))
+
+
+@pytest.fixture
+def people(tmp_path):
+    """Return a gallery of two people with two fingers, and one with one, two prints of each."""
+    place = tmp_path / "people.db"
+    labels = [
+        Label(subject, finger, str(k))
+        for subject, finger in (("ada", "l"), ("ada", "r"), ("bob", "l"), ("bob", "r"), ("cy", ""))
+        for k in (1, 2)
+    ]
+    with open_gallery(place, create=True) as gallery:
+        gallery.add(
+            [
+                NewEntry(label, f"{n}.png", n.to_bytes(32, "big"), disturbed(70 + n // 2, n % 2))
+                for n, label in enumerate(labels)
+            ]
+        )
+    return place
+
+
+def test_the_background_is_a_gallery_whose_subjects_count_once(people, made):
+    before = people.read_bytes()
+    filled = load_background(people, MATCHER, engine=serial())
+    one, two = filled.of_subjects(1), filled.of_subjects(2)
+    assert one.subject.tolist() == [0] * 4 + [1] * 4 + [2] * 2
+    assert two.subject.tolist() == [0] * 4 + [1] * 4 + [-1] * 2
+    assert two.finger.tolist() == [0, 0, 1, 1] * 2 + [0, 0]
+    for size, background, subjects in ((1, one, 3), (2, two, 2)):
+        test = IdentificationTest(size, fpirs=(0.2,), bootstrap=0)
+        report = evaluate_identification([made], background, test=test)
+        assert report.background == subjects
+        assert report.enrolled[0] > subjects
+        assert f"{subjects} of them background" in report.as_text()
+    assert people.read_bytes() == before
+
+
+def test_the_background_is_a_folder_of_templates(tmp_path, made):
+    from fpmatch.formats.files import save_template
+
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    for finger in (81, 82):
+        save_template(folder / f"{finger}_1.xyt", disturbed(finger, 1))
+    filled = load_background(folder, MATCHER, engine=serial())
+    assert filled.of_subjects(1).subject.tolist() == [0, 1]
+    assert filled.of_subjects(2).subject.tolist() == [0, 0]
+    report = evaluate_identification([made], filled.of_subjects(1))
+    assert report.background == 2
+
+
+def test_prints_that_are_added_to_a_search_follow_its_own():
+    few, more = ([disturbed(k, 1) for k in some] for some in ([1, 2], [3]))
+    one, other = search_of(few, MATCHER), search_of(more, MATCHER)
+    both = one.with_prints(more)
+    assert both.numbers.tolist() == both.fingers.tolist() == [0, 1, 2]
+    probe = MATCHER.prepare(disturbed(3, 1))
+    found = both.similarities(probe).tolist()
+    assert found == [*one.similarities(probe), *other.similarities(probe)]
+    plain = Search(MATCHER, one.numbers, one.fingers, [one.references[k] for k in range(2)])
+    assert plain.with_prints(more).similarities(probe).tolist() == found
+    assert search_of([], MATCHER).similarities(probe).tolist() == []

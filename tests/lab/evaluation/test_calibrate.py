@@ -1,0 +1,151 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fpmatch
+from fpmatch.errors import MatcherError
+from fpmatch.lab.evaluation import calibrate
+from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration
+from fpmatch.lab.evaluation.impostors import impostors_of_report
+from fpmatch.lab.evaluation.run import evaluate
+from fpmatch.matching.calibration import score_to_fmr
+
+
+def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_database):
+    folders = [make_database(name, fingers=10, contents={"3_3": "broken"}) for name in "ab"]
+    report = evaluate(folders, **options)
+    calibration = calibrate_on(impostors_of_report(report), report.matcher, "here")
+    impostors = np.concatenate([r.outcomes["similarity"][~r.pairs.genuine] for r in report.sets])
+    expected = fit_calibration(impostors[impostors > 0])
+    assert replace(calibration, provenance=expected.provenance) == expected
+    origin = calibration.provenance
+    assert (origin.sets, origin.impostors) == (("a", "b"), 2 * (720 - 36))
+    assert (origin.version, origin.command) == (fpmatch.__version__, "here")
+    assert (origin.matcher, origin.fingers) == ("fake", 20)
+
+
+def impostors(kind, n=20_000, seed=0):
+    rng = np.random.default_rng(seed)
+    return {
+        "exponential": lambda: rng.exponential(0.1, n),
+        "heavy": lambda: rng.pareto(4, n),
+        "bounded": lambda: rng.beta(2, 8, n),
+        "mostly zero": lambda: np.where(rng.random(n) < 0.7, 0.0, rng.exponential(1.0, n)),
+        "counts": lambda: rng.poisson(3, n).astype(float),
+        "close together": lambda: 1.0 + 1e-12 * rng.random(n) + (rng.random(n) < 0.02),
+    }[kind]()
+
+
+KINDS = ("exponential", "heavy", "bounded", "mostly zero", "counts")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_is_the_fmr_of_fitted_and_of_fresh_impostors(kind):
+    s, fresh = impostors(kind), impostors(kind, 400_000, seed=1)
+    calibration, ordered = fit_calibration(s), np.sort(s)
+    for x in np.unique(np.quantile(s, [0.0, 0.1, 0.5, 0.9, 0.99, 0.998])):
+        fmr = (s.size - np.searchsorted(ordered, x)) / s.size
+        assert calibration.score(x) == pytest.approx(-10 * math.log10(fmr), abs=0.51)
+    scores = calibration.scores(fresh)
+    for score, most in ((10.0, 1.6), (20.0, 1.6), (30.0, 1.6), (40.0, 2.5)):
+        assert np.mean(scores >= score) <= most * score_to_fmr(score)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_increases_and_its_tail_never_steepens(kind):
+    calibration = fit_calibration(impostors(kind))
+    first, last = calibration.knots[0][0], calibration.knots[-1][0]
+    scores = calibration.scores(np.linspace(first, last + 5 * (last - first), 5000))
+    assert (np.diff(scores[scores < 100]) > 0).all()
+    assert (np.diff(scores) >= 0).all()
+    assert scores[0] == 0.0
+    tail = calibration.scores(last + calibration.tail_scale * np.linspace(0, 10, 200))
+    assert np.isfinite(tail).all()
+    assert (np.diff(np.diff(tail[tail < 100])) <= 1e-9).all()
+    assert tail[0] == pytest.approx(calibration.knots[-1][1])
+
+
+def test_empirical_part_ends_where_impostors_get_few():
+    s = impostors("exponential", 5000)
+    last, score = fit_calibration(s).knots[-1]
+    assert (s >= last - 1e-8).sum() == 20
+    assert score == pytest.approx(-10 * math.log10(20 / 5000))
+
+
+def test_exponential_tail_is_recovered_where_it_may_be(monkeypatch):
+    s = np.random.default_rng(3).exponential(0.1, 100_000)
+    x = 0.1 * math.log(1e6)
+    assert 45.0 < fit_calibration(s).score(x) < 55.0
+    monkeypatch.setattr(calibrate, "MIN_SHAPE", 0.0)
+    assert fit_calibration(s).score(x) == pytest.approx(60.0, abs=6.0)
+
+
+def test_weighted_comparisons_count_by_their_weight():
+    rng = np.random.default_rng(5)
+    low, high = rng.exponential(0.1, 20_000), 1.0 + rng.exponential(0.1, 20_000)
+    both, x = np.concatenate([low, high]), np.linspace(0, 1.5, 50)
+
+    def fitted(*weights):
+        return fit_calibration(both, np.repeat(weights, 20_000))
+
+    assert fitted(0.99, 0.01).score(1.0) == pytest.approx(20.0, abs=0.1)
+    assert fit_calibration(both).score(1.0) == pytest.approx(3.01, abs=0.51)
+    twice = fit_calibration(np.concatenate([low, low, high]))
+    assert fitted(2.0, 1.0).scores(x) == pytest.approx(twice.scores(x), abs=0.3)
+    assert fitted(7.0, 7.0).scores(x) == pytest.approx(fit_calibration(both).scores(x), abs=1e-6)
+
+
+def test_shape_of_the_tail():
+    heavy = fit_calibration(np.random.default_rng(3).pareto(4, 100_000))
+    assert heavy.tail_shape == pytest.approx(0.25, abs=0.15)
+    assert fit_calibration(impostors("bounded")).tail_shape == calibrate.MIN_SHAPE
+
+
+def test_jump_of_the_curve_stays_a_jump():
+    # Half the impostors score 0, nobody else below 1: whatever reaches 1 is worth 3 dB.
+    s = np.concatenate([np.zeros(5000), 1 + np.random.default_rng(0).exponential(1, 5000)])
+    calibration = fit_calibration(s)
+    assert calibration.knots[0] == (0.0, 0.0)
+    assert calibration.knots[1] == (pytest.approx(1.0, abs=1e-3), pytest.approx(3.0103))
+
+
+def test_similarities_closer_than_the_digits_kept():
+    calibration = fit_calibration(impostors("close together"))
+    assert len(calibration.knots) == 2
+    assert calibration.score(2.0) == pytest.approx(-10 * math.log10(0.02), abs=0.5)
+
+
+@given(st.lists(st.floats(0, 1e6), min_size=30, max_size=80), st.randoms())
+def test_any_similarities_give_a_calibration_or_a_clear_refusal(similarities, random):
+    similarities = [s if s >= 1e-290 else 0.0 for s in similarities]  # below, digits are lost
+    with pytest.MonkeyPatch.context() as patch:
+        for name, number in (("MIN_IMPOSTORS", 30), ("MIN_ABOVE", 3), ("MIN_TAIL", 10)):
+            patch.setattr(calibrate, name, number)
+        if max(similarities) == sorted(similarities)[-11]:
+            with pytest.raises(MatcherError, match="all the same"):
+                fit_calibration(similarities)
+            return
+        calibration = fit_calibration(similarities)
+        random.shuffle(similarities)
+        assert fit_calibration(similarities) == calibration
+    ordered = calibration.scores(np.sort([*similarities, 1e9]))
+    assert (np.diff(ordered) >= 0).all()
+    assert ((ordered >= 0) & (ordered <= 100)).all()
+
+
+@pytest.mark.parametrize(
+    ("similarities", "reason"),
+    [
+        (np.zeros(999), "999 impostor comparisons are too few"),
+        (np.zeros(5000), "all the same"),
+        ([math.nan] * 2000, "must be finite"),
+        ([], "0 impostor comparisons are too few"),
+    ],
+)
+def test_unusable_impostors(similarities, reason):
+    with pytest.raises(MatcherError, match=reason):
+        fit_calibration(similarities)

@@ -1,0 +1,32 @@
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.gallery.batch.score_file import write_scores
+from fpmatch.lab.evaluation.impostors import gather_impostors, impostors_of_report
+
+
+def test_scores_and_folders_give_the_same(options, report, tmp_path):
+    scores = tmp_path / "scores.csv"
+    folders = [row.extracted.dataset.impressions[0].path.parent for row in report.sets]
+    write_scores(scores, report)
+    expected = impostors_of_report(report)
+    assert sum(one.trials.similarity.size for one in expected) == 252 - 21 + 240
+    for sources in (folders, [scores]):
+        found = gather_impostors(sources, **options)
+        assert [one.name for one in found] == ["set, one", "b"]
+        for one, other in zip(found, expected, strict=True):
+            assert not one.trials.genuine.any()
+            assert one.trials.fingers == other.trials.fingers
+            np.testing.assert_array_equal(one.trials.similarity, other.trials.similarity)
+    with pytest.raises(DatasetError, match="set, one: scores of this database are given twice"):
+        gather_impostors([scores, scores], **options)
+    with pytest.raises(DatasetError, match="b: given both as a folder and as scores"):
+        gather_impostors([scores, folders[1]], **options)
+
+
+def test_unusable_sources(options, tmp_path):
+    with pytest.raises(DatasetError, match="no such folder"):
+        gather_impostors([tmp_path / "nowhere"], **options)
+    with pytest.raises(MatcherError, match="unknown matcher 'nobody'"):
+        gather_impostors([tmp_path], matcher="nobody")

@@ -1,0 +1,174 @@
+"""Databases in every form: the same prints give the same results, whatever their fingers' names."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from fpmatch import extract, save_template
+from fpmatch.errors import DatasetError
+from fpmatch.gallery.batch.score_file import write_scores
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.lab.evaluation.cropping import crop_extractor_of
+from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets, extract_image
+from fpmatch.lab.evaluation.enrolment import Enrolment
+from fpmatch.lab.evaluation.impostors import gather_impostors
+from fpmatch.lab.evaluation.rates.scores import read_scores
+from fpmatch.lab.evaluation.report.analysis import analyse
+from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
+
+TIMES = ("extract_ms", "match_us", "name")
+
+
+def result(analysis):
+    """Return what an analysis states, without times and names."""
+    report = analysis.report.as_json()
+    for row in (*report["sets"], report["mean"]):
+        for key in TIMES:
+            row.pop(key, None)
+    intervals = analysis.intervals
+    return json.dumps([report, intervals and intervals.as_json()])
+
+
+@pytest.fixture
+def analysed(options):
+    return lambda dataset: analyse(evaluate([dataset], **options), bootstrap=60, seed=3)
+
+
+@pytest.fixture
+def folder(make_database):
+    return make_database("prints", fingers=11, impressions=3, contents={"7_2": "broken"})
+
+
+def manifest_of(folder, finger_of=str):
+    rows = [path.stem.split("_") for path in folder.glob("*.tif")]
+    lines = [f"{folder.name}/{f}_{n}.tif,{finger_of(f)},{n}\n" for f, n in rows]
+    path = folder.with_suffix(".csv")
+    path.write_text("path,subject,impression\n" + "".join(lines), encoding="utf-8")
+    return path
+
+
+def test_manifest_pattern_and_folder_give_the_same_results(analysed, folder):
+    expected = result(analysed(folder))
+    pattern = r"(?P<subject>\d+)_(?P<impression>\d+)"
+    assert result(analysed(manifest_of(folder))) == expected
+    assert result(analysed(load_dataset(folder, pattern=pattern))) == expected
+    named = manifest_of(folder, lambda finger: f"finger №{finger} of «Ada, right»".replace(",", ""))
+    assert result(analysed(named)) == expected
+
+
+def test_enrolled_fingers_with_names_and_impostors(bench, folder, monkeypatch):
+    from fpmatch.lab.evaluation.databases import comparison
+    from fpmatch.matching.calibration import Calibration
+
+    curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
+    monkeypatch.setattr(comparison, "load_calibration", lambda name: curve)
+    one, other = load_dataset(folder), load_dataset(manifest_of(folder, "finger {}".format))
+    pooled = []
+    for database, impostors in ((one, one), (other, other), (one, other)):
+        (report,) = evaluate_matchers(
+            [database],
+            [bench.MATCHER],
+            workers=1,
+            extractor=bench.extractor,
+            enrolment=Enrolment(2, 0, (replace(impostors, name="others"),)),
+        )
+        pooled.append((report.genuine, report.impostor, report.pooled))
+    assert pooled[0] == pooled[1] == pooled[2]
+
+
+def test_scores_of_prints_with_any_names_are_read_again(options, folder, tmp_path):
+    report = evaluate([manifest_of(folder, "finger {}".format)], **options)
+    write_scores(tmp_path / "scores.csv", report)
+    (found,) = read_scores(tmp_path / "scores.csv")
+    (made,) = [row.scores for row in report.sets]
+    assert found.trials.genuine.tolist() == made.trials.genuine.tolist()
+    assert found.trials.similarity.tolist() == made.trials.similarity.tolist()
+    assert found.trials.fingers == made.trials.fingers == 11
+
+
+def test_calibrations_take_manifests(options, folder):
+    (by_name,) = gather_impostors([folder], **options)
+    (listed,) = gather_impostors([manifest_of(folder)], **options)
+    assert listed.name == "prints"
+    assert listed.trials.similarity.tolist() == by_name.trials.similarity.tolist()
+
+
+def test_resolutions_that_differ_are_noted(options, folder):
+    manifest = folder.with_suffix(".csv")
+    rows = [
+        f"prints/{f}_{n}.tif,{f},{n},{1000 if f == 2 else 500}\n" for f in (1, 2, 3) for n in (1, 2)
+    ]
+    manifest.write_text("path,subject,impression,dpi\n" + "".join(rows))
+    report = evaluate([manifest], **options)
+    note = "1000 dpi, where most prints have 500 dpi"
+    assert {n: [p.name for p in paths] for n, paths in report.noted.items()} == {
+        note: ["2_1.tif", "2_2.tif"]
+    }
+    assert evaluate([folder], **options).noted == {}
+
+
+def test_notes_on_the_whole_database_name_it(options, folder):
+    dataset = load_dataset(folder, pattern=r"(?P<subject>[1-5])_(?P<impression>\d)")
+    noted = evaluate([dataset], **options).noted
+    note = "18 of 33 prints do not fit the pattern; they are left out"
+    assert {text: list(map(str, places)) for text, places in noted.items()} == {note: [str(folder)]}
+
+
+@pytest.fixture
+def templates(pressed):
+    """Return the templates of two fingers, two impressions of each."""
+    return {f"{k // 2 + 1}_{k % 2 + 1}": extract(one, 500) for k, one in enumerate(pressed)}
+
+
+def test_templates_and_galleries_are_compared_as_they_are(templates, tmp_path):
+    folder, mixed = tmp_path / "json", tmp_path / "mixed"
+    folder.mkdir()
+    mixed.mkdir()
+    entries = []
+    for k, (name, template) in enumerate(templates.items()):
+        save_template(folder / f"{name}.json", template)
+        save_template(mixed / f"{name}{('.iso', '.xyt', '.csv', '.ansi')[k]}", template)
+        label = Label("ada", "left" if k < 2 else "right", name)
+        entries.append(NewEntry(label, f"{name}.json", bytes([k]) * 32, template))
+    place = tmp_path / "prints.db"
+    with open_gallery(place, create=True) as gallery:
+        gallery.add(entries[::-1])
+    by_file, by_entry = (evaluate([where], workers=1) for where in (folder, place))
+    assert (by_file.genuine, by_file.impostor) == (by_entry.genuine, by_entry.impostor) == (2, 4)
+    assert by_entry.sets[0].scores.prints[:2] == ("ada_left_1_1", "ada_left_1_2")
+    found = {
+        name: e.template
+        for name, e in zip(templates, by_file.sets[0].extracted.extractions, strict=True)
+    }
+    assert found == templates
+    assert by_entry.pooled.eer == by_file.pooled.eer == 0
+    assert by_entry.as_json()["sets"][0]["extract_ms"] is None
+    assert " - " in by_entry.as_text()
+    assert evaluate([mixed], workers=1).pooled.eer == 0
+    assert gather_impostors([place])[0].trials.similarity.size == 4
+    crop = crop_extractor_of(96, "learned")
+    with pytest.raises(DatasetError, match="a gallery has no images to crop"):
+        evaluate_matchers([place], ["unit-circle"], probe_extractor=crop, workers=1)
+    (cropped,) = evaluate_matchers([folder], ["unit-circle"], probe_extractor=crop, workers=1)
+    assert set(cropped.sets[0].outcomes["reason"]) == {NO_TEMPLATE}
+    with open_gallery(place) as gallery:
+        dataset = load_dataset(place)
+        gallery.remove([gallery.numbers_of("ada")[0]])
+    with pytest.raises(DatasetError, match="has been removed meanwhile"):
+        extract_datasets([dataset])
+
+
+def test_an_empty_gallery_is_no_database(tmp_path):
+    open_gallery(tmp_path / "empty.db", create=True).close()
+    with pytest.raises(DatasetError, match=r"empty\.db: the gallery is empty"):
+        load_dataset(tmp_path / "empty.db")
+
+
+def test_a_template_at_another_resolution_and_one_of_several_prints(template, tmp_path):
+    save_template(tmp_path / "1_1.xyt", template)
+    assert extract_image(tmp_path / "1_1.xyt", None).dpi_assumed
+    assert extract_image(tmp_path / "1_1.xyt", 1000).template.dpi == 1000

@@ -1,0 +1,146 @@
+import json
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError, FpmatchError, MatcherError
+from fpmatch.gallery.engine import local
+from fpmatch.lab.evaluation.databases.comparison import OUTCOME
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.protocol import choose_pairs
+from fpmatch.lab.evaluation.rates.error_rates import error_rates
+from fpmatch.lab.evaluation.run import evaluate
+
+RATES = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]
+
+
+@pytest.fixture
+def run(options):
+    return lambda folders, **changes: evaluate(folders, **{**options, **changes})
+
+
+def slow_similarities(bench, dataset, pairs):
+    """Extract both prints anew for every pair."""
+    for i, j in zip(pairs.probe, pairs.reference, strict=True):
+        probe, reference = (
+            bench.MATCHER.prepare(bench.extractor(dataset.impressions[k].path, None))
+            for k in (i, j)
+        )
+        yield bench.MATCHER.compare(probe, reference).similarity
+
+
+@pytest.mark.parametrize("protocol", ["extended", "fvc"])
+def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol):
+    folders = [make_database("a", toml="dpi = 569"), make_database("b", fingers=3)]
+    report = run(folders, protocol=protocol)
+    everything, genuine = [], []
+    for row, folder in zip(report.sets, folders, strict=True):
+        dataset = load_dataset(folder)
+        pairs = choose_pairs(dataset.impressions, protocol)
+        similarity = np.array(list(slow_similarities(bench, dataset, pairs)))
+        assert row.outcomes["similarity"].tolist() == similarity.tolist()
+        assert row.rates == error_rates(similarity[pairs.genuine], similarity[~pairs.genuine])
+        everything.append(similarity)
+        genuine.append(pairs.genuine)
+    pooled, is_genuine = np.concatenate(everything), np.concatenate(genuine)
+    assert report.pooled == error_rates(pooled[is_genuine], pooled[~is_genuine])
+    assert report.mean.eer == pytest.approx(np.mean([row.rates.eer for row in report.sets]))
+    assert {e.template.dpi for e in report.sets[0].extracted.extractions} == {569.0}
+
+
+def test_results_do_not_depend_on_the_workers(run, make_database, monkeypatch):
+    folders = [make_database("a", fingers=8, contents={"2_2": "broken"}), make_database("b")]
+    started, start = [], local._start
+    monkeypatch.setattr(local, "_start", lambda n: started.append(n) or start(n))
+    alone, together = (run(folders, workers=workers) for workers in (1, 3))
+    assert started == [3]  # the same processes extract and compare
+    assert (alone.mean, alone.pooled) == (together.mean, together.pooled)
+    for one, other in zip(alone.sets, together.sets, strict=True):
+        assert one.failures == other.failures
+        for column in set(OUTCOME.names) - {"cpu_us"}:
+            np.testing.assert_array_equal(one.outcomes[column], other.outcomes[column])
+
+
+def test_prints_without_template_score_0_in_all_their_pairs(run, make_database):
+    folder = make_database(contents={"2_1": "broken", "3_4": "empty"})
+    row = run([folder]).sets[0]
+    reasons = {path.name: reason for path, reason in row.failures}
+    assert list(reasons) == ["2_1.tif", "3_4.tif"]
+    assert reasons["2_1.tif"].endswith("2_1.tif: broken")
+    assert "no minutiae" in reasons["3_4.tif"]
+    stems = [i.path.stem for i in load_dataset(folder).impressions]
+    failed = [stems.index("2_1"), stems.index("3_4")]
+    lost = np.isin(row.pairs.probe, failed) | np.isin(row.pairs.reference, failed)
+    assert lost.sum() == 19 + 18
+    assert (row.outcomes["similarity"] == 0).tolist() == lost.tolist()
+    assert (row.outcomes["reason"][lost] == "no template").all()
+
+
+def test_database_of_failures_only(run, make_database):
+    broken = dict.fromkeys(("1_1", "1_2", "2_1", "2_2"), "broken")
+    report = run([make_database(fingers=2, impressions=2, contents=broken)])
+    assert report.sets[0].rates.eer == 0.5
+    assert report.as_json()["sets"][0]["match_us"] is None
+
+
+def test_json_has_the_promised_shape(report):
+    document = json.loads(json.dumps(report.as_json()))
+    assert list(document) == ["sets", "mean", "pooled"]
+    for entry in document["sets"]:
+        prints = ["rank_one", "prints", "failures", "failure_rate"]
+        counts = ["name", "genuine", "impostor"]
+        beside = ["extract_ms", "match_us", "identical"]
+        assert list(entry) == [*counts, *RATES, "d_prime", *prints, *beside]
+        assert entry["identical"] == {"genuine": 0, "impostor": 0, "pairs": []}
+    first, second = document["sets"]
+    assert (first["name"], first["prints"], first["failure_rate"]) == ("set, one", 24, 1 / 24)
+    assert (first["genuine"], first["impostor"]) == (24, 252)
+    assert second["name"] == "b"
+    assert set(RATES) < set(document["mean"])
+    assert (document["pooled"]["genuine"], document["pooled"]["impostor"]) == (60, 492)
+
+
+def test_rows_in_percent_with_dashes_for_what_is_undefined(report):
+    head, a, b, mean, pooled = report.as_text().splitlines()
+    assert head.split()[:4] == ["database", "genuine", "impostor", "EER"]
+    assert b.split()[:5] == ["b", "36", "240", f"{100 * report.sets[1].rates.eer:.2f}", "%"]
+    assert " - " in a
+    assert "FMR10000" not in head  # no database has impostors enough for it
+    assert a.split()[-7:-4] == [f"{100 * report.sets[0].rank_one:.2f}", "%", "1"]
+    assert f"{100 * report.mean.eer:.2f} %" in mean
+    assert (pooled.split()[:3], pooled.split()[-1]) == (["pooled", "60", "492"], "1")
+    assert len({line.index("%", 24) for line in (a, b, mean, pooled)}) == 1
+
+
+def test_rate_that_one_set_lacks_has_no_mean(run, make_database):
+    report = run([make_database("large", fingers=15), make_database("small", fingers=2)])
+    rates = (*(row.rates for row in report.sets), report.mean, report.pooled)
+    assert [one.fmr100 is None for one in rates] == [False, True, True, False]
+
+
+def test_progress_reaches_the_end_of_both_stages_and_opencv_its_threads(run, make_database):
+    import cv2
+
+    calls, before = [], cv2.getNumThreads()
+    run([make_database()], progress=lambda *call: calls.append(call))
+    for stage, total in (("extract", 20), ("compare", 190)):
+        done = [call[1] for call in calls if call[0] == stage]
+        assert done == sorted(done)
+        assert (done[0], done[-1]) == (0, total)
+        assert {call[2] for call in calls if call[0] == stage} == {total}
+    assert cv2.getNumThreads() == before
+
+
+def test_bad_requests(run, bench, make_database):
+    folder, single = make_database(), make_database("single", fingers=1, impressions=1)
+    for folders, changes, error, reason in (
+        ([], {}, DatasetError, "no database given"),
+        ([folder, folder / ".." / folder.name], {}, DatasetError, "database given twice"),
+        ([single], {}, DatasetError, "single: has no two prints"),
+        ([folder], {"protocol": "all"}, DatasetError, "unknown protocol 'all'"),
+        ([folder], {"matcher": "none"}, MatcherError, "unknown matcher 'none'"),
+        ([folder], {"workers": 0}, ValueError, "workers must be at least 1"),
+        ([folder], {"matcher": bench.DYING, "workers": 2}, FpmatchError, "a worker process ended"),
+    ):
+        with pytest.raises(error, match=reason):
+            run(folders, **changes)

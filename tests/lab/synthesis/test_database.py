@@ -1,0 +1,313 @@
+"""The same folder to the last byte, whatever happened on the way."""
+
+import hashlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.errors import DatasetError, ImageError, OutputError
+from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.synthesis.check import fault
+from fpmatch.lab.synthesis.database import DatabaseMade, make_database
+from fpmatch.lab.synthesis.master import MasterParameters
+from fpmatch.lab.synthesis.plan import Plan, plain_sensor
+
+SMALL = MasterParameters(shape=(96, 96))
+TINY = plain_sensor(64, 72)
+FINE = plain_sensor(128, 144, 1000)
+PLAN = Plan(7, "clean", (TINY,), 2, SMALL)
+
+
+def make(out, **changes):
+    """Make a database of two tiny fingers by two, or with other arguments."""
+    arguments = {"fingers": 2, "impressions": 2, "preset": "clean", "seed": 7}
+    arguments |= {"sensors": [TINY], "master": SMALL, "workers": 1}
+    return make_database(out, **(arguments | changes))
+
+
+def contents(folder):
+    """Return all files of a folder, by their paths in it."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("undisturbed") / "new" / "prints"
+    make(folder)
+    return contents(folder)
+
+
+def test_files_are_named_as_in_the_fvc_and_the_truth_names_its_images(undisturbed):
+    images = [f"{finger}_{m}.tif" for finger in (101, 102) for m in (1, 2)]
+    truths = [f"truth{os.sep}{finger}.json" for finger in (101, 102)]
+    assert sorted(undisturbed) == sorted([*images, *truths, "dataset.toml"])
+    truth = json.loads(undisturbed[f"truth{os.sep}102.json"])
+    assert truth["finger"] == 102
+    for name, impression in truth["impressions"].items():
+        assert impression["sha256"] == hashlib.sha256(undisturbed[f"{name}.tif"]).hexdigest()
+
+
+def test_images_have_their_size_and_resolution(tmp_path):
+    made = make(tmp_path, fingers=1, impressions=3, sensors=[TINY, FINE])
+    assert made.impressions == 3
+    for number, sensor in enumerate((TINY, FINE, TINY), start=1):
+        with Image.open(tmp_path / f"101_{number}.tif") as image:
+            assert (image.format, image.mode) == ("TIFF", "L")
+            assert image.size == (sensor.width, sensor.height)
+            assert tuple(map(float, image.info["dpi"])) == (sensor.dpi, sensor.dpi)
+    assert load_dataset(tmp_path).dpi is None
+
+
+def test_any_number_of_workers_makes_the_same_dataset(tmp_path, undisturbed):
+    made = make(tmp_path, workers=2)
+    assert contents(tmp_path) == undisturbed
+    dataset = load_dataset(tmp_path)
+    names = [(i.finger, i.number) for i in dataset.impressions]
+    assert names == [(101, 1), (101, 2), (102, 1), (102, 2)]
+    assert (dataset.name, dataset.dpi) == ("synthetic, clean, seed 7", 500)
+    assert dataset.sensor == "synthetic 64x72@500dpi"
+    assert made == DatabaseMade(tmp_path, 2, 2, 2, sum(map(len, undisturbed.values())))
+    (tmp_path / "102_1.tif").unlink()  # a missing image is made again
+    assert make(tmp_path).made == 1
+    assert contents(tmp_path) == undisturbed
+
+
+def test_a_finished_database_is_left_as_it_is(tmp_path):
+    make(tmp_path, fingers=1)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    said = []
+    made = make(tmp_path, fingers=1, progress=lambda *words: said.append(words))
+    assert made.made == 0
+    assert said == [("synth", 1, 1)]
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+
+
+def test_fingers_and_impressions_do_not_depend_on_how_many_there_are(tmp_path, undisturbed):
+    make(tmp_path / "fewer", fingers=1, impressions=1)
+    assert (tmp_path / "fewer" / "101_1.tif").read_bytes() == undisturbed["101_1.tif"]
+    tmp_path = tmp_path / "added"
+    make(tmp_path, fingers=1, first_finger=102)
+    said = []
+    made = make(tmp_path, progress=lambda *words: said.append(words))
+    assert made.made == 1
+    assert said == [("synth", 1, 2), ("synth", 2, 2)]
+    assert contents(tmp_path) == undisturbed
+
+
+KILLED = """
+import signal
+import sys
+from fpmatch.lab.synthesis import database
+from fpmatch.lab.synthesis.master import MasterParameters
+from fpmatch.lab.synthesis.plan import plain_sensor
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
+    write, left = database._write, [int(sys.argv[2])]
+    def slowly(path, content, *, replace=False):
+        if not left[0]:
+            unfinished = path.with_name(".0123456789abcdef.part")
+            unfinished.write_bytes(content[: len(content) // 2])
+            print("half", flush=True)
+            sys.stdin.read()
+        left[0] -= 1
+        write(path, content)
+    database._write = slowly
+    database.make_database(
+        sys.argv[1], fingers=2, impressions=2, preset="clean", seed=7,
+        sensors=[plain_sensor(64, 72)], master=MasterParameters(shape=(96, 96)), workers=1,
+    )
+"""
+
+
+@contextmanager
+def half_way(out, files):
+    """Start to make the database in another process, which stops in the middle of a file."""
+    command = [sys.executable, "-c", KILLED, str(out), str(files)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, stderr=subprocess.DEVNULL, **pipes) as process:
+        assert process.stdout.readline() == "half\n"
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+@pytest.mark.parametrize(("sent", "files"), [("SIGKILL", 1), ("SIGKILL", 5), ("SIGINT", 2)])
+def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed, sent, files):
+    with half_way(tmp_path, files) as process:
+        process.send_signal(getattr(signal, sent))
+        process.wait()
+    assert process.returncode != 0
+    left = contents(tmp_path)
+    assert ".0123456789abcdef.part" in {Path(name).name for name in left}
+    assert len(left) == 1 + files + 1
+    made = make(tmp_path)
+    assert made.made == (1 if files >= 3 else 2)
+    assert contents(tmp_path) == undisturbed
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such locks")
+def test_two_at_once_in_one_folder_are_one_too_many(tmp_path):
+    with half_way(tmp_path, 1):
+        before = contents(tmp_path)
+        with pytest.raises(DatasetError, match="another process is making it"):
+            make(tmp_path)
+        assert contents(tmp_path) == before
+
+
+def assert_refused(folder, reason, error, **changes):
+    before = contents(folder) if folder.is_dir() else {}
+    with pytest.raises(error, match=reason) as caught:
+        make(folder, **changes)
+    assert "\n" not in str(caught.value)
+    assert (contents(folder) if folder.is_dir() else {}) == before
+
+
+def test_folders_of_others_and_other_databases_are_left_alone(tmp_path):
+    make(tmp_path, fingers=1)
+    assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
+    assert_refused(tmp_path, "other ranges", DatasetError, sensors=[replace(TINY, noise=3.0)])
+    (tmp_path / "dataset.toml").unlink()
+    assert_refused(tmp_path, "holds files but no dataset.toml", DatasetError)
+
+
+@pytest.mark.parametrize("name", ["102_1.tif", "102_2.tif", "truth/102.json"])
+def test_what_is_in_the_way_is_not_overwritten(tmp_path, name):
+    make(tmp_path, fingers=1)
+    (tmp_path / name).write_bytes(b"mine")
+    (tmp_path / "102_2.tif").touch()
+    with pytest.raises(DatasetError, match="is in the way"):
+        make(tmp_path)
+    assert (tmp_path / name).read_bytes() in (b"mine", b"")
+
+
+def truncated(data):
+    return data[: len(data) // 2]
+
+
+def flipped(data):
+    at = len(data) // 2
+    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+
+
+def emptied(_):
+    return b""
+
+
+def zeroed(data):
+    return bytes(len(data))
+
+
+@pytest.mark.parametrize("name", ["102_1.tif", "101_2.tif", "truth/101.json"])
+@pytest.mark.parametrize("damage", [truncated, flipped, emptied, zeroed])
+def test_damaged_files_are_found_and_made_again(tmp_path, undisturbed, name, damage):
+    make(tmp_path)
+    path = tmp_path / name
+    path.write_bytes(damage(path.read_bytes()))
+    made = make(tmp_path)
+    assert made.made == 1
+    (fault,) = made.faults
+    assert fault.startswith(f"{path}: is damaged")
+    assert contents(tmp_path) == undisturbed
+    assert make(tmp_path).faults == ()
+
+
+@pytest.mark.parametrize("damage", [truncated, flipped, emptied, zeroed])
+def test_a_damaged_image_without_its_truth_is_made_again(tmp_path, undisturbed, damage):
+    make(tmp_path)
+    (tmp_path / "truth" / "102.json").unlink()
+    path = tmp_path / "102_1.tif"
+    path.write_bytes(damage(path.read_bytes()))
+    assert make(tmp_path).made == 1
+    assert contents(tmp_path) == undisturbed
+
+
+def test_any_changed_byte_of_a_truth_is_noticed(tmp_path):
+    make(tmp_path, fingers=1)
+    path = tmp_path / "truth" / "101.json"
+    whole = path.read_bytes()
+    files = [tmp_path / "101_1.tif", tmp_path / "101_2.tif", path]
+    for at in np.random.default_rng(2).integers(0, len(whole), 200):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 4]) + whole[at + 1 :])
+        assert fault(files, 101, PLAN)
+    path.write_bytes(whole)
+    assert not fault(files, 101, PLAN)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"seed": 8}, "is of seed 8, not 7"),
+        ({"preset": "easy"}, "is of presets easy, easy, not clean, clean"),
+        ({"impressions": 3}, "is of impressions 101_1, 101_2, 101_3, not 101_1, 101_2"),
+        ({"sensors": [FINE]}, "is of sensors 128x144@1000dpi"),
+    ],
+)
+def test_files_of_another_database_are_made_again(tmp_path, undisturbed, changes, reason):
+    make(tmp_path / "other", fingers=1, **changes)
+    make(tmp_path / "prints")
+    for path in (tmp_path / "other").rglob("101*"):
+        shutil.copy(path, tmp_path / "prints" / path.relative_to(tmp_path / "other"))
+    (tmp_path / "prints" / "101_3.tif").unlink(missing_ok=True)
+    made = make(tmp_path / "prints")
+    (found,) = made.faults
+    assert reason in found
+    assert contents(tmp_path / "prints") == undisturbed
+
+
+def test_truths_of_earlier_versions_have_no_digest_and_are_whole(tmp_path):
+    make(tmp_path, fingers=1)
+    path = tmp_path / "truth" / "101.json"
+    earlier = json.loads(path.read_bytes())
+    del earlier["sha256"]
+    path.write_text(json.dumps(earlier, separators=(",", ":")) + "\n")
+    assert make(tmp_path, fingers=1).faults == ()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"[]", b"{}", b'{"impressions":3}', b"[" * 100_000, b"\xff\xfe", b"null"],
+)
+def test_a_truth_of_any_content_is_damaged_and_nothing_worse(tmp_path, content):
+    make(tmp_path, fingers=1)
+    path = tmp_path / "truth" / "101.json"
+    path.write_bytes(content)
+    files = [tmp_path / "101_1.tif", tmp_path / "101_2.tif", path]
+    assert fault(files, 101, PLAN) == f"{path}: is damaged"
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason", "error"),
+    [
+        ({"fingers": 0}, "0 fingers from number 101", DatasetError),
+        ({"fingers": 10**8}, "numbered within 1 to", DatasetError),
+        ({"first_finger": 0}, "from number 0", DatasetError),
+        ({"preset": "x"}, "unknown preset 'x'", ImageError),
+    ],
+)
+def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, changes, reason, error):
+    assert_refused(tmp_path / "new", reason, error, **changes)
+    assert not (tmp_path / "new").exists()
+
+
+def test_folders_that_cannot_be_written_are_refused(tmp_path):
+    (tmp_path / "file").touch()
+    assert_refused(tmp_path / "file", "file: cannot be made: ", OutputError)
+    assert_refused(tmp_path / "file" / "new", "new: cannot be made: ", OutputError)
+    (tmp_path / "new").mkdir()
+    make(tmp_path / "new", fingers=1)
+    (tmp_path / "new" / "102_1.tif").mkdir()
+    assert_refused(tmp_path / "new", r"102_1\.tif: cannot be read: ", OutputError)

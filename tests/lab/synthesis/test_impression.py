@@ -1,0 +1,119 @@
+"""The picture shows what the truth says, where it says."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from fpmatch.errors import ImageError
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import Sensor
+from fpmatch.pointset.geometry.similarity import Similarity
+
+SENSOR = Sensor("small", 220, 240)
+
+
+@pytest.fixture(scope="module")
+def normal(master):
+    one, two = (make_impression(master, number, PRESETS["normal"], SENSOR) for number in (1, 2))
+    return one, two
+
+
+def test_impressions_differ_and_none_depends_on_another(master, normal):
+    one, two = normal
+    assert one.warp != two.warp
+    assert not np.array_equal(one.image, two.image)
+    again = make_impression(master, 2, PRESETS["normal"], SENSOR)
+    np.testing.assert_array_equal(again.image, two.image)
+    with pytest.raises(ImageError, match=r"^impressions are numbered from 1, not 0$"):
+        make_impression(master, 0, PRESETS["clean"], SENSOR)
+
+
+def test_minutiae_lie_where_the_warp_takes_the_masters_and_turn_with_the_finger(master, normal):
+    for made in normal:
+        assert not any(a.flags.writeable for a in (made.image, made.master, made.visible))
+        assert len(made.minutiae) == len(made.master) == len(made.visible) > 5
+        assert made.visible.any()
+        expected = made.warp.from_master(master.minutiae.xy[made.master])
+        np.testing.assert_allclose(made.minutiae.xy, expected, atol=1e-3)
+        np.testing.assert_array_equal(made.minutiae.kind, master.minutiae.kind[made.master])
+        assert np.all((made.minutiae.xy >= 0) & (made.minutiae.xy < SENSOR.shape[::-1]))
+        turned = master.minutiae.angle[made.master] - made.transform.rotation
+        off = np.mod(made.minutiae.angle - turned + np.pi, 2 * np.pi) - np.pi
+        assert np.degrees(np.abs(off)).max() < 15  # what torsion and traction add
+
+
+def test_the_picture_shows_the_masters_ridges_where_the_warp_puts_them(master):
+    made = make_impression(master, 1, PRESETS["clean"], SENSOR)
+    y, x = np.mgrid[: SENSOR.height, : SENSOR.width]
+    pixels = np.column_stack([x.ravel(), y.ravel()])
+    origin = made.warp.to_master(pixels).astype(np.float32).reshape(*SENSOR.shape, 2)
+    relief = cv2.remap(master.relief, origin[..., 0], origin[..., 1], cv2.INTER_LINEAR)
+    inside = made.warp.radius(pixels).reshape(SENSOR.shape) < 0.6
+    likeness = np.corrcoef(relief[inside], made.image[inside])[0, 1]
+    assert likeness < -0.85  # ridges are dark
+    for shifted in (np.roll(relief, 2, axis=0), np.roll(relief, 2, axis=1)):
+        assert np.corrcoef(shifted[inside], made.image[inside])[0, 1] > likeness + 0.02
+
+
+def test_the_best_similarity_is_as_near_as_its_residual_says(normal):
+    for made in normal:
+        assert 0 < made.residual_rms_px < 5
+        points = made.warp.to_master(np.array(made.warp.centre)[None] + [[0, 0], [40, 0], [0, 40]])
+        off = made.transform.apply(points) - made.warp.from_master(points)
+        assert np.hypot(*off.T).max() < 5 * made.residual_rms_px
+
+
+def test_without_slip_the_transform_is_the_placement(master):
+    placement = replace(PRESETS["clean"].placement, torsion_deg=(0, 0), traction=(0, 0))
+    made = make_impression(master, 1, replace(PRESETS["clean"], placement=placement), SENSOR)
+    assert made.residual_rms_px < 1e-3
+    assert made.transform.rotation == pytest.approx(made.warp.placement.rotation, abs=1e-6)
+
+
+def test_the_same_skin_is_found_in_both_impressions(normal):
+    one, two = normal
+    _, in_one, in_two = np.intersect1d(one.master, two.master, return_indices=True)
+    assert len(in_one) > 3
+    there = two.warp.from_master(one.warp.to_master(one.minutiae.xy[in_one]))
+    assert np.abs(there - two.minutiae.xy[in_two]).max() < 1e-2
+    back = one.warp.from_master(two.warp.to_master(there))
+    assert np.abs(back - one.minutiae.xy[in_one]).max() < 1e-2
+
+
+def test_resolution_scales_the_picture(master):
+    fine = make_impression(master, 1, PRESETS["clean"], Sensor("fine", 440, 480, 1000.0))
+    coarse = make_impression(master, 1, PRESETS["clean"], SENSOR)
+    assert fine.dpi == 1000
+    assert fine.warp.placement.scale == pytest.approx(2 * coarse.warp.placement.scale)
+    shrunk = cv2.resize(fine.image, SENSOR.shape[::-1], interpolation=cv2.INTER_AREA)
+    middle = (slice(60, 180), slice(60, 160))
+    assert np.corrcoef(shrunk[middle].ravel(), coarse.image[middle].ravel())[0, 1] > 0.7
+
+
+def test_a_sensor_smaller_than_the_finger_and_one_larger_both_work(master):
+    for width, height in ((32, 40), (600, 500)):
+        made = make_impression(master, 1, PRESETS["hard"], Sensor("odd", width, height))
+        assert made.image.shape == (height, width)
+        assert np.isfinite(made.residual_rms_px)
+
+
+def test_an_impression_far_off_the_sensor_is_empty_and_still_true(master):
+    placement = replace(PRESETS["clean"].placement, shift=(900, 900))
+    made = make_impression(master, 1, replace(PRESETS["clean"], placement=placement), SENSOR)
+    assert made.image.min() > 150
+    assert len(made.minutiae) == 0
+    assert isinstance(made.transform, Similarity)
+
+
+def test_nothing_is_seen_under_the_frame(master):
+    sensor = Sensor("framed", 220, 240, frame=0.45)
+    made = make_impression(master, 1, PRESETS["clean"], sensor)
+    x, y = made.minutiae.xy.T
+    cut = sensor.frame * sensor.width * (1 - y / (sensor.height - 1))
+    under = (x < cut) | (sensor.width - 1 - x < cut)
+    assert under.any()
+    assert not made.visible[under].any()
+    assert made.visible.any()

@@ -1,0 +1,162 @@
+"""The same finger everywhere, another in everything else: its period, its outline, its minutiae."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from fpmatch.errors import ImageError
+from fpmatch.lab.synthesis.classes import PatternClass
+from fpmatch.lab.synthesis.master import (
+    PERIOD_LEVELS,
+    MasterParameters,
+    PeriodParameters,
+    SilhouetteParameters,
+    fingertip_silhouette,
+    make_master,
+    ridge_period,
+)
+
+SMALL = MasterParameters(shape=(224, 176))
+ARRAYS = ("orientation", "period", "relief", "silhouette", "cores", "deltas")
+DIGEST_CODE = """
+import hashlib
+from fpmatch.lab.synthesis.master import MasterParameters, make_master
+m = make_master(3, 8, MasterParameters(shape=(224, 176)))
+arrays = [getattr(m, name) for name in {names}] + [m.minutiae.xy, m.minutiae.angle, m.minutiae.kind]
+print(m.pattern, hashlib.sha256(b"".join(a.tobytes() for a in arrays)).hexdigest())
+"""
+
+
+@pytest.fixture(scope="module")
+def masters():
+    return [make_master(3, finger, SMALL) for finger in range(4)]
+
+
+def digest_in_a_process(**environment):
+    command = [sys.executable, "-c", DIGEST_CODE.format(names=ARRAYS)]
+    env = {**os.environ, **environment}
+    return subprocess.run(
+        command, capture_output=True, text=True, check=True, timeout=300, env=env
+    ).stdout
+
+
+def test_two_processes_make_the_same_finger_though_one_has_an_older_processor():
+    older = {  # whose cosines differ from the newer one's in the last bit
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX2 FMA3 AVX512F AVX512_SKX",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F",
+    }
+    one, two = digest_in_a_process(), digest_in_a_process(**older)
+    assert one == two
+    assert len(one.split()[-1]) == 2 * hashlib.sha256().digest_size
+
+
+def test_a_finger_does_not_depend_on_those_made_before_it(masters):
+    again = make_master(3, 3, SMALL)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(again, name), getattr(masters[3], name))
+    assert again.minutiae == masters[3].minutiae
+
+
+def test_fingers_and_seeds_differ_in_everything(masters):
+    others = [*masters[1:], make_master(4, 0, SMALL)]
+    for other in others:
+        for name in ("orientation", "period", "relief", "silhouette"):
+            assert not np.array_equal(getattr(masters[0], name), getattr(other, name))
+        assert masters[0].minutiae != other.minutiae
+
+
+def test_arrays_have_the_shape_asked_for_and_cannot_be_changed(masters):
+    for master in masters:
+        for name in ("orientation", "period", "relief", "silhouette"):
+            assert getattr(master, name).shape == SMALL.shape
+        for name in ARRAYS:
+            assert not getattr(master, name).flags.writeable
+        assert master.relief.dtype == master.period.dtype == master.orientation.dtype == np.float32
+        assert master.silhouette.dtype == np.bool_
+
+
+def test_minutiae_lie_on_the_print_along_its_ridges(masters):
+    for master in masters:
+        found = master.minutiae
+        row, column = found.y.astype(int), found.x.astype(int)
+        assert master.silhouette[row, column].all()
+        assert np.abs(np.sin(found.angle - master.orientation[row, column])).max() < 1e-5
+        assert set(found.kind.tolist()) <= {1, 2}
+
+
+def test_minutiae_are_as_dense_as_on_real_prints_and_keep_apart(masters):
+    area_mm2 = sum(float(master.silhouette.sum()) for master in masters) * (25.4 / 500) ** 2
+    density = sum(len(master.minutiae) for master in masters) / area_mm2
+    assert 0.15 < density < 0.4  # a small print has its singular points closer together
+    kinds = np.concatenate([master.minutiae.kind for master in masters])
+    assert 0.3 < np.mean(kinds == 1) < 0.7
+    for master in masters:
+        between = master.minutiae.xy[:, None] - master.minutiae.xy[None]
+        distance = np.hypot(*between.transpose(2, 0, 1)) + np.diag(np.full(len(between), np.inf))
+        assert distance.min() > 0.8 * master.period.min()
+
+
+@pytest.mark.parametrize("pattern", PatternClass)
+def test_a_class_can_be_asked_for(pattern):
+    master = make_master(1, 1, MasterParameters(shape=(96, 80), pattern=pattern))
+    assert master.pattern is pattern
+    points = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
+    assert len(master.cores) == len(master.deltas) == points
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (63, 440), (560, -1), (560, 5000)])
+def test_an_impossible_size_is_refused_by_name(shape):
+    with pytest.raises(ImageError, match=f"{shape[0]} x {shape[1]} pixels"):
+        MasterParameters(shape=shape)
+
+
+def period_of(seed, p=None):
+    return ridge_period((200, 160), np.random.default_rng(seed), p or PeriodParameters())
+
+
+@given(st.integers(0, 2**32))
+def test_a_period_map_is_natural_and_smooth(seed):
+    period = period_of(seed)
+    assert (period.dtype, period.shape) == (np.float32, (200, 160))
+    assert 5.5 < period.min() <= period.max() < 13.5
+    assert np.abs(np.diff(period, axis=0)).max() < 0.3
+    assert not np.mod(period * PERIOD_LEVELS, 1).any()
+
+
+def test_periods_of_fingers_differ_about_their_mean():
+    maps = [period_of(seed) for seed in range(60)]
+    means = [float(period.mean()) for period in maps]
+    assert 8.3 < np.mean(means) < 9.3
+    assert 0.3 < np.std(means) < 0.8
+    rows = np.mean(maps, axis=(0, 2))
+    assert rows[-20:].mean() > rows[:20].mean() + 0.5
+
+
+def test_without_variation_the_period_is_even():
+    even = PeriodParameters(between_fingers_px=0, variation_share=0, tip_share=0, joint_share=0)
+    np.testing.assert_allclose(period_of(0, even), even.mean_px, atol=1 / PERIOD_LEVELS)
+
+
+@given(st.integers(64, 160), st.integers(64, 160), st.integers(0, 2**32))
+def test_any_outline_is_one_piece_off_the_border(rows, columns, seed):
+    rng = np.random.default_rng(seed)
+    inside = fingertip_silhouette((rows, columns), rng, SilhouetteParameters())
+    assert (inside.shape, inside.dtype) == ((rows, columns), np.bool_)
+    assert ndimage.label(inside)[1] == ndimage.label(~inside)[1] == 1
+    assert not inside[[0, -1]].any()
+    assert not inside[:, [0, -1]].any()
+    assert 0.45 < inside.mean() < 0.85
+
+
+def test_outlines_differ_and_are_rounder_at_the_tip(rng):
+    outlines = [fingertip_silhouette((300, 240), rng, SilhouetteParameters()) for _ in range(20)]
+    assert np.std([outline.mean() for outline in outlines]) > 0.01
+    inside = np.mean(outlines, axis=0)
+    assert inside[45].sum() < inside[-46].sum()

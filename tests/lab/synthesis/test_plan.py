@@ -1,0 +1,89 @@
+"""What a database was made from, said and compared."""
+
+import tomllib
+from dataclasses import replace
+
+import pytest
+
+from fpmatch.errors import DatasetError, ImageError
+from fpmatch.lab.synthesis.master import MasterParameters
+from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
+from fpmatch.lab.synthesis.sensor import SENSORS
+
+PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
+
+
+def test_impressions_take_the_sensors_in_turn():
+    names = [PLAN.sensor_of(m).name for m in range(1, 6)]
+    assert names == [*("optical-388x374", "optical-296x560") * 2, "optical-388x374"]
+
+
+def test_the_description_is_toml_and_says_all():
+    said = tomllib.loads(PLAN.description())
+    assert said["name"] == "synthetic, normal, seed 7"
+    assert said["sensor"] == "synthetic optical-388x374, synthetic optical-296x560"
+    assert said["synthesis"] == PLAN.table()
+    assert said["synthesis"]["sensors"] == ["optical-388x374", "optical-296x560"]
+
+
+def test_the_resolution_is_said_where_all_sensors_agree():
+    assert "dpi" not in tomllib.loads(PLAN.description())
+    for dpi, text in ((500.0, "dpi = 500\n"), (508.5, "dpi = 508.5\n")):
+        sensors = (plain_sensor(90, 90, dpi), plain_sensor(80, 90, dpi))
+        assert text in replace(PLAN, sensors=sensors).description()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"seed": 8}, "seed 7, not 8"),
+        ({"preset": "easy"}, "preset normal, not easy"),
+        ({"impressions": 5}, "impressions 4, not 5"),
+        ({"sensors": PLAN.sensors[:1]}, "sensors optical-388x374, optical-296x560, not optical-3"),
+        ({"master": MasterParameters(shape=(96, 96))}, "other ranges of the preset"),
+        ({"sensors": (replace(PLAN.sensors[0], ink=1.0), PLAN.sensors[1])}, "other ranges"),
+    ],
+)
+def test_another_plan_is_told_apart(tmp_path, changes, said):
+    path = tmp_path / "dataset.toml"
+    path.write_text(PLAN.description())
+    check_same_plan(path, PLAN)
+    with pytest.raises(DatasetError, match=rf"^.*dataset\.toml: .*{said}.*$"):
+        check_same_plan(path, replace(PLAN, **changes))
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b'name = "mine"\n', "not made by fpmatch synth"),
+        (b"synthesis = 3\n", "not made by fpmatch synth"),
+        (b"[synthesis]\n", "seed None, not 7"),
+        (b"[synth", "not a readable TOML file"),
+        (b"\xff", "not a readable TOML file"),
+    ],
+)
+def test_descriptions_of_others_are_refused(tmp_path, content, reason):
+    path = tmp_path / "dataset.toml"
+    path.write_bytes(content)
+    with pytest.raises(DatasetError, match=reason):
+        check_same_plan(path, PLAN)
+    with pytest.raises(DatasetError, match="cannot be read"):
+        check_same_plan(tmp_path, PLAN)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"seed": -1}, {"seed": 2**63}, {"impressions": 0}, {"impressions": 1001}, {"sensors": ()}],
+    ids=str,
+)
+def test_impossible_plans_are_refused(changes):
+    (name,) = changes
+    with pytest.raises(DatasetError, match=name.removesuffix("s")):
+        replace(PLAN, **changes)
+
+
+def test_unknown_names_are_refused():
+    with pytest.raises(ImageError, match="unknown preset 'wet'"):
+        replace(PLAN, preset="wet")
+    with pytest.raises(DatasetError, match=f"no sensor 'x': there are {next(iter(SENSORS))}, "):
+        sensors_named(["x"])

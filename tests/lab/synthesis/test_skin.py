@@ -1,0 +1,61 @@
+"""Smooth noise; roughness, pores, creases and scratches that are made of it."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fpmatch.lab.synthesis.master import make_master
+from fpmatch.lab.synthesis.noise import smooth_noise
+from fpmatch.lab.synthesis.skin import PORE_DEPTH, draw_lines, draw_pores, skin_of
+
+from .test_master import SMALL
+
+
+@given(st.integers(1, 90), st.integers(1, 90), st.floats(1.5, 200), st.integers(0, 2**32))
+def test_noise_of_any_shape_and_extent_is_finite_and_smooth(rows, columns, extent, seed):
+    field = smooth_noise((rows, columns), extent, np.random.default_rng(seed))
+    assert field.shape == (rows, columns)
+    assert np.isfinite(field).all()
+    steps = [np.abs(np.diff(field, axis=axis)) for axis in (0, 1)]
+    assert all(step.max(initial=0) < 12 / extent for step in steps)
+
+
+@pytest.mark.parametrize("extent", [2.0, 5.0, 7.3])
+def test_noise_has_mean_0_deviation_1_and_a_length(extent, rng):
+    field = smooth_noise((400, 400), extent, rng)
+    assert abs(field.mean()) < 0.1
+    assert abs(field.std() - 1) < 0.1
+    far = round(4 * extent)
+    assert np.corrcoef(field[:, :-1].ravel(), field[:, 1:].ravel())[0, 1] > 0.8
+    assert abs(np.corrcoef(field[:, :-far].ravel(), field[:, far:].ravel())[0, 1]) < 0.1
+
+
+def test_another_finger_of_the_same_ridges_has_another_skin():
+    one, other = (make_master(3, finger, SMALL) for finger in (0, 1))
+    roughness, others = (skin_of(m).relief - m.relief for m in (one, other))
+    assert abs(np.corrcoef(roughness.ravel(), others.ravel())[0, 1]) < 0.1
+
+
+def test_pores_are_pits_on_crests_that_keep_apart(master, rng):
+    depth = draw_pores(master.relief, rng)
+    assert depth.min() >= 0
+    pits = np.argwhere(depth > 0.7 * PORE_DEPTH)
+    assert len(pits) > 20
+    assert (master.relief[tuple(pits.T)] > 0).mean() > 0.95
+    assert not draw_pores(np.full((50, 40), -1.0, np.float32), rng).any()
+
+
+@settings(max_examples=10)
+@given(st.integers(1, 5), st.integers(0, 2**32))
+def test_lines_are_thin_and_lie_between_0_and_1(count, seed):
+    lines, again = (draw_lines((150, 130), count, np.random.default_rng(seed)) for _ in range(2))
+    assert lines.dtype == np.float32
+    assert lines.min() == 0
+    assert 0.2 < lines.max() <= 1
+    assert (lines > 0.2).mean() < 0.05 * count
+    np.testing.assert_array_equal(lines, again)
+
+
+def test_no_lines_leave_the_picture_empty(rng):
+    assert not draw_lines((30, 20), 0, rng).any()

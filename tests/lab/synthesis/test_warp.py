@@ -1,0 +1,87 @@
+"""Both ways agree, the middle sticks, the outside moves as a whole."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.errors import ImageError
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.warp import STICKING_RADIUS, Warp, draw_warp
+from fpmatch.pointset.geometry.similarity import Similarity
+
+PLACEMENT = Similarity(1.1, 0.3, 20.0, -35.0)
+WARP = Warp(PLACEMENT, (190.0, 170.0), (110.0, 160.0), 0.08, (6.0, -4.0))
+GRID = np.stack(np.meshgrid(np.linspace(-50, 450, 26), np.linspace(-60, 440, 26)), -1).reshape(
+    -1, 2
+)
+
+
+@given(
+    preset=st.sampled_from(sorted(PRESETS)),
+    seed=st.integers(0, 2**32),
+    dpi=st.sampled_from([250.0, 500.0, 569.0, 1000.0]),
+)
+def test_both_ways_agree_to_a_thousandth_of_a_pixel(preset, seed, dpi):
+    rng = np.random.default_rng(seed)
+    warp = draw_warp((560, 440), (374, 388), dpi, rng, PRESETS[preset].placement)
+    back = warp.from_master(warp.to_master(GRID))
+    assert np.abs(back - GRID).max() < 1e-3
+    there = warp.to_master(warp.from_master(GRID))
+    assert np.abs(there - GRID).max() < 1e-3
+
+
+def test_all_that_presets_allow_leaves_the_skin_unfolded():
+    for preset in PRESETS.values():
+        p = preset.placement
+        half_axes = p.half_width[0], p.half_width[0] * p.elongation[1]
+        torsion, traction = math.radians(p.torsion_deg[1]), (p.traction[1], 0.0)
+        warp = Warp(Similarity(), (0.0, 0.0), half_axes, torsion, traction)
+        assert warp.steepness < 1
+
+
+def test_the_middle_sticks_and_the_outside_follows_the_finger():
+    radius = WARP.radius(GRID)
+    dragged = WARP.drag(GRID)
+    np.testing.assert_array_equal(dragged[radius <= STICKING_RADIUS], 0)
+    outside = radius >= 1 + STICKING_RADIUS
+    assert outside.any()
+    turned = Similarity.fit(GRID[outside] - dragged[outside], GRID[outside])
+    moved = turned.apply(GRID[outside] - dragged[outside])
+    assert np.abs(moved - GRID[outside]).max() < 1e-9
+
+
+def test_without_torsion_and_traction_a_warp_is_its_placement():
+    still = Warp(PLACEMENT, (190.0, 170.0), (110.0, 160.0))
+    np.testing.assert_allclose(still.from_master(GRID), PLACEMENT.apply(GRID))
+    assert WARP.from_master(GRID[:0]).shape == WARP.to_master(GRID[:0]).shape == (0, 2)
+
+
+def test_the_contact_turns_with_the_finger():
+    along = np.array([-math.sin(0.3), math.cos(0.3)])
+    across = np.array([math.cos(0.3), math.sin(0.3)])
+    ends = np.array([160 * along, 110 * across]) + WARP.centre
+    np.testing.assert_allclose(WARP.radius(ends), 1)
+
+
+def test_drag_never_differs_more_than_the_steepness_says(rng):
+    one = rng.uniform(-50, 450, (500, 2))
+    other = one + rng.normal(size=(500, 2))
+    apart = np.hypot(*(one - other).T)
+    difference = np.hypot(*(WARP.drag(one) - WARP.drag(other)).T)
+    assert (difference <= WARP.steepness * apart).all()
+
+
+@pytest.mark.parametrize(
+    ("half_axes", "torsion", "traction"),
+    [
+        ((0.0, 50.0), 0.0, (0.0, 0.0)), ((50.0, -1.0), 0.0, (0.0, 0.0)),
+        ((50.0, 50.0), math.nan, (0.0, 0.0)), ((50.0, 50.0), 0.0, (math.inf, 0.0)),
+        ((50.0, 50.0), 0.0, (40.0, 0.0)), ((50.0, 50.0), 0.5, (0.0, 0.0)),
+    ],
+)  # fmt: skip
+def test_impossible_contacts_and_folded_skin_are_refused(half_axes, torsion, traction):
+    with pytest.raises(ImageError, match=r"^[^\n]+$"):
+        Warp(Similarity(), (0.0, 0.0), half_axes, torsion, traction)

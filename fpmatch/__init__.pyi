@@ -19,8 +19,8 @@ from .image.assess import assess as assess
 from .image.extract import extract as extract
 from .image.io.read import GreyImage as GreyImage
 from .image.io.read import read_image as read_image
+from .image.preprocess.recorder import StageRecorder as StageRecorder
 from .image.quality.print_quality import PrintQuality as PrintQuality
-from .image.recorder import StageRecorder as StageRecorder
 from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.matchers import matcher_names as matcher_names
@@ -30,8 +30,8 @@ from .minutiae import Minutia as Minutia
 from .minutiae import Minutiae as Minutiae
 from .minutiae import MinutiaKind as MinutiaKind
 from .minutiae import Template as Template
-from .pointset.affine.transform import AffineTransform as AffineTransform
+from .pointset.geometry.affine_transform import AffineTransform as AffineTransform
+from .pointset.geometry.point_match import PointMatch as PointMatch
+from .pointset.geometry.similarity import Similarity as Similarity
 from .pointset.match import match_points as match_points
-from .pointset.point_match import PointMatch as PointMatch
-from .pointset.similarity import Similarity as Similarity
 from .ridge_field import RidgeField as RidgeField

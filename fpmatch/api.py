@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.text_table import html_table
 from fpmatch.errors import ImageError
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
 from fpmatch.minutiae import Template
-from fpmatch.output import atomic_write_bytes
-from fpmatch.report import as_rows
-from fpmatch.text_table import html_table
+from fpmatch.prints.report import as_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.matching.verify import Identity
-    from fpmatch.reading import GivenPrint
+    from fpmatch.prints.reading import GivenPrint
 
 # Pixels in a notebook.
 _OVERLAY_WIDTH: Final = 1000
@@ -54,7 +54,7 @@ class Overlay:
         OutputError
             If the file cannot be written.
         """
-        from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
+        from fpmatch.drawing.scene.files import png_bytes  # noqa: PLC0415
 
         atomic_write_bytes(path, png_bytes(self.pixels))
 
@@ -63,7 +63,7 @@ class Overlay:
         return f"Overlay({width} x {height} px)"
 
     def _repr_png_(self) -> bytes:
-        from fpmatch.drawing.files import png_bytes, reduced  # noqa: PLC0415
+        from fpmatch.drawing.scene.files import png_bytes, reduced  # noqa: PLC0415
 
         return png_bytes(reduced(self.pixels, width=_OVERLAY_WIDTH, height=2 * _OVERLAY_WIDTH))
 
@@ -101,8 +101,8 @@ class VerifiedPrints(Verification):
         OutputError
             If more than one of the three is set.
         """
-        from fpmatch.drawing.ink import ridge_picture  # noqa: PLC0415  (after the decision)
         from fpmatch.drawing.overlay.draw import draw  # noqa: PLC0415
+        from fpmatch.drawing.scene.ink import ridge_picture  # noqa: PLC0415  (after the decision)
 
         probe, reference = (
             ridge_picture(template) if image is None else image
@@ -120,20 +120,20 @@ class VerifiedPrints(Verification):
     @cached_property
     def _shown(self) -> NDArray[np.uint8]:
         """The overlay, small enough for a notebook."""
-        from fpmatch.drawing.files import reduced  # noqa: PLC0415
+        from fpmatch.drawing.scene.files import reduced  # noqa: PLC0415
 
         return reduced(self.overlay().pixels, width=_SHOWN_WIDTH, height=2 * _SHOWN_WIDTH)
 
     def _repr_html_(self) -> str:
-        from fpmatch.drawing.files import data_url, webp_bytes  # noqa: PLC0415
-        from fpmatch.drawing.words import outcome  # noqa: PLC0415
+        from fpmatch.drawing.scene.files import data_url, webp_bytes  # noqa: PLC0415
+        from fpmatch.prints.words import outcome  # noqa: PLC0415
 
         rows = as_rows(self, identical=self.identical)
         picture = f'<img src="{data_url(webp_bytes(self._shown), "webp")}">'
         return f"<b>{outcome(self)}</b>{html_table(rows, left=2)}{picture}"
 
     def _repr_png_(self) -> bytes:
-        from fpmatch.drawing.files import png_bytes  # noqa: PLC0415
+        from fpmatch.drawing.scene.files import png_bytes  # noqa: PLC0415
 
         return png_bytes(self._shown)
 
@@ -231,7 +231,7 @@ def verify(
     if isinstance(probe, Template) and isinstance(reference, Template):
         verified = verify_templates(probe, reference, matcher=matcher, **options)
         return VerifiedPrints(**{name: getattr(verified, name) for name in _FIELDS})
-    from fpmatch.pair import with_resolutions  # noqa: PLC0415  (not needed for templates)
+    from fpmatch.prints.pair import with_resolutions  # noqa: PLC0415  (not needed for templates)
 
     sides = ours, theirs = _given(probe, dpi, enhance), _given(reference, dpi, enhance)
     verified = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
@@ -243,7 +243,7 @@ def verify(
 def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:
     """Return a print with its template extracted."""
     from fpmatch.image.io.grey import GreyImage, as_grey  # noqa: PLC0415  (not for templates)
-    from fpmatch.reading import GivenPrint, PrintReader, make_given_print  # noqa: PLC0415
+    from fpmatch.prints.reading import GivenPrint, PrintReader, make_given_print  # noqa: PLC0415
 
     if isinstance(print_, Template):
         return GivenPrint("template", print_)

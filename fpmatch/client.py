@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.formats.files import decode_record
-from fpmatch.output import reason
 
 if TYPE_CHECKING:
     import os

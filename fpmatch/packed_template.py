@@ -38,7 +38,7 @@ from fpmatch._template_column_kernel import (
     to_image,
     write_columns,
 )
-from fpmatch.binary_records import ByteReader
+from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.bounds import MOST_CELLS, check_bounds
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template

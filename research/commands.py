@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.cli.notes import say_outdated_kernels
 from fpmatch.errors import FpmatchError
-from fpmatch.output import atomic_write_bytes, check_writable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import FpmatchError
-from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,7 @@ import click
 import numpy as np
 from PIL import Image
 
-from fpmatch.output import atomic_write_bytes
+from fpmatch.base.output import atomic_write_bytes
 from research.commands import ROOT, Command
 from research.figures.documentation import small_png
 

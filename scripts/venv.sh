@@ -51,7 +51,7 @@ install() {
 compile_kernels() {
     local state
     # shellcheck disable=SC2046  # file names of ours hold no spaces
-    state=$(fingerprint pyproject.toml setup.py fpmatch/kernels.py \
+    state=$(fingerprint pyproject.toml setup.py fpmatch/base/kernels.py \
         $(find fpmatch -name '_*_kernel.py' -o -name '*.pxd' | sort))
     if installed .venv kernels "$state"; then return; fi
     echo "Compiling the kernels that changed" >&2

@@ -32,7 +32,7 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.kernels import outdated_kernels_note
+    from fpmatch.base.kernels import outdated_kernels_note
 
     if note := outdated_kernels_note():
         raise pytest.UsageError(note)
@@ -63,11 +63,11 @@ def kernels_line():
 
     Return the line that commands in other processes begin with, "" where kernels are compiled.
     """
-    from fpmatch.kernels import slow_kernels_note
+    from fpmatch.base.kernels import slow_kernels_note
 
     note = slow_kernels_note()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.kernels.slow_kernels_note", lambda: None)
+        patch.setattr("fpmatch.base.kernels.slow_kernels_note", lambda: None)
         yield f"fpmatch: note: {note}\n" if note else ""
 
 

@@ -126,6 +126,12 @@ def test_the_import_contract_sees_what_it_forbids():
     assert "minutiae" not in allowed("pointset")
 
 
+def test_what_computes_writes_no_files():
+    for room in ("engine", "image", "pointset", "prints"):
+        for file in (PACKAGE / room).rglob("*.py"):
+            assert "fpmatch.base.output" not in modules_imported(file), file
+
+
 def test_the_core_neither_prints_nor_plots():
     for file in MODULES:
         room = file.relative_to(PACKAGE).parts[0]

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
+from fpmatch.drawing.scene.palette import PROBE_MARK, REFERENCE_MARK
 from research.commands import research
 
 SHOWN = Path(__file__).resolve().parent.parent / "docs" / "figures"

@@ -13,8 +13,8 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 from fpmatch._version import __version__
+from fpmatch.cli.installation import CORE, EXTRAS
 from fpmatch.cli.serve import serve
-from fpmatch.installation import CORE, EXTRAS
 
 ROOT = Path(__file__).resolve().parents[1]
 yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")

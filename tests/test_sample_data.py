@@ -14,9 +14,9 @@ from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.minutiae import MinutiaKind
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.match import match_points
 from fpmatch.pointset.points_csv import load_points
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.plan import Plan, sensors_named

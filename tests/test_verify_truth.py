@@ -15,7 +15,7 @@ from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching._local_kernel import COMPILED
 from fpmatch.matching.verify import verify
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
 FVC2002_DB1 = Path(__file__).resolve().parents[2] / "shared" / "fvc" / "fvc2002" / "DB1_B"

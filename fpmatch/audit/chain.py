@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.parsing import ParseError, parse_json
+from fpmatch.base.printable import json_text
 from fpmatch.errors import FpmatchError
-from fpmatch.parsing import ParseError, parse_json
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

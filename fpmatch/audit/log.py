@@ -17,7 +17,7 @@ from fpmatch.audit.chain import (
     hash_of,
     parse_line,
 )
-from fpmatch.output import PRIVATE_FILE, create_private, reason
+from fpmatch.base.output import PRIVATE_FILE, create_private, reason
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_slow_kernels, show
 from fpmatch.cli.options import (
     by_folder_option,
@@ -19,7 +20,6 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,10 +65,10 @@ def calibrate(
     fpmatch evaluate --scores or fpmatch score. At least 1,000 impostor comparisons are needed. The
     largest measured score is printed: scores beyond are extrapolated.
     """
+    from fpmatch.base.output import atomic_write_bytes, check_writable
     from fpmatch.evaluation.calibrate import calibrate_on
     from fpmatch.evaluation.calibration_report import report_calibration
     from fpmatch.evaluation.impostors import gather_impostors
-    from fpmatch.output import atomic_write_bytes, check_writable
 
     check_writable(output)
     chosen = get_matcher(matcher)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_notes, show_line
 from fpmatch.cli.options import (
     FILE,
@@ -17,7 +18,6 @@ from fpmatch.cli.options import (
 )
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -130,7 +130,7 @@ def _template(
     from fpmatch.formats.files import load_record
     from fpmatch.formats.record import ReadingOptions
     from fpmatch.minutiae import check_dpi
-    from fpmatch.reading import ASSUMED_DPI
+    from fpmatch.prints.reading import ASSUMED_DPI
 
     sides = None if size is None else (size.width, size.height)
     options = ReadingOptions(None if dpi is None else check_dpi(dpi), sides, angles)
@@ -150,7 +150,7 @@ def _template(
 def _extracted(path: Path, dpi: float | None) -> TemplateRecord:
     """Return a record of the template that is extracted from an image."""
     from fpmatch.formats.record import TemplateRecord, View
-    from fpmatch.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, make_given_print
 
     given = make_given_print(PrintReader(quiet=True).image(path), str(path), dpi=dpi)
     return TemplateRecord("", (View(given.template),), given.notes)

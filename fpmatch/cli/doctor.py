@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
+from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
-from fpmatch.printable import json_text
 
 
 @click.command(
@@ -27,7 +27,7 @@ def doctor(as_json: bool) -> int:
     Send it along when you report a problem: it contains no prints and no names of files of yours
     other than the folder of the installation.
     """
-    from fpmatch.installation import inspect_installation
+    from fpmatch.cli.installation import inspect_installation
 
     installation = inspect_installation()
     show(json_text(installation.as_dict()) if as_json else installation.as_text())

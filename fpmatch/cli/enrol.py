@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
     notes_as_json,
@@ -31,8 +33,6 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from fpmatch.gallery.enrol import Enrolment
@@ -47,8 +47,8 @@ _WORKERS_NEED: Final = (
     "fpmatch.gallery.entry",
     "fpmatch.gallery.prints",
     "fpmatch.image.io.registry",
-    "fpmatch.image.quality.folder_polarity",
-    "fpmatch.reading",
+    "fpmatch.image.folder_polarity",
+    "fpmatch.prints.reading",
 )
 
 
@@ -177,7 +177,7 @@ def enrol(
             open_print,
         )
         from fpmatch.gallery.transfer import enrol_gallery
-        from fpmatch.reading import PrintReader
+        from fpmatch.prints.reading import PrintReader
 
     if encrypt:
         load_keys()  # before any work
@@ -269,7 +269,7 @@ def _about_added(done: Enrolment) -> list[str]:
 
 
 def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> dict[str, Any]:
-    from fpmatch.reading import ASSUMED_DPI
+    from fpmatch.prints.reading import ASSUMED_DPI
 
     noted = dict(done.noted)
     return {

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fpmatch.base.kernels import build_command, outdated_kernels
+from fpmatch.base.printable import json_text
 from fpmatch.cli import fast_imports
 from fpmatch.cli.evaluate_epilog import EPILOG
 from fpmatch.cli.evaluate_identification import (
@@ -41,9 +43,7 @@ from fpmatch.cli.scores_in import (
     write_outputs,
 )
 from fpmatch.errors import FpmatchError
-from fpmatch.kernels import build_command, outdated_kernels
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -57,7 +57,7 @@ _WORKERS_NEED = (
     *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
     "cv2",
     "threadpoolctl",
-    "fpmatch.reading",
+    "fpmatch.prints.reading",
     "fpmatch.evaluation.comparison",
     "fpmatch.evaluation.extraction",
     "fpmatch.image.extract",
@@ -216,6 +216,7 @@ def evaluate(
     with fast_imports():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
+        from fpmatch.base.output import check_writable
         from fpmatch.engine.engine import processes
         from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
@@ -223,8 +224,7 @@ def evaluate(
         from fpmatch.evaluation.ground_truth.truth import load_truth
         from fpmatch.evaluation.score_file import write_scores
         from fpmatch.evaluation.scores import read_scores
-        from fpmatch.output import check_writable
-        from fpmatch.reading import PrintReader
+        from fpmatch.prints.reading import PrintReader
 
     if scores is not None:
         check_writable(scores)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
     notes_as_json,
@@ -17,7 +18,6 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import file_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -101,7 +101,7 @@ def evaluate_by_searches(
         from fpmatch.evaluation.open_set.rates import FPIRS
         from fpmatch.evaluation.open_set.run import IdentificationTest, evaluate_identification
         from fpmatch.matching.matchers import get_matcher
-        from fpmatch.reading import PrintReader, group_by_note
+        from fpmatch.prints.reading import PrintReader, group_by_note
 
     _prepare_outputs(curves, plot)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
@@ -142,7 +142,7 @@ def evaluate_by_searches(
 
 
 def _say_notes(sets: Sequence[ExtractedSet]) -> None:
-    from fpmatch.reading import group_by_note
+    from fpmatch.prints.reading import group_by_note
 
     say_dpi_assumed([path for one in sets for path in one.assumed], "dpi in dataset.toml")
     say_notes(group_by_note(note for one in sets for note in one.notes))

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FormatChoice,
@@ -22,8 +24,6 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
-from fpmatch.printable import json_text, printable
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,11 +106,11 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
+    from fpmatch.base.output import make_folder
     from fpmatch.formats.sealed import require_key
-    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
     from fpmatch.minutiae import check_dpi
-    from fpmatch.output import make_folder
-    from fpmatch.reading import PrintReader, group_by_note, make_given_print
+    from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
 
     if dpi is not None:
         check_dpi(dpi)

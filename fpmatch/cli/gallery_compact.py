@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import show
 from fpmatch.cli.options import json_option, key_option
-from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from fpmatch.gallery.compaction import Compaction

@@ -6,11 +6,11 @@ from dataclasses import asdict
 
 import click
 
+from fpmatch.base.printable import json_text
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_note, show, show_line
 from fpmatch.cli.options import json_option, key_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text
-from fpmatch.text_table import count
 
 
 @click.command(

@@ -10,9 +10,9 @@ from typing import IO, Any, Final, cast
 import click
 
 from fpmatch._version import __version__
+from fpmatch.base.printable import message_text
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
 from fpmatch.errors import FpmatchError, did_you_mean
-from fpmatch.printable import message_text
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
 # runs: `fpmatch --help` imports none of them.
@@ -96,14 +96,14 @@ class LazyGroup(click.Group):
 class _Fpmatch(LazyGroup):
     """The whole command: sub-commands return the exit status, errors are shown on one line.
 
-    Other packages may add sub-commands as entry points of `fpmatch.plugins.COMMANDS`.
+    Other packages may add sub-commands as entry points of `fpmatch.base.plugins.COMMANDS`.
     """
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the sub-command `cmd_name`, of fpmatch or of another package, if there is one."""
         if cmd_name in self._summaries or cmd_name not in _added():
             return super().get_command(ctx, cmd_name)
-        from fpmatch.plugins import COMMANDS, load_plugin
+        from fpmatch.base.plugins import COMMANDS, load_plugin
 
         return cast("click.Command", load_plugin(COMMANDS, cmd_name))
 
@@ -167,15 +167,15 @@ class _Fpmatch(LazyGroup):
 
 def _added() -> dict[str, str]:
     """Return the commands that other packages add, and what each is of."""
-    from fpmatch.plugins import COMMANDS, plugin_names, plugin_source
+    from fpmatch.base.plugins import COMMANDS, plugin_names, plugin_source
 
     return {name: plugin_source(COMMANDS, name) for name in plugin_names(COMMANDS)}
 
 
 def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
     if requested and not ctx.resilient_parsing:
+        from fpmatch.base.kernels import kernels_text
         from fpmatch.cli.notes import show_line
-        from fpmatch.kernels import kernels_text
 
         show_line(f"fpmatch {__version__} ({kernels_text()})")
         ctx.exit()

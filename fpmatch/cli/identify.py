@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli.identify_each import Found, identify_far, identify_near
 from fpmatch.cli.identify_fused import identify_by_fingers, in_stages
 from fpmatch.cli.notes import (
@@ -33,8 +35,6 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
-from fpmatch.printable import json_text, printable
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -237,7 +237,7 @@ def identify(
     from fpmatch.gallery.search import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
-    from fpmatch.reading import PrintReader, group_by_note
+    from fpmatch.prints.reading import PrintReader, group_by_note
 
     listed: Listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"
     if impressions and consolidate:
@@ -335,7 +335,7 @@ def identify(
 
 
 def _as_text(answer: Found) -> str:
-    from fpmatch.drawing.words import odds
+    from fpmatch.prints.words import odds
 
     result = answer.result
     of_all = f" of {result.enrolled}" if result.preselected else ""
@@ -361,7 +361,7 @@ def _as_text(answer: Found) -> str:
 
 
 def _transform_lines(candidate: Candidate) -> list[str]:
-    from fpmatch.report import transform_in_words
+    from fpmatch.prints.report import transform_in_words
 
     comparison = candidate.comparison
     if comparison is None:

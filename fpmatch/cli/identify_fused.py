@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import say_damaged, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import requested_loss
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ def identify_by_fingers(
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.prints import extract_print, folder_reader
     from fpmatch.gallery.search import open_search
-    from fpmatch.reading import group_by_note
+    from fpmatch.prints.reading import group_by_note
 
     with fast_imports():
         import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
@@ -122,7 +122,7 @@ def _as_text(
     entries: Mapping[int, Entry],
     seconds: float,
 ) -> str:
-    from fpmatch.drawing.words import odds
+    from fpmatch.prints.words import odds
 
     of_all = f" of {result.enrolled}" if result.preselected else ""
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"

@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import (
     notes_as_json,
     say_damaged,
@@ -17,8 +19,6 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import requested_loss
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,13 +58,13 @@ def identify_to_file(
     as_json: bool,
 ) -> int:
     """Write the candidates of all probes; return the exit status of the command."""
+    from fpmatch.base.output import check_writable
     from fpmatch.engine.engine import make_engine
     from fpmatch.engine.local import start_fork_server
     from fpmatch.evaluation.batch.candidate_rows import check_candidates_format
     from fpmatch.evaluation.batch.candidates import write_candidates
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.search import open_search
-    from fpmatch.output import check_writable
 
     check_candidates_format(output)
     check_writable(output)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import (
     files_argument,
@@ -14,7 +15,6 @@ from fpmatch.cli.options import (
     raw_option,
 )
 from fpmatch.errors import FpmatchError
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,9 +55,9 @@ def inspect(
     them is separated by bars.
     """
     from fpmatch.gallery.inspection import inspect_file
-    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
     from fpmatch.minutiae import check_dpi
-    from fpmatch.reading import PrintReader
+    from fpmatch.prints.reading import PrintReader
 
     reader = PrintReader(raw, quiet=True).image
     if dpi is not None:

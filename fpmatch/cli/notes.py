@@ -7,25 +7,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.printable import as_encodable, json_text, printable, printable_lines
-from fpmatch.text_table import count
+from fpmatch.base.printable import as_encodable, json_text, printable, printable_lines
+from fpmatch.base.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from fpmatch.reading import GivenPrint
+    from fpmatch.prints.reading import GivenPrint
 
 MOST_SHOWN: Final = 20
 
 
 def first_of(things: Sequence[object]) -> str:
-    """Return the first of some things, and how many others there are.
-
-    Examples
-    --------
-    >>> first_of(["a.tif"]), first_of(["a.tif", "b.tif", "c.tif"])
-    ('a.tif', 'a.tif and 2 others')
-    """
+    """Return the first of some things, and how many others there are."""
     others = len(things) - 1
     return f"{things[0]} and {count(others, 'other')}" if others else str(things[0])
 
@@ -52,7 +46,7 @@ def say_note(text: str) -> None:
 
 def say_slow_kernels() -> None:
     """Note before long work that kernels are not compiled, where that is so."""
-    from fpmatch import kernels
+    from fpmatch.base import kernels
 
     if note := kernels.slow_kernels_note():
         say_note(note)
@@ -60,7 +54,7 @@ def say_slow_kernels() -> None:
 
 def say_outdated_kernels() -> None:
     """Note in a source tree that kernels are not compiled from its files, where that is so."""
-    from fpmatch import kernels
+    from fpmatch.base import kernels
 
     if kernels.in_source_tree() and (note := kernels.outdated_kernels_note()):
         say_note(note)
@@ -68,7 +62,7 @@ def say_outdated_kernels() -> None:
 
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     """Print each note once, with the first of the prints that it is about."""
-    from fpmatch.reading import ASSUMED_DPI
+    from fpmatch.prints.reading import ASSUMED_DPI
 
     for note, prints in list(noted.items())[:MOST_SHOWN]:
         say_note(f"{first_of(prints)}: {note}{' (--dpi sets it)' * (note == ASSUMED_DPI)}")
@@ -79,7 +73,7 @@ def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
 def say_notes_on(prints: Iterable[GivenPrint], *, resolution: bool = False) -> None:
     """Print the notes on prints; with `resolution`, also where the ridges contradict theirs."""
     from fpmatch.image.quality.print_quality import WRONG_RESOLUTION
-    from fpmatch.reading import group_by_note
+    from fpmatch.prints.reading import group_by_note
 
     noted: dict[str, tuple[str, ...]] = {}
     for given in prints:
@@ -121,13 +115,7 @@ def say_damaged(gallery: str, damaged: Mapping[int, str]) -> None:
 
 
 def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
-    """Return notes and all their prints as JSON values.
-
-    Examples
-    --------
-    >>> notes_as_json({"ridges white on black": ["a.tif"]})
-    [{'note': 'ridges white on black', 'prints': ['a.tif']}]
-    """
+    """Return notes and all their prints as JSON values."""
     return [{"note": note, "prints": list(map(str, prints))} for note, prints in noted.items()]
 
 

@@ -66,7 +66,7 @@ class FormatChoice(Name):
     """One of some names, or of the formats of other packages, which are looked for if need be."""
 
     def _with_plugins(self) -> Name:
-        from fpmatch.plugins import FORMATS, plugin_names
+        from fpmatch.base.plugins import FORMATS, plugin_names
 
         return Name(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
 

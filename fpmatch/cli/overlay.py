@@ -49,8 +49,8 @@ def overlay(
     compare the ridges; what is seen there must be measured in the picture without it. The picture
     contains which of the two it is.
     """
-    from fpmatch.drawing.words import outcome
-    from fpmatch.report import IDENTITY
+    from fpmatch.prints.report import IDENTITY
+    from fpmatch.prints.words import outcome
 
     given = {view, "side-by-side" if side_by_side else None, "ridges" if ridges else None} - {None}
     if len(given) > 1:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from fpmatch.pair import ComparedPair, PairOptions
-    from fpmatch.reading import GivenPrint
+    from fpmatch.prints.pair import ComparedPair, PairOptions
+    from fpmatch.prints.reading import GivenPrint
 
 _OPTIONS: Final = (
     click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
@@ -119,8 +119,8 @@ def save_view(target: Path, pair: ComparedPair, view: str | None, *, warp: bool)
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:
     """Read and compare the prints of a command line; `values` are those of `pair_options`."""
-    from fpmatch.pair import compare_pair
     from fpmatch.pointset.unit_circle.matcher import DEFAULT_AREA_TOLERANCE
+    from fpmatch.prints.pair import compare_pair
 
     options = pair_options_of(values)
     compared = compare_pair(open_side(values, "probe"), open_side(values, "reference"), options)
@@ -135,14 +135,14 @@ def compare_files(values: Mapping[str, Any]) -> ComparedPair:
 
 def pair_options_of(values: Mapping[str, Any]) -> PairOptions:
     """Return the options of a command line that are about the comparison."""
-    from fpmatch.pair import PairOptions
+    from fpmatch.prints.pair import PairOptions
 
     return PairOptions(**{field.name: values[field.name] for field in fields(PairOptions)})
 
 
 def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
     """Read the print of one side, "probe" or "reference"."""
-    from fpmatch.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, make_given_print
 
     path, dpi = values[side], values[f"{side}_dpi"]
     dpi = values["dpi"] if dpi is None else dpi

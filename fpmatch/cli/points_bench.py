@@ -111,13 +111,13 @@ def points_bench(
     Times are processor times of one thread. A full run takes an hour or more; --json with
     --resume continues it after an interruption.
     """
+    from fpmatch.base.output import check_writable
     from fpmatch.evaluation.points.bench import run_bench
     from fpmatch.evaluation.points.conditions import conditions
     from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
     from fpmatch.evaluation.points.results import write_results
     from fpmatch.evaluation.points.table import format_bench, format_bench_markdown
     from fpmatch.evaluation.points.trials import QUICK_LARGEST_M, QUICK_PLAN, TrialPlan
-    from fpmatch.output import check_writable
 
     if resume and json_file is None:
         raise click.UsageError("--resume needs the file of --json")

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import click
 import numpy as np
 
+from fpmatch.base.output import atomic_write, check_writable
+from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
-from fpmatch.output import atomic_write, check_writable
 from fpmatch.pointset.match import (
     POINT_MATCHERS,
     TRANSFORM_MODELS,
@@ -26,15 +26,15 @@ from fpmatch.pointset.match import (
     match_points,
     wider_maps,
 )
-from fpmatch.printable import json_text, printable
-from fpmatch.report import LABEL_WIDTH
+from fpmatch.prints.report import LABEL_WIDTH
+from fpmatch.prints.words import match_facts, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.point_match import PointMatch
+    from fpmatch.pointset.geometry.point_match import PointMatch
 
 FEWEST_POINTS: Final = 3
 STDIN: Final = Path("-")

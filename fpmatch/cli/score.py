@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import (
     notes_as_json,
     say_dpi_assumed,
@@ -31,8 +33,6 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -155,7 +155,7 @@ def score(
     from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
-    from fpmatch.reading import PrintReader
+    from fpmatch.prints.reading import PrintReader
 
     check_where(workers, scheduler)
     opened = partial(

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_notes_on, show_line
 from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,8 +41,8 @@ def stages(
 ) -> None:
     """Write the result of each stage of the extraction of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stages.sheet import write_stages
-    from fpmatch.image.recorder import StageRecorder
-    from fpmatch.reading import PrintReader, make_given_print
+    from fpmatch.image.preprocess.recorder import StageRecorder
+    from fpmatch.prints.reading import PrintReader, make_given_print
 
     content = PrintReader(raw, quiet=True).image(image, polarity=polarity, dpi=dpi)
     recorder = StageRecorder()

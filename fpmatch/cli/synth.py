@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
+from fpmatch.base.text_table import count
 from fpmatch.cli.notes import first_of, say_note, show
 from fpmatch.cli.options import Name, json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS, Sensor
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from fpmatch.synthesis.database import DatabaseMade

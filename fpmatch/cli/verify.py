@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_damaged, say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
@@ -16,13 +17,12 @@ from fpmatch.cli.pair import (
     save_view,
     view_options,
 )
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from fpmatch.pair import ComparedPair
+    from fpmatch.prints.pair import ComparedPair
 
 EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
 _OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
@@ -115,7 +115,7 @@ def verify(
         raise click.UsageError("--case-number and --notes are of --case-report")
     if ridge_map and not as_json:
         raise click.UsageError("--ridge-map is of --json")
-    from fpmatch.report import as_text
+    from fpmatch.prints.report import as_text
 
     pair = compare_files(values)
     match = pair.verification.match
@@ -138,8 +138,8 @@ def _write_case_report(
     target: Path, pair: ComparedPair, values: Mapping[str, Any], written: Mapping[str, Any]
 ) -> None:
     """Write the report on a comparison of two files, with what its examiner has `written`."""
-    from fpmatch.case_report.page import CaseFile, case_report, settings_of
-    from fpmatch.output import atomic_write_bytes
+    from fpmatch.base.output import atomic_write_bytes
+    from fpmatch.drawing.case_report import CaseFile, case_report, settings_of
 
     probe, reference = (
         CaseFile.of(path.name, path.read_bytes()) for path in (values["probe"], values["reference"])
@@ -171,7 +171,7 @@ def _verify_claim(
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.matching.verify import DEFAULT_THRESHOLD
-    from fpmatch.report import LABEL_WIDTH, as_dict, as_text
+    from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 
     options = pair_options_of(values)
     threshold = options.decision_score()

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.output import atomic_write
 from fpmatch.encryption.keys import (
     Key,
     KeyRing,
@@ -16,7 +17,6 @@ from fpmatch.encryption.keys import (
     write_keyring,
 )
 from fpmatch.errors import EncryptionError, OutputError, without_path
-from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.text_table import text_table
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.error_vs_discard import SHARES
@@ -31,7 +32,6 @@ from fpmatch.evaluation.rate_text import (
 from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run_comparison import DECISION_FMRS, compare_runs, have_common_pairs
 from fpmatch.evaluation.scores import choose_matcher
-from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
 from fpmatch.evaluation.error_vs_discard import SHARES
 from fpmatch.evaluation.rates import POOLED, error_curves
 from fpmatch.evaluation.report import split_scores
 from fpmatch.evaluation.score_file import csv_lines
-from fpmatch.output import atomic_write_bytes, check_writable, make_folder
 
 if TYPE_CHECKING:
     import os

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.evaluation.impression import Impression
 from fpmatch.evaluation.pair_list import listed_impressions, read_pairs
@@ -21,8 +22,7 @@ from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.manifest import read_manifest
 from fpmatch.gallery.print_file import number_impressions
 from fpmatch.gallery.prints import find_prints
-from fpmatch.image.io.dataset_folder import natural_key, read_dataset_info
-from fpmatch.printable import csv_cell
+from fpmatch.image.dataset_folder import natural_key, read_dataset_info
 
 if TYPE_CHECKING:
     import os

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.random import default_rng
 
+from fpmatch.base.text_table import count
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import ExtractedSet
 from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -16,9 +16,9 @@ from fpmatch.errors import DatasetError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.prints import ExtractedPrint, extract_print
-from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.reading import PrintReader
+from fpmatch.prints.reading import PrintReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.image.io.dataset_folder import natural_key
-from fpmatch.printable import csv_cell
+from fpmatch.base.printable import csv_cell
+from fpmatch.image.dataset_folder import natural_key
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -22,12 +22,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.base.printable import csv_cell, printable
 from fpmatch.errors import ScoringError
 from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
 from fpmatch.gallery.csv_rows import csv_rows, row_error
 from fpmatch.gallery.kinds import kind_of
-from fpmatch.printable import csv_cell, printable
 
 if TYPE_CHECKING:
     import os

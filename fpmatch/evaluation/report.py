@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import count, text_table
 from fpmatch.evaluation.rate_text import (
     RATE_TITLES,
     decidability,
@@ -16,8 +17,7 @@ from fpmatch.evaluation.rate_text import (
     percent,
     rate_cells,
 )
-from fpmatch.reading import group_by_note
-from fpmatch.text_table import count, text_table
+from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -33,14 +33,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.output import atomic_write, check_writable, reason
+from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError, OutputError, without_path
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.decision import calibration_of, rho_of
 from fpmatch.evaluation.decision import outcomes as outcomes_of
 from fpmatch.gallery.csv_rows import csv_rows
 from fpmatch.matching.decision import MATCH
-from fpmatch.output import atomic_write, check_writable, reason
-from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
@@ -293,7 +293,7 @@ def _parquet_rows(path: Path) -> Lines:
 
 
 def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
-    """Return rows as lines of a CSV file; texts are as `fpmatch.printable.csv_cell` has them."""
+    """Return rows as lines of a CSV file, texts as `fpmatch.base.printable.csv_cell` has them."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(
         [csv_cell(cell) if isinstance(cell, str) else cell for cell in row] for row in rows

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.binary_records import RS, START, Record, contents, first_item, read_records, table
+from fpmatch.base.binary_records import RS, START, Record, contents, first_item, read_records, table
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import count
 from fpmatch.errors import TemplateError
 from fpmatch.minutiae import Minutiae
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     import os

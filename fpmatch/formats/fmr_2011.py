@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.binary_records import ByteReader
+from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.codec import Codec

@@ -26,12 +26,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import TemplateError
 from fpmatch.formats.bounds import check_cells
 from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.parsing import ParseError, parse_json
 from fpmatch.ridge_field import RidgeField
 
 if TYPE_CHECKING:

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import UNKNOWN, range_notes
 from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns, side
 from fpmatch.formats.csv_format import parse_number, text_lines
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
-from fpmatch.npy import decode_npy, is_npy
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

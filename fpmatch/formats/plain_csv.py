@@ -124,10 +124,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
 
 
 def _find_header(lines: list[str]) -> _Header | None:
-    """Return the first line that is not blank, as a header with columns x and y; None for others.
-
-    Each of the five columns must be there once at most.
-    """
+    """Return the first line not blank as a header with columns x and y; None for others."""
     number = next((k for k, line in enumerate(lines, start=1) if line.strip()), None)
     if number is None:
         return None

@@ -7,7 +7,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.output import reason
+from fpmatch.base.output import reason
 
 if TYPE_CHECKING:
     import os

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from fpmatch.base.output import reason
+from fpmatch.base.printable import printable
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
 from fpmatch.errors import GalleryError, without_path
@@ -30,9 +32,7 @@ from fpmatch.gallery.prints import (
     folder_reader,
 )
 from fpmatch.gallery.tables import ENROLLED
-from fpmatch.output import reason
-from fpmatch.printable import printable
-from fpmatch.reading import group_by_note
+from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
     from collections.abc import (

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
+from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.gallery.index_erasure import erase_from_index
 from fpmatch.gallery.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.tables import TABLES
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.output import reason
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 from urllib.parse import quote
 
+from fpmatch.base.output import make_folder
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import OutputError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.audit import ranges
-from fpmatch.output import make_folder
 
 if TYPE_CHECKING:
     import os

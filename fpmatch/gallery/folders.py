@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.printable import printable
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.formats.codec import read_head
 from fpmatch.gallery.entry import Label, NamePattern
 from fpmatch.gallery.print_file import PrintFile
-from fpmatch.image.io.dataset_folder import images_in, natural_key
-from fpmatch.printable import printable
+from fpmatch.image.dataset_folder import images_in, natural_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.output import folder_lock, make_folder, reason
 from fpmatch.engine.engine import processes, serial
 from fpmatch.engine.workers import no_progress
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
@@ -23,7 +24,6 @@ from fpmatch.gallery.index_files import IndexFolder
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index_state import IndexState, Part, removals_between
 from fpmatch.gallery.kept_files import FAULTS, kept_folders
-from fpmatch.output import folder_lock, make_folder, reason
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from fpmatch.base.output import folder_lock
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index_files import IndexFolder
 from fpmatch.gallery.index_state import IndexState, removals_between
 from fpmatch.gallery.kept_files import INDEX, SEGMENT, kept_folders
-from fpmatch.output import folder_lock
 
 if TYPE_CHECKING:
     from fpmatch.gallery.reader import GalleryReader

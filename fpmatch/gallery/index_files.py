@@ -1,7 +1,7 @@
 """Files of an index: segments, which never change, and a list of them, which is replaced whole.
 
 A killed process leaves the list of before or the one of after; segments that are not on it are
-deleted by the next one that writes. Both are files of arrays (see `fpmatch.array_file`), whose
+deleted by the next one that writes. Both are files of arrays (see `fpmatch.base.array_file`), whose
 checksums are checked when they are read: the list when a gallery is opened, a segment when it is
 used first.
 """
@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.output import make_folder, reason, remove_unfinished
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.history import Revision
 from fpmatch.gallery.index_segment import COLUMNS, MOST_PRINTS, PrintSegment, parameters
 from fpmatch.gallery.kept_files import INDEX, SEGMENT, STALE_S, seal_of, unseal_of
-from fpmatch.output import make_folder, reason, remove_unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Collection

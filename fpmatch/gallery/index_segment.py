@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.array_file import Column
+from fpmatch.base.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.indexing import segment
 from fpmatch.indexing.model import TERMS

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fpmatch.base.text_table import count
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
 from fpmatch.formats.fmr import extended_kinds
@@ -15,7 +16,6 @@ from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.minutiae import MinutiaKind
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     import os

@@ -10,10 +10,10 @@ import hashlib
 from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import atomic_write
 from fpmatch.encryption.blocks import MAGIC
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.sealing import PLAIN
-from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -20,13 +20,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.printable import as_file_name
 from fpmatch.errors import DatasetError, GalleryError, ResolutionError
 from fpmatch.formats.codec import read_head
 from fpmatch.gallery.csv_rows import DELIMITERS, csv_rows, row_error
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.print_file import PrintFile, number_impressions
 from fpmatch.minutiae import check_dpi
-from fpmatch.printable import as_file_name
 
 if TYPE_CHECKING:
     import os

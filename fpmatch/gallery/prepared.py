@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.output import make_folder, remove_unfinished
 from fpmatch.engine.engine import processes
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.compact import unpack_template
@@ -32,7 +33,6 @@ from fpmatch.gallery.kept_files import (
 from fpmatch.matching import packed_templates
 from fpmatch.matching.packed_arrays import PRINT
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.output import make_folder, remove_unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -135,7 +135,7 @@ def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) 
     Raises
     ------
     FpmatchError
-        With the codes of `fpmatch.array_file.read_arrays`.
+        With the codes of `fpmatch.base.array_file.read_arrays`.
     """
     arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
     prints = PackedTemplates.of_arrays(arrays)

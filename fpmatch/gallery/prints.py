@@ -20,10 +20,10 @@ from fpmatch.gallery.folders import prints_below, prints_by_folder, prints_in
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.manifest import read_manifest
 from fpmatch.gallery.print_file import PrintFile
-from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.minutiae import check_dpi
-from fpmatch.reading import ASSUMED_DPI, PrintReader, make_given_print
+from fpmatch.prints.reading import ASSUMED_DPI, PrintReader, make_given_print
 
 if TYPE_CHECKING:
     import os
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.entry import NamePattern
+    from fpmatch.image.folder_polarity import PolarityReader
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.image.quality.folder_polarity import PolarityReader
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.minutiae import Template
 
@@ -116,10 +116,10 @@ def folder_reader(
     """Return a reader of prints that reads the images of a folder with one polarity.
 
     `polarity`, `dpi` and `reader` are as for
-    `fpmatch.image.quality.folder_polarity.find_polarities` (default reader: `PrintReader`); an
+    `fpmatch.image.folder_polarity.find_polarities` (default reader: `PrintReader`); an
     `engine` looks at the images (default: this process).
     """
-    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
+    from fpmatch.image.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
     read, files = reader or PrintReader(), list(prints)
     polarities = find_polarities(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
+from fpmatch.base.printable import as_text, printable
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import history
 from fpmatch.gallery.database import DamagedRowError
@@ -25,7 +26,6 @@ from fpmatch.gallery.tables import (
     is_sound,
 )
 from fpmatch.packed_template import packed_minutiae_digest
-from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence

@@ -16,7 +16,7 @@ from fpmatch.image.io.read import name_errors, read_image
 from fpmatch.image.preprocess.blocks import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.recorder import UncropRecorder
+from fpmatch.image.preprocess.recorder import UncropRecorder
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
 from fpmatch.image.skeleton.minutia_quality import minutia_quality
@@ -33,10 +33,10 @@ from fpmatch.ridge_field import RidgeField
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Grey, Mask
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
+    from fpmatch.image.preprocess.arrays import Grey, Mask
     from fpmatch.image.preprocess.foreground import Box
-    from fpmatch.image.recorder import Recorder
+    from fpmatch.image.preprocess.recorder import Recorder
 
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, max_megapixels=16.0)
@@ -129,10 +129,7 @@ def extract(
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
-    """Resample an image (H, W) to 500 dpi, unless it has that; return it and the zoom, 500 / dpi.
-
-    Raises ImageError if the resampled image is too small or too large for a print.
-    """
+    """Resample an image (H, W) to 500 dpi, unless it has that; return it and the zoom 500 / dpi."""
     zoom = STANDARD_DPI / dpi
     if abs(zoom - 1.0) < 1e-3:
         return grey, 1.0

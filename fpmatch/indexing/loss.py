@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.parsing import parse_json
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.indexing.model import MODEL_FILE
 from fpmatch.matching.candidate_list import size_normalized
-from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

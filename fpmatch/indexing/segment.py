@@ -1,7 +1,7 @@
 """A segment of an index: the inverted lists of up to 65,536 prints, in flat arrays.
 
 Once made, a segment is not changed. Its arrays may be mapped from a file (see
-`fpmatch.array_file`), which is a cache: it can be made again from the templates.
+`fpmatch.base.array_file`), which is a cache: it can be made again from the templates.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.array_file import Column
+from fpmatch.base.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.indexing._vote_kernel import count_votes, lists_ascend
 from fpmatch.indexing.model import CURVATURES, TERMS

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parsing import parse_json
 from fpmatch.errors import MatcherError, number_text
-from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     import os

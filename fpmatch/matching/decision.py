@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import cv2
 import numpy as np
 
+from fpmatch.base.text_table import count
 from fpmatch.minutiae import MM_PER_INCH
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import count
 from fpmatch.matching.align import aligner_of, hypotheses
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.ridge_field import CELL_BITS, RidgeField
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.array_file import Column
+from fpmatch.base.array_file import Column
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ class PackedArrays:
 
     @classmethod
     def columns(cls) -> dict[str, Column]:
-        """Return what each array must be, for `fpmatch.array_file`."""
+        """Return what each array must be, for `fpmatch.base.array_file`."""
         return {f.name: f.metadata["column"] for f in fields(cls)}  # type: ignore[arg-type]
 
     @classmethod

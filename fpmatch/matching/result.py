@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.minutiae import Template
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
     Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.parsing import parse_json
 from fpmatch.errors import MatcherError
 from fpmatch.matching._amount_kernel import describe_amount
-from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
-from fpmatch.pointset.given_set import GivenSet, check_tolerance
-from fpmatch.pointset.point_match import PointMatch, check_rho
+from fpmatch.pointset.geometry.point_match import PointMatch, check_rho
 from fpmatch.pointset.reflect import TRIALS, match_either_way, mirror_image
+from fpmatch.pointset.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.triangles.search import MAX_CHANCE
 from fpmatch.pointset.unit_circle.matcher import (
@@ -101,7 +101,7 @@ def match_points(
     --------
     >>> import numpy as np
     >>> from fpmatch import match_points
-    >>> from fpmatch.pointset.similarity import Similarity
+    >>> from fpmatch.pointset.geometry.similarity import Similarity
     >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
     >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
     >>> match = match_points(points[5:], moved)
@@ -154,13 +154,6 @@ def wider_maps(
     The arguments are those of a call of `match_points` without a match. The searches are short: at
     most 200,000 proposals, 500,000 of affine maps, or 10 for each point of the larger set. So None
     does not rule out a match. An affine map is sought in sets of up to 100,000 points.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
-    >>> wider_maps(points, points * [-1, 1]), wider_maps(points, points * [3, 1])
-    ((True, 'similarity'), (False, 'affine'))
     """
     for wider in TRANSFORM_MODELS[TRANSFORM_MODELS.index(model) :]:
         if wider == "affine" and max(len(p), len(q)) > _MOST_POINTS_OF_SHORT_AFFINE:

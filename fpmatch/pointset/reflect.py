@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.pointset.affine.transform import AffineTransform
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.points import as_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.point_match import PointMatch
+    from fpmatch.pointset.geometry.point_match import PointMatch
 
 TRIALS: Final = 2
 """A search of the set and one of its mirror image: chance has twice the opportunity."""

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.output import reason
+from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import OutputError
-from fpmatch.output import reason
-from fpmatch.parsing import ParseError, parse_json
 from fpmatch.synthesis.truth_file import is_intact
 
 if TYPE_CHECKING:

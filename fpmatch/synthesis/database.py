@@ -16,9 +16,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.output import atomic_write_bytes, folder_lock, reason, remove_unfinished
 from fpmatch.engine.workers import no_progress, run_chunks
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.output import atomic_write_bytes, folder_lock, reason, remove_unfinished
 from fpmatch.synthesis.check import fault, is_damaged_copy, read
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.geometry.points import as_points
 from fpmatch.synthesis.warp import solved
 
 if TYPE_CHECKING:

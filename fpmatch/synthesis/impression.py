@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.contact import is_legible, outline_radius, press, smear, stain
 from fpmatch.synthesis.develop import develop, framed
 from fpmatch.synthesis.noise import random_streams

@@ -15,8 +15,8 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.points import as_points
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.points import as_points
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Callable

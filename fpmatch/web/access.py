@@ -8,9 +8,9 @@ from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import reason
+from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.errors import FpmatchError
-from fpmatch.output import reason
-from fpmatch.parsing import ParseError, parse_toml
 
 if TYPE_CHECKING:
     import os

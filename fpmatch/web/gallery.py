@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prepared_search import Search
-    from fpmatch.pair import PairOptions
+    from fpmatch.prints.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 
 _DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from fpmatch.printable import printable
+from fpmatch.base.printable import printable
 from fpmatch.web.access import LOCAL, digest_of
 from fpmatch.web.errors import send_error
 from fpmatch.web.gate import BusyError, Gate

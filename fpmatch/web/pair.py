@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.case_report.page import CaseFile, CaseMark, case_report, settings_of
-from fpmatch.drawing.files import data_url, png_bytes, webp_bytes
-from fpmatch.drawing.ink import ridge_picture, shrunk
+from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
-from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
+from fpmatch.drawing.scene.files import data_url, png_bytes, webp_bytes
+from fpmatch.drawing.scene.ink import ridge_picture, shrunk
+from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.scene.placement import zoomed
-from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError
-from fpmatch.pair import compare_pair
-from fpmatch.reading import GivenPrint
-from fpmatch.report import as_rows
+from fpmatch.prints.pair import compare_pair
+from fpmatch.prints.reading import GivenPrint
+from fpmatch.prints.report import as_rows
+from fpmatch.prints.words import odds
 from fpmatch.web.errors import RequestError
 from fpmatch.web.gallery import open_served_gallery
 from fpmatch.web.prints import Upload, open_upload
@@ -26,10 +26,10 @@ from fpmatch.web.prints import Upload, open_upload
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Ink
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.minutiae import Template
-    from fpmatch.pair import ComparedPair, PairOptions
+    from fpmatch.prints.pair import ComparedPair, PairOptions
     from fpmatch.web.prints import PrintOptions
 
 LARGEST_SIDE_SHOWN: Final = 1600  # pixels of a print

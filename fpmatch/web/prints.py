@@ -11,11 +11,11 @@ from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.limits import ImageLimits
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.minutiae import STANDARD_DPI, check_dpi
-from fpmatch.reading import decode_print, make_given_print
+from fpmatch.prints.reading import decode_print, make_given_print
 
 if TYPE_CHECKING:
-    from fpmatch.image.recorder import Recorder
-    from fpmatch.reading import GivenPrint
+    from fpmatch.image.preprocess.recorder import Recorder
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.web.settings import Limits
 
 LONGEST_NAME: Final = 80

@@ -9,11 +9,11 @@ from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
-from fpmatch.case_report.page import LONGEST_CASE_NUMBER, LONGEST_TEXT
+from fpmatch.base.printable import printable
+from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.entry import Label
 from fpmatch.matching.matchers import matcher_names
-from fpmatch.printable import printable
 from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single, views
 from fpmatch.web.access import Role

@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.output import reason
 from fpmatch.engine.threads import interrupt_kept_from_children
 from fpmatch.errors import FpmatchError
-from fpmatch.output import reason
 from fpmatch.web.access import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.files import data_url, reduced, webp_bytes
+from fpmatch.drawing.scene.files import data_url, reduced, webp_bytes
 from fpmatch.drawing.stages.pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.image.recorder import StageRecorder
+from fpmatch.image.preprocess.recorder import StageRecorder
 from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import open_upload
 

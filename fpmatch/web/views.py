@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.files import data_url, png_bytes
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.overlay.superposed import SIMILARITY, probe_outline, view_of
 from fpmatch.drawing.overlay.warp import pair_warp
-from fpmatch.drawing.palette import PROBE_INK, agreement, hexadecimal
+from fpmatch.drawing.scene.files import data_url, png_bytes
 from fpmatch.drawing.scene.items import Box
+from fpmatch.drawing.scene.palette import PROBE_INK, agreement, hexadecimal
 from fpmatch.drawing.scene.placement import bounds, of_transform, zoomed
 from fpmatch.web.pair import INKED, LARGEST_SIDE_SHOWN, pixels_of, rgba
 
 if TYPE_CHECKING:
     from fpmatch.drawing.overlay.warp import PairWarp
     from fpmatch.matching.result import Verification
-    from fpmatch.pair import ComparedPair
+    from fpmatch.prints.pair import ComparedPair
     from fpmatch.web.pair import PairRequest
 
 _COLOURS: Final = 11  # of the scale of agreement

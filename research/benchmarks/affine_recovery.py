@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.match import match_points
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
+from fpmatch.base.text_table import text_table
 from fpmatch.engine.engine import serial
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
@@ -26,7 +27,6 @@ from fpmatch.gallery.search import open_search
 from fpmatch.gallery.transfer import enrol_gallery
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.synthesis.templates import make_templates
-from fpmatch.text_table import text_table
 from research.commands import Command, json_file, write_json
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ import time
 import click
 import numpy as np
 
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.match import match_points
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles.matcher import TriangleParameters
 
 HOW_MANY = 100_000

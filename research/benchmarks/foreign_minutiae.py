@@ -15,6 +15,7 @@ import click
 import numpy as np
 import repository  # noqa: F401
 
+from fpmatch.base.text_table import text_table
 from fpmatch.errors import DatasetError, TemplateError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rate_text import RATE_TITLES, percent
@@ -23,10 +24,9 @@ from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
-from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
-from fpmatch.text_table import text_table
 from research.all_pairs import compare_all_pairs
 from research.commands import Command, folders, json_file, workers, write_json
 

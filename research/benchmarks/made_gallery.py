@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import repository
 
-from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index_segment import COLUMNS, PrintSegment

@@ -28,7 +28,7 @@ import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
-from fpmatch.array_file import read_arrays, write_arrays
+from fpmatch.base.array_file import read_arrays, write_arrays
 from fpmatch.matching import score
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER

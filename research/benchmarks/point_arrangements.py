@@ -25,7 +25,7 @@ from research.arrangements import ARRANGEMENTS, TASKS, UNIFORM, arranged_pair
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
 METHODS: dict[str, dict[str, Any]] = {
     "triangles": {},

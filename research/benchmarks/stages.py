@@ -20,11 +20,11 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
+from fpmatch.base.output import atomic_write_bytes
 from fpmatch.engine.threads import single_threaded
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,7 +53,7 @@ import numpy, cv2
 done("import numpy, cv2")
 from PIL import Image, TiffImagePlugin
 done("import PIL")
-import fpmatch.cli.verify, fpmatch.report, fpmatch.image.extract, fpmatch.matching.scale
+import fpmatch.cli.verify, fpmatch.prints.report, fpmatch.image.extract, fpmatch.matching.scale
 import fpmatch.matching.verify, fpmatch.matching.matchers.unit_circle
 done("import fpmatch")
 from fpmatch.image.io.read import read_image

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.random import default_rng
 from repository import ROOT
 
+from fpmatch.base.text_table import markdown_table
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import error_rates
@@ -26,7 +27,6 @@ from fpmatch.matching.finger import Finger, fused_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.plan import plain_sensor
-from fpmatch.text_table import markdown_table
 from research.commands import PATH, Command, workers
 from research.marked_blocks import write_marked_block
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.result import Verification
     from fpmatch.minutiae import Template
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
 
     Floats = NDArray[np.float64]
 

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.drawing.palette import NO_MATCH, PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.rotation import matched_dots
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
-from fpmatch.drawing.words import degrees, number
+from fpmatch.drawing.scene.palette import NO_MATCH, PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.prints.words import degrees, number
 from research.case_study.case import FADED, show_pixels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.result import Verification
     from research.case_study.case import Case
 

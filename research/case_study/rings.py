@@ -12,9 +12,9 @@ from fpmatch.drawing.paper_figures.pair import PointPair, PointSide
 from fpmatch.drawing.paper_figures.rings import RingPair, as_complex, choose_ring_pair
 from fpmatch.drawing.paper_figures.rotation import aligned_circles
 from fpmatch.drawing.paper_figures.sheet import Sheet
-from fpmatch.drawing.words import degrees, number, positive_degrees
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.prints.words import degrees, number, positive_degrees
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import text_table
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.formats.files import load_record
-from fpmatch.pointset.pairing import greedy_pairs
+from fpmatch.pointset.geometry.pairing import greedy_pairs
 
 if TYPE_CHECKING:
     import os

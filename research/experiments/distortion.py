@@ -21,7 +21,7 @@ from fpmatch.image.extract import extract
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.contact import outline_radius
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master

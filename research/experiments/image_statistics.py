@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import text_table
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import attempt_each_image
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.image.recorder import StageRecorder
+from fpmatch.image.preprocess.recorder import StageRecorder
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

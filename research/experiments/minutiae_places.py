@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from fpmatch.base.text_table import markdown_table
 from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

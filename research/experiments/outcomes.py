@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import markdown_table
 from fpmatch.evaluation.cropping import crop_at
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
@@ -28,7 +29,6 @@ from fpmatch.matching.decision import (
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.text_table import markdown_table
 from research.partial_templates import fragment
 
 if TYPE_CHECKING:

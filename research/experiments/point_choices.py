@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.evaluation.points.conditions import conditions, make_pair
 from fpmatch.evaluation.points.trials import is_recognised
-from fpmatch.pointset.point_match import share_of
+from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,

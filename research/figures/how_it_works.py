@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 
 import fpmatch
-from fpmatch.drawing import palette
-from fpmatch.drawing.fonts import wrapped
 from fpmatch.drawing.overlay.marks import PAIRED, marks
 from fpmatch.drawing.overlay.page import Print, frame
 from fpmatch.drawing.overlay.superposed import inks, minutiae_and_pairs
 from fpmatch.drawing.paper_figures.marks import MESH, TINTS, Tint
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.fonts import wrapped
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Pen, Scene, Text
 from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import MarkStyle
-    from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Item, Point
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
 
 
 # Page pixels: the page is shown at about half its size.

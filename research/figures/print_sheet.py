@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.drawing.fonts import wrapped
-from fpmatch.drawing.palette import PANEL_EDGE, TEXT_MUTED
+from fpmatch.drawing.scene.fonts import wrapped
 from fpmatch.drawing.scene.items import Item, Path, Pen, Text
+from fpmatch.drawing.scene.palette import PANEL_EDGE, TEXT_MUTED
 from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import OutputError
 from fpmatch.minutiae import check_dpi

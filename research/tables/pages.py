@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.points.plot import save_bench_plot
 from fpmatch.evaluation.points.results import read_results
 from fpmatch.evaluation.points.table import format_bench_markdown
-from fpmatch.output import atomic_write_bytes
 from research.commands import ROOT, write_json
 from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms

@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 import fpmatch
+from fpmatch.base.output import check_writable
 from fpmatch.indexing.loss import LossTable, cost, with_votes
 from fpmatch.indexing.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
@@ -17,7 +18,6 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.output import check_writable
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.templates import make_templates
 from research.commands import PATH, Command, write_json

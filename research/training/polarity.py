@@ -18,11 +18,11 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fpmatch._version import __version__
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.extract import resample
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.polarity import FARTHEST_CUE, WEIGHTS_FILE, evidence_of_cues
-from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.noise import smooth_noise

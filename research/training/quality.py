@@ -19,6 +19,7 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from fpmatch._version import __version__
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract
 from fpmatch.image.quality.linear_weights import LinearWeights
@@ -29,7 +30,6 @@ from fpmatch.image.quality.print_quality import (
     quality_score,
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.presets import PRESETS

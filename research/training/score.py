@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.matching.score import WEIGHTS_FILE
 from fpmatch.matching.score_model import FEATURES
-from fpmatch.output import atomic_write_bytes, check_writable
 from research.commands import PATH, Command, synthetic_folder, workers, write_json
 from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
 from research.training.evidence_quantiles import fit_amounts

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import click
 import cv2
 
+from fpmatch.base.output import atomic_write_bytes, check_writable
+from fpmatch.base.text_table import text_table
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import save_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.output import atomic_write_bytes, check_writable
-from fpmatch.text_table import text_table
 from research.commands import PATH, Command, json_file, synthetic_folder, workers, write_json
 from research.synthetic_sets import TEST_SEED, extract_synthetic_sets
 from research.wolves.candidates import search_spaces

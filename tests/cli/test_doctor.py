@@ -8,7 +8,8 @@ from importlib.metadata import PackageNotFoundError
 import pytest
 
 import fpmatch
-from fpmatch import installation, kernels
+from fpmatch.base import kernels
+from fpmatch.cli import installation
 from fpmatch.engine.local import available_cores
 from fpmatch.matching._local_kernel import COMPILED
 

@@ -6,7 +6,7 @@ from PIL import Image
 from fpmatch import assess
 from fpmatch.cli import notes
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 
 from .conftest import assert_refused, copied
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 
 from .conftest import assert_refused, copied, rows_of
 

@@ -7,12 +7,13 @@ import re
 import pytest
 from PIL import Image
 
-from fpmatch import load_template, reading
+from fpmatch import load_template
 from fpmatch.cli.options import ENHANCEMENTS
 from fpmatch.evaluation import extraction
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.quality.polarity import INVERTED
+from fpmatch.prints import reading
 
 from .conftest import assert_refused, copied
 

@@ -18,8 +18,8 @@ from pathlib import Path
 import click
 import pytest
 
+from fpmatch.base.printable import as_file_name, json_text, printable
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.printable import as_file_name, json_text, printable
 
 from .conftest import rows_of
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 import fpmatch
-from fpmatch import installation, kernels
+from fpmatch.base import kernels
+from fpmatch.cli import installation
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching._local_kernel import COMPILED
 

@@ -13,7 +13,7 @@ from fpmatch.evaluation.points import matchers as point_matchers
 from fpmatch.evaluation.points import trials as point_trials
 from fpmatch.evaluation.points.conditions import conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES, BenchMatcher
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.random_sets import POINT_MODELS
 
 from .conftest import assert_refused

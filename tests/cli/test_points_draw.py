@@ -13,7 +13,7 @@ from fpmatch.drawing.paper_figures.rings import choose_ring_pair
 from fpmatch.drawing.paper_figures.sheet import draw_sheets
 from fpmatch.formats.files import save_template
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 from .conftest import assert_refused
 

@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.match import POINT_MATCHERS
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles._proposal_kernel import COMPILED
 
 from .conftest import assert_refused, rows_of

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch import kernels
-from fpmatch.kernels import SLOWER, slow_kernels_note
+from fpmatch.base import kernels
+from fpmatch.base.kernels import SLOWER, slow_kernels_note
 
 ROOT = Path(__file__).parents[2]
 NOTE = "fpmatch: note: 2 of 3 kernels are not compiled"

@@ -8,7 +8,7 @@ from PIL import Image
 from fpmatch import extract, load_template, save_template
 from fpmatch.formats.files import save_record
 from fpmatch.formats.record import TemplateRecord, View
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 
 from .conftest import assert_refused, copied, rows_of
 

@@ -10,7 +10,7 @@ from PIL import Image
 
 from fpmatch import assess, fmr_to_score
 from fpmatch.matching.calibration import Calibration, Provenance
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 
 from .conftest import assert_refused
 

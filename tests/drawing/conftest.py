@@ -9,7 +9,7 @@ import pytest
 
 from fpmatch.matching.result import Comparison, Verification
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 PERIOD = 9.0
 TRUE_TRANSFORM = Similarity(1.0, math.radians(12), 18.0, -9.0)

@@ -2,11 +2,11 @@ import math
 
 import pytest
 
-from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN, evidence, header, transform_facts
+from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Text
 from fpmatch.matching.result import Compared
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 
 def lines(items, role=None):

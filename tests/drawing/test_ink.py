@@ -3,7 +3,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fpmatch.drawing.ink import grey_pixels, ink_coverage, ridge_picture, shrunk, thinned_off_print
+from fpmatch.drawing.scene.ink import (
+    grey_pixels,
+    ink_coverage,
+    ridge_picture,
+    shrunk,
+    thinned_off_print,
+)
 from fpmatch.errors import ImageError
 from fpmatch.image.extract import extract
 from fpmatch.minutiae import Minutiae, RidgeField, Template

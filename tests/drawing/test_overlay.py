@@ -12,7 +12,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fpmatch import extract, read_image, verify
-from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.draw import (
     NO_RIDGES,
@@ -25,12 +24,13 @@ from fpmatch.drawing.overlay.draw import (
 from fpmatch.drawing.overlay.marks import ExaminerMark, examiner_marks
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
 from fpmatch.drawing.overlay.side_by_side import place_numbers
-from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK, agreement, hexadecimal
+from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Circle, Text
+from fpmatch.drawing.scene.palette import PROBE_MARK, REFERENCE_MARK, agreement, hexadecimal
 from fpmatch.drawing.scene.placement import of_transform
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 PANEL = Box(0, 0, 600, 600)
 RIGHT = (1.0, 0.0)

@@ -34,12 +34,12 @@ from fpmatch.drawing.paper_figures.unit_circle import (
     weights,
 )
 from fpmatch.drawing.plots.style import plain_style
-from fpmatch.drawing.words import degrees, number
 from fpmatch.errors import OutputError, PointSetError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import fit_rings
 from fpmatch.pointset.unit_circle.one_rings import map_to_unit_circle
 from fpmatch.pointset.unit_circle.parametrize import shape_preserving_weights
+from fpmatch.prints.words import degrees, number
 
 Floats = NDArray[np.float64]
 SVG = "{http://www.w3.org/2000/svg}"

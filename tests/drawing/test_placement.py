@@ -14,7 +14,7 @@ from fpmatch.drawing.scene.placement import (
     of_transform,
     zoomed,
 )
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 transforms = st.builds(
     Similarity, st.floats(0.1, 10), st.floats(-4, 4), st.floats(-500, 500), st.floats(-500, 500)

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.palette import PROBE_MARK, hexadecimal
 from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.palette import PROBE_MARK, hexadecimal
 from fpmatch.errors import OutputError
-from fpmatch.pointset.affine.transform import AffineTransform
-from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.similarity import Similarity
 
 mpl = pytest.importorskip("matplotlib", reason="the plot extra is not installed")
 

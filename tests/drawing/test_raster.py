@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from fpmatch.drawing.fonts import text_width
+from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
 from fpmatch.drawing.scene.raster import paint, paint_over
 

@@ -8,7 +8,7 @@ from fpmatch.errors import ImageReadError
 from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 SPREAD = 30.0
 

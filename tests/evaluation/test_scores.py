@@ -7,10 +7,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.score_file import csv_lines
 from fpmatch.evaluation.scores import choose_matcher, read_genuine_and_impostor, read_scores
-from fpmatch.printable import csv_cell
 
 NAMED = [("1_1", "1_2", 1, 0.9), ("1_1", "2_1", 0, 0.1), ("1_2", "2_1", 0, 0.2)]
 LETTERS = [("ann a", "ann b", 1, 0.9), ("ann a", "bob", 0, 0.1), ("ann b", "bob", 0, 0.2)]

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 IDENTITY = {"scale": 1.0, "rotation": 0.0, "tx": 0.0, "ty": 0.0}
 

@@ -9,7 +9,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.files import is_template_file, load_record, load_template, save_template
 from fpmatch.formats.record import ReadingOptions
 from fpmatch.gallery.folders import prints_in
-from fpmatch.reading import PrintReader, decode_print
+from fpmatch.prints.reading import PrintReader, decode_print
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from fpmatch.gallery import enrol as enrol_module
 from fpmatch.gallery.entry import Failure, NamePattern
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 
 HERE = Path(__file__).parent
 

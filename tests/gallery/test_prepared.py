@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_prints import entry_of, scattered
 
-from fpmatch.array_file import decode_arrays, encode_arrays, read_content, write_content
+from fpmatch.base.array_file import decode_arrays, encode_arrays, read_content, write_content
 from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery import prepared as prepared_module

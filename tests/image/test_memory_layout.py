@@ -8,8 +8,8 @@ import pytest
 from made_images import as_picture, plane_wave
 
 from fpmatch.image.enhancement.gabor import gabor_filter
-from fpmatch.image.enhancement.spectrum import ridge_spectrum
 from fpmatch.image.preprocess.normalize import normalize
+from fpmatch.image.preprocess.spectrum import ridge_spectrum
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
 from fpmatch.image.skeleton.minutia_quality import minutia_quality

@@ -13,7 +13,7 @@ from made_files import (
     wsq,
 )
 
-from fpmatch.binary_records import Record
+from fpmatch.base.binary_records import Record
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.limits import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage

@@ -18,7 +18,7 @@ from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.matching.result import Comparison
 from fpmatch.matching.ridges import correlate
 from fpmatch.minutiae import Minutiae, RidgeField, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 COMPILED = _local_kernel.COMPILED
 """Whether the kernels are; where they are not, a comparison takes a hundred times as long."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matching_prints import template_of
 
-from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import MatcherError
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
 

@@ -10,7 +10,7 @@ from fpmatch.matching.consolidate import Link, consolidate, link_impressions, li
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.merge import merge_templates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 MATCHER = get_matcher("unit-circle")
 CURVE = load_calibration("unit-circle")

@@ -12,7 +12,7 @@ from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
 
 

@@ -32,7 +32,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.score import evidence_scorer, gather_evidence
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 EXAMPLES = 50 if COMPILED else 15
 SECONDS_FOR_A_CROWD = 5.0 if COMPILED else 90.0

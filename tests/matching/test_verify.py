@@ -16,8 +16,8 @@ from fpmatch.matching.matchers import get_matcher, matcher_names
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.result import Comparison, as_explaining
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
-from fpmatch.pointset.similarity import Similarity
-from fpmatch.report import as_dict, as_text
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.prints.report import as_dict, as_text
 
 POINTS = spread_points(np.random.default_rng(1), 18, 20.0)
 PROBE = template_of(POINTS)

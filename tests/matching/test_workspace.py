@@ -23,7 +23,7 @@ from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.score import evidence_scorer
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 EXAMPLES = 50 if COMPILED else 10
 

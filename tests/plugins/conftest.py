@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch
-from fpmatch.plugins import forget_plugins
 
 sys.path.append(str(Path(__file__).parent))
 

@@ -7,11 +7,11 @@ import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
 from fpmatch import load_template, save_template
+from fpmatch.base.plugins import FORMATS, forget_plugins
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import is_template_file
 from fpmatch.formats.registry import CODECS, codec_of_name, known_codecs
 from fpmatch.gallery.prints import find_prints
-from fpmatch.plugins import FORMATS, forget_plugins
 
 GUIDE = "add_a_format.md"
 PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]

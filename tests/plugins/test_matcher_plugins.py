@@ -20,10 +20,10 @@ from plugin_packages import (
 )
 
 from fpmatch import Minutiae, Template, verify
+from fpmatch.base.plugins import MATCHERS, forget_plugins
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, Provenance
 from fpmatch.matching.matchers import get_matcher, matcher_failures, matcher_names
-from fpmatch.plugins import MATCHERS, forget_plugins
 
 GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fpmatch.pointset._grid_kernel import CellGrid
-from fpmatch.pointset.affine.transform import AffineTransform
-from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
-from fpmatch.pointset.grid import sort_into_cells
-from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry._grid_kernel import CellGrid
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.frames import MAX_EXPONENT, UnitFrame
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.points import sort_into_cells
+from fpmatch.pointset.geometry.similarity import Similarity
 
 MAX_POINTS = 16
 

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, seeds, squared_distances
 
-from fpmatch.pointset import _grid_kernel as grid_kernel
 from fpmatch.pointset.affine import matcher as affine
+from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
+from fpmatch.pointset.geometry.pairing import greedy_pairs, optimal_pairs
 from fpmatch.pointset.match import match_points
-from fpmatch.pointset.pairing import greedy_pairs, optimal_pairs
 from fpmatch.pointset.triangles import matcher as triangles
 from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
@@ -109,7 +109,7 @@ def crowd(seed, count, outliers=2):
 
 def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
     points = np.random.default_rng(1).normal(0, 1e-3, (2, 3000))
-    kernel = plain("_grid_kernel")
+    kernel = plain("geometry._grid_kernel")
     grid = kernel.CellGrid(points, 3000, -105.0, -105.0, 10.0, 22, 22)
     assert np.diff(grid.start).max() > 2900
     grid.split_crowds()

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
-from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate
-from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, Triangulation, triangulate
+from fpmatch.pointset.geometry.frames import UnitFrame
 
 Points = np.ndarray
 Whole = tuple[int, int]

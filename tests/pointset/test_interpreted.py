@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, seeds, worn
 
 from fpmatch import pointset
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 Import = Callable[[str], ModuleType]
 ROOM = Path(pointset.__file__).parent
@@ -80,7 +80,7 @@ def test_compiled_and_interpreted_agree(
         try:
             with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
                 found.append(repr(results(room, *sets)))
-        except compiled("points").PointSetError as error:
+        except compiled("geometry.points").PointSetError as error:
             found.append(repr(error))
     assert found[0] == found[1]
 

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pointset_strategies import any_finite_points
 
+from fpmatch.base.printable import printable
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import points_csv
 from fpmatch.pointset.points_csv import DELIMITERS, decode_points, load_points
-from fpmatch.printable import printable
 
 TWO = [[1.5, 2.0], [-3.0, 400.0]]
 

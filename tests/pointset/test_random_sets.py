@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pointset_strategies import seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.point_match import share_of
+from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.random_sets import (
     MAX_SCALE,
     MIN_SCALE,

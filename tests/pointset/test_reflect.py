@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from pointset_strategies import affine_transforms, check_sound, seeds, similarities, worn
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.match import (
     POINT_MATCHERS,
     PointMatcher,
@@ -17,9 +19,7 @@ from fpmatch.pointset.match import (
     match_points,
     wider_maps,
 )
-from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.reflect import match_either_way
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 
 EXAMPLES = 30 if kernel.COMPILED else 5

@@ -8,7 +8,7 @@ import pytest
 
 from fpmatch.errors import DatasetError
 from fpmatch.matching._align_kernel import COMPILED
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.plan import plain_sensor

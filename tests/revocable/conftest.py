@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.plugins import forget_plugins
+from fpmatch.base.plugins import forget_plugins
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "revocable"
 sys.path += [str(EXAMPLE), str(Path(__file__).parents[1] / "plugins")]

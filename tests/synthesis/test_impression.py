@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import ImageError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import Sensor

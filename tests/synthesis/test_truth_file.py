@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ImageError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.displacement import DisplacementField
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.presets import PRESETS

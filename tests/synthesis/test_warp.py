@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ImageError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.warp import STICKING_RADIUS, Warp, draw_warp
 

@@ -20,7 +20,7 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.web import models
 from fpmatch.web.app import STATIC, make_app
 from fpmatch.web.settings import Limits, Settings

@@ -17,9 +17,9 @@ pytest.importorskip("httpx", reason="httpx is not installed")
 import httpx
 
 import fpmatch
+from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch as command
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.plugins import forget_plugins
 from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.app import STATIC, make_app
 from fpmatch.web.settings import Limits, Settings

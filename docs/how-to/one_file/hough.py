@@ -13,7 +13,7 @@ import numpy as np
 
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_notes, show, show_line
 from fpmatch.cli.options import (
     FILE,
@@ -16,7 +17,6 @@ from fpmatch.cli.options import (
     output_option,
     polarity_option,
 )
-from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,9 +66,9 @@ def protect(
     angles: AngleConvention | None,
 ) -> None:
     """Write the revocable template of PRINT, an image or a template, under the current key."""
+    from fpmatch.base.output import check_writable
     from fpmatch.encryption.keys import load_keys
-    from fpmatch.output import check_writable
-    from fpmatch.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, make_given_print
     from fpmatch_revocable import template
 
     check_writable(output)
@@ -110,8 +110,8 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
 @json_option
 def compare(probe: Path, reference: Path, fmr: float, as_json: bool) -> int:
     """Decide whether two revocable templates of one key are of the same finger; needs no key."""
-    from fpmatch.drawing.words import odds, score_as_high, verdict
     from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
+    from fpmatch.prints.words import odds, score_as_high, verdict
     from fpmatch_revocable import compare as comparison
     from fpmatch_revocable.matcher import CALIBRATION, MATCHER
     from fpmatch_revocable.template import RevocableTemplate

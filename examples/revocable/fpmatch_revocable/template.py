@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.matching.prepare import prepare
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.fonts import text_width, wrapped
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.fonts import text_width, wrapped
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
-from fpmatch.drawing.words import odds
+from fpmatch.prints.words import odds
 
 if TYPE_CHECKING:
-    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.result import Verification
 
 Fact = tuple[str, str]  # a label and its value
@@ -44,10 +44,7 @@ def evidence(verification: Verification) -> list[Fact]:
 
 
 def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
-    """Return the transform of the probe, as (label, value); empty where none was found.
-
-    The last fact is how the probe is drawn, where that is given.
-    """
+    """Return the transform of the probe and how it is drawn as (label, value); none without it."""
     v = verification
     if v.transform is None:
         return []
@@ -67,10 +64,7 @@ def _percent(share: float) -> str:
 
 
 def header(verification: Verification, width: float, drawn: str = "") -> tuple[list[Item], float]:
-    """Compose the band for a page of `width`; returns its items, and its height in pixels.
-
-    `drawn` is how the probe is drawn, in words.
-    """
+    """Compose the band for a page of `width`; returns its items, and its height in pixels."""
     y = MARGIN
     items = _first_row(verification, width, y)
     y += _BADGE_HEIGHT + 16

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.files import png_bytes
+from fpmatch.base.output import atomic_write_bytes
 from fpmatch.drawing.overlay.page import Print, panel_of
 from fpmatch.drawing.overlay.ridge_page import ridge_page
 from fpmatch.drawing.overlay.side_by_side import side_by_side_page
 from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
 from fpmatch.drawing.overlay.warp import pair_warp
+from fpmatch.drawing.scene.files import png_bytes
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError
-from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     import os

@@ -8,8 +8,6 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.marks import (
     BESIDE_PAIRED,
@@ -21,11 +19,13 @@ from fpmatch.drawing.overlay.marks import (
     MarkStyle,
     mark,
 )
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Point, Text
 from fpmatch.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
-    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.palette import Colour
 
 _Entry: TypeAlias = tuple[str, Callable[[float, float], list[Item]]]
 

@@ -9,15 +9,15 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.palette import (
+from fpmatch.drawing.scene.fonts import text_width
+from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text
+from fpmatch.drawing.scene.palette import (
     EXAMINER_MARK,
     PAIR_LINK,
     PROBE_MARK,
     REFERENCE_MARK,
     Colour,
 )
-from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text
 from fpmatch.drawing.scene.placement import direction_on_page, moved
 from fpmatch.minutiae import MinutiaKind
 

@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
+from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.caption import MARGIN, header
-from fpmatch.drawing.palette import PANEL_EDGE
+from fpmatch.drawing.scene.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
 from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Path, Pen, Scene
+from fpmatch.drawing.scene.palette import PANEL_EDGE
 from fpmatch.drawing.scene.placement import magnification, zoomed
-from fpmatch.drawing.words import odds, outcome
 from fpmatch.errors import ImageError
-from fpmatch.text_table import count
+from fpmatch.prints.words import odds, outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.result import Verification
     from fpmatch.minutiae import Template
 

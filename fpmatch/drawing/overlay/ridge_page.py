@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing import palette
 from fpmatch.drawing.overlay.legend import ridge_legend
 from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, examiner_marks, marks
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
+from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene
 from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
@@ -34,10 +34,7 @@ def ridge_page(
     ridges: RidgeMap,
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
-    """Compose the page of the reference with the cells of `ridges`.
-
-    `own` are marks that an examiner set.
-    """
+    """Compose the page of the reference with the cells of `ridges` and an examiner's marks."""
     t = reference.template
     shown = np.vstack([corners(t.width, t.height), ridges.corners.reshape(-1, 2)])
     view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)

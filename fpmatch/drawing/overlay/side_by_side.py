@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.fonts import text_width
+from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.legend import side_by_side_legend
 from fpmatch.drawing.overlay.marks import (
@@ -20,11 +20,11 @@ from fpmatch.drawing.overlay.marks import (
     unpaired,
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
-from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
+from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Point, Scene, Text
+from fpmatch.drawing.scene.palette import NEUTRAL_INK, TEXT
 from fpmatch.drawing.scene.placement import direction_on_page, moved, of_transform, zoomed
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
-    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.result import Verification
 
 _COMFORTABLE_SIDE: Final = 760.0  # page pixels of each print

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.ink import at_pixels
+from fpmatch.drawing.scene.ink import at_pixels
 from fpmatch.drawing.scene.items import Ink
 from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.minutiae import STANDARD_DPI, Minutiae
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Box
     from fpmatch.matching.result import Verification
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
     Points = NDArray[np.float64]
 

@@ -5,9 +5,17 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fpmatch.drawing.palette import BAND, MATCH, NO_MATCH, PAPER, TEXT_MUTED, Colour, hexadecimal
 from fpmatch.drawing.paper_figures.marks import LINES, MESHES, label
 from fpmatch.drawing.paper_figures.sheet import PX, Sheet
+from fpmatch.drawing.scene.palette import (
+    BAND,
+    MATCH,
+    NO_MATCH,
+    PAPER,
+    TEXT_MUTED,
+    Colour,
+    hexadecimal,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.palette import Colour, hexadecimal
 from fpmatch.drawing.paper_figures.sheet import PX, label_width, show
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.palette import Colour, hexadecimal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.drawing.paper_figures.rings import Ring
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
 
     Floats = NDArray[np.float64]
 

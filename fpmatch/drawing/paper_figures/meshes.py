@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing.palette import TEXT
 from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
+from fpmatch.drawing.scene.palette import TEXT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,6 +1,6 @@
 """The two point sets of the figures, and the partners of their points.
 
-Figures are drawn in the sets' unit frames (`fpmatch.pointset.points.UnitFrame`), as the matcher
+Figures are drawn in the unit frames of the sets (`geometry.frames.UnitFrame`), as the matcher
 works in them, so that points of any magnitude can be drawn; the transform is in the units given.
 In the figures y points up: points of images, whose y points down, are mirrored first (`y_down`).
 """
@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.words import degrees, rotated_and_scaled
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.points import as_points
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.match import match_points
-from fpmatch.pointset.points import as_points
 from fpmatch.pointset.random_sets import random_pair
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.prepared_points import prepare_points
+from fpmatch.prints.words import degrees, rotated_and_scaled
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints
 
 MOST_POINTS: Final = 2000

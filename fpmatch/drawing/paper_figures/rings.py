@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.words import point_name
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.frames import between_sets
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.frames import between_sets
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
+from fpmatch.prints.words import point_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

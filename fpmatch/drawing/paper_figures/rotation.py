@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.palette import PAIR_LINK, TEXT
 from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.meshes import EDGE_ROOM, crowding
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
-from fpmatch.drawing.words import degrees, number, positive_degrees, significant
-from fpmatch.pointset.pairing import greedy_pairs
+from fpmatch.drawing.scene.palette import PAIR_LINK, TEXT
+from fpmatch.pointset.geometry.pairing import greedy_pairs
 from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
+from fpmatch.prints.words import degrees, number, positive_degrees, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.paper_figures.pair import PointPair
     from fpmatch.drawing.paper_figures.rings import Ring, RingPair
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
     Floats = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.drawing.palette import NEUTRAL_INK, TEXT, TEXT_MUTED
 from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
-from fpmatch.drawing.words import degrees, number, significant
+from fpmatch.drawing.scene.palette import NEUTRAL_INK, TEXT, TEXT_MUTED
+from fpmatch.prints.words import degrees, number, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.drawing import palette
-from fpmatch.drawing.palette import Colour, hexadecimal
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.plots.style import check_matplotlib, figure_bytes, plain_style
-from fpmatch.drawing.words import match_facts, verdict
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.palette import Colour, hexadecimal
 from fpmatch.errors import OutputError
-from fpmatch.output import atomic_write_bytes, check_writable
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.geometry.points import as_points
+from fpmatch.prints.words import match_facts, verdict
 
 if TYPE_CHECKING:
     import os
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.point_match import PointMatch
+    from fpmatch.pointset.geometry.point_match import PointMatch
 
     Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from fpmatch.drawing.palette import PAPER, Colour
+from fpmatch.drawing.scene.palette import PAPER, Colour
 
 if TYPE_CHECKING:
     import numpy as np

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.drawing.scene.items import Point
-    from fpmatch.pointset.similarity import Similarity
+    from fpmatch.pointset.geometry.similarity import Similarity
 
     Matrix = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.drawing.fonts import font, parts, text_width
-from fpmatch.drawing.palette import PAPER
+from fpmatch.drawing.scene.fonts import font, parts, text_width
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text
+from fpmatch.drawing.scene.palette import PAPER
 from fpmatch.drawing.scene.placement import bounds
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Anchor, Item, Point, Scene
+    from fpmatch.drawing.scene.palette import Colour
 
     Page = NDArray[np.float32]
     Cell = tuple[int, int]

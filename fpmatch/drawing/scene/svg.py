@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
-from fpmatch.drawing.files import png_bytes
-from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.palette import PAPER, hexadecimal, mixed
+from fpmatch.drawing.scene.files import png_bytes
+from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Path, Text
+from fpmatch.drawing.scene.palette import PAPER, hexadecimal, mixed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.files import png_bytes, write_files
-from fpmatch.drawing.ink import shrunk
-from fpmatch.drawing.palette import PANEL_EDGE, TEXT, TEXT_MUTED
+from fpmatch.drawing.scene.files import png_bytes, write_files
+from fpmatch.drawing.scene.ink import shrunk
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.palette import PANEL_EDGE, TEXT, TEXT_MUTED
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.drawing.stages.pictures import Picture, stage_picture, value_range
 from fpmatch.errors import OutputError
@@ -35,10 +35,9 @@ _EDGE: Final = Pen(PANEL_EDGE, width=1.0)
 def write_stages(
     stages: Mapping[str, NDArray[Any]], folder: str | os.PathLike[str]
 ) -> list[pathlib.Path]:
-    """Write each stage as ``01_input.png`` and so on, and ``contact_sheet.png`` with all of them.
+    """Write each stage as ``01_input.png`` and so on, and ``contact_sheet.png``, the last returned.
 
-    The folder is made where it does not exist. Returns the files, the contact sheet last. Nothing
-    is written where an array cannot be drawn.
+    Nothing is written where an array cannot be drawn.
     """
     pictures = _pictures(stages)
     stems = (re.sub(r"[^\w-]+", "_", name) or "stage" for name in pictures)

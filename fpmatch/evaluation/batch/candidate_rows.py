@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
+from fpmatch.base.printable import json_text
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.score_file import csv_lines
-from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

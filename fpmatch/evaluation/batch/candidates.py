@@ -24,7 +24,7 @@ from fpmatch.gallery.search import ConsolidatedFingers
 from fpmatch.gallery.search_pieces import batch_size, hold_search, searched_in_stages
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.reading import group_by_note
+from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
     import os

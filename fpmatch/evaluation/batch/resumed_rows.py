@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 from zlib import crc32
 
+from fpmatch.base.output import make_private
 from fpmatch.evaluation.batch.store import Position, are_rows_of, flush
 from fpmatch.evaluation.score_file import convert_to_parquet, is_parquet
-from fpmatch.output import make_private
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch._version import __version__
+from fpmatch.base.output import check_writable
 from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError, number_text
@@ -22,8 +23,7 @@ from fpmatch.evaluation.pair_list import print_names
 from fpmatch.evaluation.score_file import check_format
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.output import check_writable
-from fpmatch.reading import group_by_note
+from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

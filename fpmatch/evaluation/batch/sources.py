@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
+from fpmatch.base.printable import csv_cell
 from fpmatch.engine.workers import attempt_each
 from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
@@ -22,11 +23,10 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import extract_opened, find_prints, folder_reader, open_print
-from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.packed_template import minutiae_digest, packed_minutiae_digest
-from fpmatch.printable import csv_cell
-from fpmatch.reading import ASSUMED_DPI
+from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.ridge_field import RidgeField
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def open_source(
         each file's own).
     polarity, reader
         For the files of a folder, as for
-        `fpmatch.image.quality.folder_polarity.find_polarities`.
+        `fpmatch.image.folder_polarity.find_polarities`.
     pattern, by_folder
         Where the names or subfolders of a folder contain the fingers, as for
         `fpmatch.gallery.prints.find_prints`.

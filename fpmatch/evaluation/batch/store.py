@@ -17,11 +17,11 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from zlib import crc32
 
+from fpmatch.base.output import PRIVATE_FOLDER, create_private, make_private, reason
+from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.encryption.keys import given_source, keys_for, load_keys
 from fpmatch.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
-from fpmatch.output import PRIVATE_FOLDER, create_private, make_private, reason
-from fpmatch.parsing import ParseError, parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import text_table
 from fpmatch.evaluation.ground_truth.false_minutiae import Cause, false_minutiae
 from fpmatch.evaluation.ground_truth.minutiae_counts import (
     MAIN_TOLERANCE,
@@ -23,7 +24,6 @@ from fpmatch.evaluation.ground_truth.transform_error import (
     summarise_transforms,
 )
 from fpmatch.minutiae import STANDARD_DPI, Template
-from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.evaluation.decision import matches
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.output import reason
+from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.minutiae import Minutiae
-from fpmatch.output import reason
-from fpmatch.parsing import ParseError, parse_json
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.synthesis.displacement import DisplacementField
 
 if TYPE_CHECKING:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.files import reduced, webp_bytes
-from fpmatch.drawing.ink import ridge_picture
+from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.draw import draw
+from fpmatch.drawing.scene.files import reduced, webp_bytes
+from fpmatch.drawing.scene.ink import ridge_picture
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.evaluation.report import SetResult
 from fpmatch.formats.files import holds_minutiae_only
@@ -18,7 +19,6 @@ from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
+from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
+from fpmatch.base.printable import printable_lines
 from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.evaluation.analysis import bounds_of
 from fpmatch.evaluation.decision import calibration_of, matches, rho_of
@@ -29,8 +31,6 @@ from fpmatch.evaluation.rate_text import (
 )
 from fpmatch.evaluation.report import split_scores
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.output import atomic_write_bytes, check_writable, make_folder
-from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:
     import os

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.text_table import count
 from fpmatch.drawing.plots.style import figure_bytes, plain_style
 from fpmatch.evaluation.curves import writable_files, write_files
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH
 from fpmatch.evaluation.points.plot import check_plot
-from fpmatch.output import atomic_write_bytes
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     import os

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import count
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
@@ -18,7 +19,6 @@ from fpmatch.evaluation.open_set.roles import GROUPS, Roles, group_fingers, subj
 from fpmatch.evaluation.open_set.searches import search_all
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

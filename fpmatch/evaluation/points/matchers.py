@@ -26,9 +26,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError, unknown_name
-from fpmatch.pointset.pairing import greedy_pairs
-from fpmatch.pointset.point_match import PointMatch, rms_distance
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.pairing import greedy_pairs
+from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

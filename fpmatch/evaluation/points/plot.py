@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.plots.style import check_matplotlib, figure_bytes, plain_style
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.pointset.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:

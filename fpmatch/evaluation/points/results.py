@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import atomic_write_bytes, reason
+from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.conditions import Condition, conditions
-from fpmatch.output import atomic_write_bytes, reason
-from fpmatch.parsing import ParseError, parse_json
 
 if TYPE_CHECKING:
     import os

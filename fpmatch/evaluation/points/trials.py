@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.points.conditions import Condition
     from fpmatch.evaluation.points.matchers import BenchMatcher
-    from fpmatch.pointset.point_match import PointMatch
+    from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.pointset.random_sets import RandomPair
 
     Clock = Callable[[], float]

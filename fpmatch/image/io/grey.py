@@ -14,8 +14,8 @@ from fpmatch.minutiae import check_dpi
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.image.arrays import Grey
     from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.preprocess.arrays import Grey
 
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.image.arrays import percentiles
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels, blur_blocks
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats, Grey, Mask
-    from fpmatch.image.enhancement.spectrum import RidgeSpectrum
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
+    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 # Lengths in blocks (8 px at 500 dpi), contrasts in grey levels.
 SMOOTHING_BLOCKS: Final = 1.2

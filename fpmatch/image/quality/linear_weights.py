@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fpmatch.base.parsing import parse_json
 from fpmatch.errors import FpmatchError
-from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from fpmatch.image.arrays import Doubles
+    from fpmatch.image.preprocess.arrays import Doubles
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,7 +2,7 @@
 
 A matcher is one module of this package that defines ``MATCHER``, of the shape of
 `fpmatch.matching.result.Matcher`. File ``unit_circle.py`` is the matcher "unit-circle". Other
-packages add matchers by entry points, see `fpmatch.plugins`.
+packages add matchers by entry points, see `fpmatch.base.plugins`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import importlib
 import pkgutil
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.plugins import MATCHERS, PluginError, load_plugin, load_plugins, plugin_names
 from fpmatch.errors import MatcherError, did_you_mean
-from fpmatch.plugins import MATCHERS, PluginError, load_plugin, load_plugins, plugin_names
 
 if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
@@ -23,7 +23,7 @@ DEFAULT_MATCHER: Final = "unit-circle"
 def matcher_names() -> list[str]:
     """Return the names of all matchers, in alphabetical order, without importing any.
 
-    Those of other packages are among them, see `fpmatch.plugins`.
+    Those of other packages are among them, see `fpmatch.base.plugins`.
 
     Examples
     --------

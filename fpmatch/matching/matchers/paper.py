@@ -22,8 +22,8 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching.result import Comparison, nothing_found
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.point_match import check_rho
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.point_match import check_rho
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_RHO,
     UnitCircleParameters,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.minutiae import Template
-    from fpmatch.pointset.point_match import PointMatch
+    from fpmatch.pointset.geometry.point_match import PointMatch
 
     Floats = NDArray[np.float64]
 

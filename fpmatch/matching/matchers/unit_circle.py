@@ -25,7 +25,7 @@ from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.matching.ridge_map import ridge_map
 from fpmatch.matching.score_model import amount_of_print
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -32,7 +32,7 @@ from fpmatch.matching.reference.neighbourhood import local_similarity, neighbour
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.matching.score import load_weights
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

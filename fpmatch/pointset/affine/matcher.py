@@ -28,15 +28,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.affine import _affine_kernel as kernel
-from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
-from fpmatch.pointset.pairing import optimal_pairs
-from fpmatch.pointset.point_match import PointMatch, rms_distance, too_few
+from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.pairing import optimal_pairs
+from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, too_few
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles.descriptors import density_of, ring_triangles
+from fpmatch.pointset.triangles.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
 
 if TYPE_CHECKING:
@@ -86,11 +86,7 @@ def match_affine(
     tolerance: float | None = None,
     parameters: AffineParameters | None = None,
 ) -> PointMatch:
-    """Find the affine transform, not mirrored, that maps points of P onto points of Q, if any.
-
-    This is `fpmatch.match_points` for ``model="affine"``, with parameters; the tolerance and the
-    errors are as there.
-    """
+    """Match as `fpmatch.match_points` does for ``model="affine"``, with parameters."""
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
     match = partial(_match, tolerance=tolerance, parameters=parameters or _DEFAULT)
@@ -126,10 +122,7 @@ def _match(
 
 
 class _Widened:
-    """A set mapped by a symmetric matrix so that its second moments are those of a circle.
-
-    One that is next to collinear is refused with a `PointSetError` under its name.
-    """
+    """A set mapped by a symmetric matrix so that its second moments are those of a circle."""
 
     def __init__(self, given: GivenSet) -> None:
         points = given.mesh.points

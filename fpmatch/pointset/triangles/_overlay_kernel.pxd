@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.pointset._grid_kernel cimport CellGrid
+from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 
 cpdef int refine(
     double[:, ::1] p, CellGrid grid, double t2, int max_rounds, int[::1] owner, int[::1] partner,

@@ -1,5 +1,5 @@
 # Types of the kernel.
-from fpmatch.pointset._grid_kernel cimport CellGrid
+from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 from fpmatch.pointset.triangles._sequential_test_kernel cimport SequentialTest
 
 cpdef bint propose(

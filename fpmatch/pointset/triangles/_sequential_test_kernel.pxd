@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.pointset._grid_kernel cimport CellGrid
+from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 
 cdef class SequentialTest:
     cdef double[:, ::1] p, q

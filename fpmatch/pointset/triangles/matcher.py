@@ -18,12 +18,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.pointset._least_squares_kernel import fit_partners
-from fpmatch.pointset.frames import between_sets
-from fpmatch.pointset.given_set import GivenSet, Target, check_tolerance, match_given
-from fpmatch.pointset.pairing import optimal_pairs
-from fpmatch.pointset.point_match import PointMatch, too_few
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.pointset.geometry.frames import between_sets
+from fpmatch.pointset.geometry.pairing import optimal_pairs
+from fpmatch.pointset.geometry.point_match import PointMatch, too_few
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import SimilarityTest, propose
 from fpmatch.pointset.triangles.descriptors import (
@@ -34,6 +33,7 @@ from fpmatch.pointset.triangles.descriptors import (
     ring_triangles,
     sort_by_shape,
 )
+from fpmatch.pointset.triangles.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.pointset.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.given_set import Target
+    from fpmatch.pointset.triangles.given_set import Target
 
 MAX_CHANCE: Final = 1e-3
 """Expected number of matches as good by chance, under which a match is accepted."""

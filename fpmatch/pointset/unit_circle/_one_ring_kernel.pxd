@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.pointset._grid_kernel cimport CellGrid
+from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 
 cpdef centre_images(
     const double[:, ::1] point, int[::1] centre, int[::1] start, int[::1] vertex,

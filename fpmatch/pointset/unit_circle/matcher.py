@@ -42,10 +42,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
-from fpmatch.pointset.frames import between_sets
-from fpmatch.pointset.pairing import greedy_pairs, index_pairs
-from fpmatch.pointset.point_match import PointMatch, check_rho, fewest_above, rms_distance
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.frames import between_sets
+from fpmatch.pointset.geometry.pairing import greedy_pairs, index_pairs
+from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, fewest_above, rms_distance
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle import _one_ring_kernel as kernel
 from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points
 
@@ -97,16 +97,8 @@ def match_by_unit_circle(
 ) -> PointMatch:
     """Match two point sets, (N, 2) and (M, 2), by their one-rings on the unit circle.
 
-    Returns
-    -------
-    PointMatch
-        The best transform of `p` onto `q` and what it matches. Exchanging the sets gives the same
-        pairs and the inverse transform.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed, or its coordinates or extent are beyond 2**±300.
+    Exchanging the sets gives the same pairs and the inverse transform. Raises PointSetError if a
+    set is malformed, or its coordinates or extent are beyond 2**±300.
     """
     return match_prepared(prepare_points(p), prepare_points(q), parameters)
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.pointset.pairing import index_pairs
+from fpmatch.pointset.geometry.pairing import index_pairs
 from fpmatch.pointset.unit_circle import _one_ring_kernel as kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.pointset._grid_kernel cimport CellGrid
+from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 
 cpdef void find_neighbours(
     CellGrid grid, int i, int[::1] near, double[::1] squared, long long[::1] steps,

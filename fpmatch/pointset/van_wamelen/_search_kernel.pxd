@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.pointset._grid_kernel cimport CellGrid
+from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 
 cpdef search(
     CellGrid p_grid, CellGrid q_grid, int[::1] pivot, int[::1] scene, int[::1] near_p,

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import fpmatch
+from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError
 from fpmatch.minutiae import Minutiae, Template
-from fpmatch.npy import decode_npy
 from fpmatch.pointset.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
 from fpmatch.ridge_field import RidgeField
 from research.fuzzing.mutators.containers import doubles, npy_header, zip_member

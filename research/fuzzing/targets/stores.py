@@ -22,7 +22,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.array_file import read_arrays, write_arrays
+from fpmatch.base.array_file import read_arrays, write_arrays
+from fpmatch.base.printable import printable
 from fpmatch.engine.engine import serial
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
@@ -41,7 +42,6 @@ from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.prepare_compact import prepare_compact
-from fpmatch.printable import printable
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import packed_template
 from research.fuzzing.mutators.sealed import use_key

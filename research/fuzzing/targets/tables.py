@@ -19,7 +19,7 @@ from fpmatch.evaluation.points.results import read_results
 from fpmatch.evaluation.score_reports import evaluate_scores
 from fpmatch.evaluation.scores import read_genuine_and_impostor, read_scores
 from fpmatch.gallery.manifest import is_manifest, read_manifest
-from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.pointset.points_csv import load_points
 from fpmatch.synthesis.check import fault

@@ -17,7 +17,7 @@ from fpmatch.evaluation.ground_truth.transform_error import (
 )
 from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
 from fpmatch.minutiae import Minutiae
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 
 RNG = np.random.default_rng(4)
 FINGER = RNG.uniform(50, 350, (20, 2))

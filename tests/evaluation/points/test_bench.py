@@ -11,7 +11,7 @@ from fpmatch.evaluation.points.conditions import Condition, conditions
 from fpmatch.evaluation.points.matchers import BenchMatcher, StoppedError, matcher_named
 from fpmatch.evaluation.points.results import BenchResults, PointCell, SkippedCell
 from fpmatch.evaluation.points.trials import TrialPlan
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.geometry.point_match import PointMatch
 
 PLAN = TrialPlan(trials=1, budget_s=20.0)
 WHERE = conditions(["patch"], largest_m=100)

@@ -12,7 +12,7 @@ from fpmatch.evaluation.points.conditions import (
     conditions,
     make_pair,
 )
-from fpmatch.pointset.point_match import share_of
+from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.random_sets import POINT_MODELS
 
 SMALL = Condition("patch", 5, 2)

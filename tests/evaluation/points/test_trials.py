@@ -9,8 +9,8 @@ from fpmatch.evaluation.points import trials as point_trials
 from fpmatch.evaluation.points.conditions import Condition, make_pair
 from fpmatch.evaluation.points.matchers import BenchMatcher, StoppedError
 from fpmatch.evaluation.points.trials import QUICK_PLAN, TrialPlan, is_recognised, run_cell
-from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.similarity import Similarity
 
 CONDITION = Condition("patch", 0, 2)
 PLAN = TrialPlan(trials=20, budget_s=10.0, fewest_trials=5)

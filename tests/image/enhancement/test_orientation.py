@@ -13,7 +13,7 @@ from fpmatch.image.enhancement.orientation import (
     orientation_at_pixels,
     ridge_orientation,
 )
-from fpmatch.image.enhancement.spectrum import ridge_spectrum
+from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 
 def whole(pixels: np.ndarray) -> np.ndarray:

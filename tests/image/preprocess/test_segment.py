@@ -18,7 +18,6 @@ from made_images import (
 )
 
 from fpmatch.image.enhancement.network import enhance_by_network
-from fpmatch.image.enhancement.spectrum import ridge_spectrum
 from fpmatch.image.preprocess import segment as segmentation
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.segment import (
@@ -27,6 +26,7 @@ from fpmatch.image.preprocess.segment import (
     segment,
     segment_enhanced,
 )
+from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 
 def masks_of(picture: Grey) -> tuple[Binary, Binary]:

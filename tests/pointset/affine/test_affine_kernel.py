@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from pointset_strategies import affine_transforms, grid_of, in_columns, places, seeds
 
-from fpmatch.pointset._least_squares_kernel import fit_partners
 from fpmatch.pointset.affine import _affine_kernel as kernel
-from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.triangles._overlay_kernel import refine
 
 EXAMPLES = 50 if kernel.COMPILED else 10

@@ -21,7 +21,7 @@ from pointset_strategies import (
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.affine import _affine_kernel as kernel
 from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
-from fpmatch.pointset.affine.transform import AffineTransform
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
 
 # Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
 BOUNDED = AffineParameters(max_proposals=50_000 if kernel.COMPILED else 500)

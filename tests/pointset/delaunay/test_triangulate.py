@@ -8,8 +8,7 @@ from pointset_strategies import seeds
 from scipy.spatial import Delaunay
 
 from fpmatch.pointset.delaunay._delaunay_kernel import COMPILED
-from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.delaunay.triangulation import Triangulation
+from fpmatch.pointset.delaunay.triangulate import Triangulation, triangulate
 
 
 def edge_set(mesh: Triangulation) -> set[tuple[int, int]]:

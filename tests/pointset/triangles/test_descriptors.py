@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, in_columns, seeds, similarities
 
-from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.delaunay.triangulate import Triangulation, triangulate
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.triangles.descriptors import (
     density_of,
     density_over_hull,

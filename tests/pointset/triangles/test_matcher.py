@@ -6,8 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pointset_strategies import check_sound, seeds, similarities, worn
 
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.random_sets import independent_pair, random_pair
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import as_move, grid_of, in_columns, places, seeds
 
-from fpmatch.pointset._least_squares_kernel import fit_partners
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as kernel
 
 REACHES = 8  # of the kernel: t, t/2, t/4 and so on

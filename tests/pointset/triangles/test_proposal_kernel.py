@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pointset_strategies import grid_of, in_columns, seeds, squared_distances
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.triangles._sequential_test_kernel import hit_log_likelihoods
 from fpmatch.pointset.triangles.descriptors import describe_all, describe_large, sort_by_shape

@@ -12,8 +12,8 @@ from pointset_strategies import (
 )
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.point_match import fewest_above
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.point_match import fewest_above
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,
     match_by_unit_circle,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from pointset_strategies import as_move, moved, seeds, worn
 
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle import _one_ring_kernel
 from fpmatch.pointset.unit_circle.matcher import best_overlay, fit_rings, similar_rings
 from fpmatch.pointset.unit_circle.parametrize import shape_preserving_weights

@@ -6,7 +6,7 @@ from hypothesis import given
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.geometry.frames import UnitFrame
 from fpmatch.pointset.unit_circle.one_rings import map_to_unit_circle
 from fpmatch.pointset.unit_circle.parametrize import parametrize
 

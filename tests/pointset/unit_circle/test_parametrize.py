@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pointset_strategies import seeds, similarities
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.unit_circle.parametrize import (
     boundary_angles,
     parametrize,

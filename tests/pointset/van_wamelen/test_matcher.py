@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pointset_strategies import check_sound, seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.random_sets import RandomPair, independent_pair, random_pair
 from fpmatch.pointset.van_wamelen import _search_kernel
 from fpmatch.pointset.van_wamelen.matcher import SearchPlan, match_van_wamelen, plan_search

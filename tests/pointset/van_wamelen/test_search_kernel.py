@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import as_move, crowded_pixels, moved, places, seeds, squared_distances
 
-from fpmatch.pointset._grid_kernel import CellGrid
-from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.geometry._grid_kernel import CellGrid
+from fpmatch.pointset.geometry.frames import UnitFrame
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.random_sets import random_pair
-from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _neighbours_kernel as neighbours
 from fpmatch.pointset.van_wamelen import _search_kernel as kernel
 from fpmatch.pointset.van_wamelen import matcher

@@ -1,0 +1,140 @@
+"""Which kernels (modules ``_*_kernel.py``) run compiled, and from which sources; imports none.
+
+``setup.py`` runs this file, too: it imports the standard library only.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# Times the CPU time of `fpmatch evaluate` if no kernel is compiled; docs/data/performance.json has
+# it as measured.
+SLOWER: Final = 9
+
+_PACKAGE: Final = Path(__file__).parents[1]
+_KERNEL: Final = re.compile(r"_.*_kernel\.py")
+_STATED: Final = b"fpmatch kernel compiled from"
+_SOURCES: Final = re.compile(_STATED + rb"((?: [\w/]+\.\w+ [0-9a-z]+)+)")
+_MOST_NAMED: Final = 3
+
+
+def compiled_kernels() -> dict[str, bool]:
+    """Return whether each kernel runs compiled, by the name of its module."""
+    return {name: file is not None for name, file in _compiled_files().items()}
+
+
+def outdated_kernels() -> list[str]:
+    """Return the names of the kernels whose files are not those that they were compiled from.
+
+    Where others are compiled, a kernel of a source tree that is not compiled is one of them, too.
+    """
+    files = _compiled_files()
+    sources = {name: _sources(file) for name, file in files.items() if file}
+    used = {source for stated in sources.values() for source in stated}
+    digests = {source: digest(_PACKAGE / source) for source in used}
+    uncompiled = files.keys() - sources.keys() if sources and in_source_tree() else set()
+    outdated = {
+        name
+        for name, stated in sources.items()
+        if not stated
+        or any(digests[source] != compiled_from for source, compiled_from in stated.items())
+    }
+    return sorted(outdated | uncompiled)
+
+
+def in_source_tree() -> bool:
+    """Return whether this package lies in its source tree, as that of an editable install does."""
+    return (_PACKAGE.parent / "scripts" / "build").exists()
+
+
+def sources_statement(files: Iterable[Path], package: Path) -> str:
+    """Return the text by which a kernel states what it was compiled from, files of `package`."""
+    stated = sorted((file.relative_to(package).as_posix(), digest(file)) for file in files)
+    return " ".join([_STATED.decode(), *(f"{name} {value}" for name, value in stated)])
+
+
+def digest(file: Path) -> str:
+    """Return a digest of the content of a file, "absent" where there is none."""
+    import hashlib  # noqa: PLC0415  (milliseconds, and not needed where nothing is compiled)
+
+    try:
+        return hashlib.blake2b(file.read_bytes(), digest_size=16).hexdigest()
+    except FileNotFoundError:
+        return "absent"
+
+
+def kernels_text() -> str:
+    """Return on one line how many kernels run compiled."""
+    kernels, outdated = compiled_kernels(), len(outdated_kernels())
+    compiled = sum(kernels.values())
+    if outdated:
+        mended = f"`{build_command()}` compiles them"
+        return f"{outdated} of {len(kernels)} kernels out of date: {mended}"
+    if compiled == len(kernels):
+        return "kernels compiled"
+    if compiled == 0:
+        return "kernels not compiled: slow"
+    return f"only {compiled} of {len(kernels)} kernels compiled: slow"
+
+
+def slow_kernels_note() -> str | None:
+    """Return what long work notes first where kernels do not run compiled; None where all do."""
+    kernels = compiled_kernels()
+    slow = len(kernels) - sum(kernels.values())
+    if not slow:
+        return None
+    return (
+        f"{slow} of {len(kernels)} kernels are not compiled: batches take up to {SLOWER} times as "
+        f"long, with the same results; `{build_command()}` compiles them where there is a C "
+        "compiler"
+    )
+
+
+def outdated_kernels_note() -> str | None:
+    """Return what is noted where kernels are out of date; None where none is."""
+    names = outdated_kernels()
+    if not names:
+        return None
+    named, others = ", ".join(names[:_MOST_NAMED]), len(names) - _MOST_NAMED
+    return (
+        f"kernels out of date: {named}{f' and {others} more' * (others > 0)}; results may be those "
+        f"of earlier files until `{build_command()}` compiles them"
+    )
+
+
+def build_command() -> str:
+    """Return the command that compiles the kernels of this installation."""
+    if not in_source_tree():
+        return "pip install ."
+    own = Path(sys.prefix).resolve() == (_PACKAGE.parent / ".venv").resolve()
+    return "scripts/build" if own else "pip install --no-deps --editable ."
+
+
+def _compiled_files() -> dict[str, str | None]:
+    """Return the file that each kernel is loaded from if it is compiled, by its module's name."""
+    by_name: dict[str, str | None] = {}
+    for folder, folders, names in os.walk(_PACKAGE):  # `Path.rglob` takes several times as long
+        folders[:] = [one for one in folders if one != "__pycache__"]
+        prefix = f"{_PACKAGE.name}{folder[len(str(_PACKAGE)) :]}".replace(os.sep, ".")
+        for kernel in (name[:-3] for name in names if _KERNEL.fullmatch(name)):
+            files = (kernel + suffix for suffix in EXTENSION_SUFFIXES)
+            compiled = next((file for file in files if file in names), None)
+            by_name[f"{prefix}.{kernel}"] = compiled and f"{folder}{os.sep}{compiled}"
+    return dict(sorted(by_name.items()))
+
+
+def _sources(compiled: str) -> dict[str, str]:
+    """Return the digests of the files that a compiled kernel states as its sources, by name."""
+    content = Path(compiled).read_bytes()
+    start = content.rfind(_STATED)  # much faster than the expression
+    stated = _SOURCES.match(content, start) if start >= 0 else None
+    words = stated[1].decode().split() if stated else []
+    return dict(zip(words[::2], words[1::2], strict=True))

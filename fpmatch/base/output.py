@@ -1,0 +1,171 @@
+"""Write files whole or not at all: into another file first, which is then moved into place.
+
+Files and folders are private: only the user who runs fpmatch may read them, whatever the umask,
+since they contain biometric data, names, or results about persons. `public` files contain none:
+their rights follow the umask. On Windows, files have the rights of the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fpmatch.errors import OutputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import BinaryIO
+
+PRIVATE_FILE = 0o600
+PRIVATE_FOLDER = 0o700
+_OTHERS = 0o077  # rights of group and others
+_UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
+
+
+@contextmanager
+def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield the path of an unfinished file, and remove it; an OSError becomes an OutputError."""
+    target = Path(path)
+    unfinished = target.parent / f".{secrets.token_hex(8)}.part"
+    try:
+        if target.is_dir():  # an OSError for a name that is too long
+            raise OutputError(f"{path}: cannot be written: it is a folder")
+        yield unfinished
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
+    finally:
+        if unfinished.exists():
+            unfinished.unlink()
+
+
+@contextmanager
+def atomic_write(path: str | os.PathLike[str], *, public: bool = False) -> Iterator[BinaryIO]:
+    """Yield an unfinished file beside `path`, which replaces it once the block has ended well."""
+    with _unfinished_beside(path) as unfinished:
+        with open(unfinished, "xb", opener=None if public else _open_private) as stream:
+            yield stream
+        unfinished.replace(path)
+
+
+def atomic_write_bytes(
+    path: str | os.PathLike[str], content: bytes, *, public: bool = False
+) -> None:
+    """Write `content` to a file as `atomic_write` does."""
+    with atomic_write(path, public=public) as stream:
+        stream.write(content)
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise OutputError if a file could not be written, before hours of work go into it."""
+    with _unfinished_beside(path) as trial:
+        trial.touch(exist_ok=False)
+
+
+def make_folder(
+    path: str | os.PathLike[str], *, public: bool = False, narrow: bool = False
+) -> None:
+    """Make a folder and its parents where they are missing; raise OutputError if that fails.
+
+    Only their owner may list them, unless they are `public`. The rights of a folder that is there
+    already stay as they are, or are made so too with `narrow`.
+    """
+    folder = Path(path)
+    mode = 0o777 if public else PRIVATE_FOLDER
+    try:
+        for place in reversed([folder, *folder.parents]):
+            if not place.is_dir():
+                place.mkdir(mode, exist_ok=True)
+                if not public:
+                    place.chmod(mode)
+        if narrow:
+            make_private(folder)
+    except OSError as error:
+        raise OutputError(f"cannot be made a folder: {reason(error)}", path=path) from error
+
+
+def create_private(path: str | os.PathLike[str]) -> None:
+    """Make an empty file that only its owner may read, where there is none; raises OSError."""
+    with suppress(FileExistsError):
+        os.close(_open_private(os.fspath(path), os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+
+
+def make_private(path: str | os.PathLike[str]) -> bool:
+    """Withdraw from others the rights on a file or folder; return whether only the owner has any.
+
+    Nothing is changed where the group may write, which somebody has set for a shared gallery, apart
+    from the rights of all others. Nor can it be changed where it belongs to another user.
+    """
+    place = Path(path)
+    if os.name == "nt":  # there, rights are inherited from the folder
+        return True
+    with suppress(OSError):
+        mode = place.stat().st_mode & 0o7777
+        if mode & _OTHERS:
+            place.chmod(mode & ~(0o007 if mode & 0o020 else _OTHERS))
+        return not place.stat().st_mode & _OTHERS
+    return False
+
+
+def _open_private(path: str, flags: int) -> int:
+    handle = os.open(path, flags, PRIVATE_FILE)
+    Path(path).chmod(PRIVATE_FILE)  # where the umask withholds rights from the owner, too
+    return handle
+
+
+def remove_unfinished(folder: str | os.PathLike[str], *, older_than_s: float = 0.0) -> None:
+    """Remove what killed processes left unfinished in a folder.
+
+    `older_than_s` leaves the files of processes that may still write to it.
+    """
+    latest = time.time() - older_than_s
+    for path in Path(folder).iterdir():
+        if _UNFINISHED.fullmatch(path.name) and not (
+            older_than_s and path.stat().st_mtime > latest
+        ):
+            path.unlink()
+
+
+@contextmanager
+def folder_lock(folder: str | os.PathLike[str], *, wait: bool = True) -> Iterator[None]:
+    """Lock a folder against other processes; the system releases the lock at the end.
+
+    Without `wait`, a lock that another process holds raises BlockingIOError; a folder that cannot
+    be opened, OSError. Where there are no such locks, as on Windows, nothing is locked.
+    """
+    try:
+        import fcntl  # noqa: PLC0415
+    except ImportError:
+        yield
+        return
+    while True:
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+            except BlockingIOError:
+                raise
+            except OSError:  # a file system without locks
+                pass
+            if not _is_open_as(folder, handle):  # another one is in its place
+                continue
+            yield
+            return
+        finally:
+            os.close(handle)
+
+
+def _is_open_as(path: str | os.PathLike[str], handle: int) -> bool:
+    try:
+        return os.path.samestat(Path(path).stat(), os.fstat(handle))
+    except FileNotFoundError:
+        return False
+
+
+def reason(error: OSError) -> str:
+    """Return the system's message about a failure, in lower case."""
+    return (error.strerror or str(error)).lower()

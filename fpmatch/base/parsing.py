@@ -1,0 +1,67 @@
+"""Texts of JSON and TOML, parsed with one kind of error."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+MOST_DOTS: Final = 1000  # of a key of TOML: `tomllib` takes time by their square
+_BETWEEN_KEYS: Final = re.compile(r"[=\n]")
+
+
+class ParseError(ValueError):
+    """A text is not JSON or TOML, or nested or with numbers beyond what can be read."""
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Return the value of a text of JSON, in UTF-8 with or without a byte order mark.
+
+    Raises ParseError, whose message is one line, for anything else: NaN and Infinity, which are not
+    JSON, half of a surrogate pair in a string, numbers of thousands of digits, deep nesting.
+    """
+
+    def parse() -> Any:
+        decoded = (text.decode() if isinstance(text, bytes) else text).removeprefix("\ufeff")
+        value = json.loads(decoded, parse_constant=_refuse)
+        if "\\ud" in decoded.lower():
+            json.dumps(value, ensure_ascii=False).encode()
+        return value
+
+    return _parsed(parse)
+
+
+def parse_toml(text: str | bytes) -> dict[str, Any]:
+    """Return the table of a text of TOML in UTF-8; raise ParseError as `parse_json` does."""
+    import tomllib  # noqa: PLC0415  (most commands read none)
+
+    def parse() -> dict[str, Any]:
+        decoded = text if isinstance(text, str) else text.decode()
+        if any(part.count(".") > MOST_DOTS for part in _BETWEEN_KEYS.split(decoded)):
+            raise ParseError(f"a key with more than {MOST_DOTS} parts")
+        return tomllib.loads(decoded)
+
+    return cast("dict[str, Any]", _parsed(parse))
+
+
+def _parsed(parse: Callable[[], Any]) -> Any:
+    try:
+        return parse()
+    except RecursionError as error:
+        raise ParseError("nested too deeply") from error
+    except UnicodeEncodeError as error:
+        raise ParseError("a string holds half of a surrogate pair") from error
+    except UnicodeDecodeError as error:
+        where = f"byte 0x{error.object[error.start]:02x} at {error.start}"
+        raise ParseError(f"not text in UTF-8: {where}") from error
+    except ValueError as error:
+        why = next(iter(str(error).splitlines()), "")
+        raise ParseError("a number has too many digits" if "int_max_str" in why else why) from error
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ParseError(f"{constant} is not a number")

@@ -1,0 +1,128 @@
+"""Matchers, formats and commands of other packages, which name them as entry points.
+
+A package states them in its pyproject.toml, as docs/how-to/add_a_matcher.md shows:
+``[project.entry-points."fpmatch.matchers"]``; the other groups are ``fpmatch.formats`` and
+``fpmatch.commands``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.errors import FpmatchError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+MATCHERS: Final = "fpmatch.matchers"
+FORMATS: Final = "fpmatch.formats"
+COMMANDS: Final = "fpmatch.commands"
+_PARTS: Final = {  # what an object of a group must have
+    MATCHERS: ("name", "prepare", "compare"),
+    FORMATS: ("name", "title", "suffixes", "recognises", "decode", "encode"),
+    COMMANDS: ("name", "make_context"),
+}
+
+
+class PluginError(FpmatchError):
+    """What another package adds cannot be loaded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plugins:
+    """The plug-ins of a group: those that were loaded, by name, and why others were not."""
+
+    loaded: dict[str, Any]
+    failures: dict[str, str]
+
+
+def plugin_names(group: str) -> list[str]:
+    """Return the names of the plug-ins of a group, without importing any."""
+    return sorted(_entry_points(group))
+
+
+def load_plugin(group: str, name: str) -> Any:
+    """Return a plug-in by a name of `plugin_names`, or its place, ``package.module:OBJECT``.
+
+    Of a class at this place, one instance is made. Raises PluginError if there is none of that
+    name, or it cannot be imported, or is of another shape.
+    """
+    if ":" in name:
+        return _load(group, name)
+    points = _entry_points(group).get(name, ())
+    if not points:
+        raise PluginError(f"no package names it in the entry points {group}", code="unknown")
+    if len(points) > 1:
+        packages = ", ".join(sorted(point.dist.name for point in points if point.dist))
+        raise PluginError(f"several packages have one of this name: {packages}", code="ambiguous")
+    place = f"{points[0].module}:{points[0].attr or ''}"
+    plugin = _load(group, place)
+    if plugin.name != name:
+        raise PluginError(
+            f"{place} is named {plugin.name!r}, its entry point {name!r}", code="name"
+        )
+    return plugin
+
+
+@cache
+def load_plugins(group: str) -> Plugins:
+    """Load all plug-ins of a group; one that cannot be loaded does not stop the others."""
+    loaded, failures = {}, {}
+    for name in plugin_names(group):
+        try:
+            loaded[name] = load_plugin(group, name)
+        except PluginError as error:
+            failures[name] = str(error)
+    return Plugins(loaded, failures)
+
+
+def plugin_source(group: str, name: str) -> str:
+    """Return the packages of a plug-in with their versions, and the place of the object."""
+    points = _entry_points(group).get(name, ())
+    return "; ".join(
+        f"{point.dist.name} {point.dist.version}, {point.value}" if point.dist else point.value
+        for point in points
+    )
+
+
+def forget_plugins() -> None:
+    """Let the next use look for plug-ins again: packages were installed since the last."""
+    importlib.invalidate_caches()
+    for function in (_entry_points, _load, load_plugins):
+        function.cache_clear()
+
+
+@cache
+def _entry_points(group: str) -> dict[str, tuple[EntryPoint, ...]]:
+    """Return the entry points of a group by name."""
+    from importlib.metadata import entry_points  # noqa: PLC0415  (costs 20 ms)
+
+    points = entry_points(group=group)
+    return {name: tuple(points.select(name=name)) for name in points.names}
+
+
+@cache
+def _load(group: str, place: str) -> Any:
+    """Return the object at ``package.module:OBJECT``, an instance where it is a class."""
+    module, _, name = place.partition(":")
+    if not module or not name:
+        raise PluginError(f"{place} is no package.module:OBJECT", code="place")
+    try:
+        plugin: Any = importlib.import_module(module)
+        for part in name.split("."):
+            plugin = getattr(plugin, part)
+        plugin = plugin() if isinstance(plugin, type) else plugin
+    except (Exception, SystemExit) as error:
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        hint = ""
+        if isinstance(error, ModuleNotFoundError) and f"{module}.".startswith(f"{error.name}."):
+            hint = " (install its package or put its folder on PYTHONPATH: nothing is imported "
+            hint += "from the working directory)"
+        raise PluginError(f"{place} cannot be loaded: {why}{hint}", code="plug-in") from error
+    lacking = [part for part in _PARTS[group] if not hasattr(plugin, part)]
+    if lacking:
+        raise PluginError(f"{place} has no {lacking[0]!r}", code="shape")
+    return plugin

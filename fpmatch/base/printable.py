@@ -1,0 +1,130 @@
+r"""Text of foreign origin (names, tags, labels, messages) as it may be shown, stored and sent.
+
+A name of a file may contain any byte, and a tag or a label any character: bytes that are not UTF-8,
+escape sequences that a terminal obeys, ends of lines, controls that reorder what is read, formulas
+that a spreadsheet computes. Each such character becomes a backslash escape, ``\xff`` or
+``\u202e``; all others stay as they are.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+
+TYPE_CHECKING = False  # the command line imports this before anything else
+if TYPE_CHECKING:
+    from typing import TextIO
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
+# C0, DEL, C1; separators of lines and paragraphs; controls of direction; surrogates.
+_UNSAFE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+_UNSAFE_IN_LINES = re.compile(_UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x09\x0b-\x1f"))
+_NOT_ASCII = re.compile("[^\n -~]")
+_BEGINS_FORMULA = ("=", "+", "-", "@")
+_NAMED = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
+MOST_SHOWN = 2000  # characters of a message
+_BYTES = 0xDC00  # added to a byte that is not UTF-8, Python keeps it as a character
+_FIRST_BYTE, _LAST_BYTE = _BYTES + 0x80, _BYTES + 0xFF
+
+
+def printable(text: object) -> str:
+    """Return text on one line without characters that act on a terminal or hide what is there.
+
+    It is the same when it is applied again.
+    """
+    return _UNSAFE.sub(_escape, str(text))
+
+
+def message_text(text: object) -> str:
+    """Return `printable` text for a message: of more than 2,000 characters, both ends."""
+    shown = printable(text)
+    if len(shown) <= MOST_SHOWN:
+        return shown
+    half = (MOST_SHOWN - 3) // 2
+    return f"{shown[: MOST_SHOWN - 3 - half]} … {shown[-half:]}"
+
+
+def printable_lines(text: str) -> str:
+    """Return several lines of text as `printable` returns each."""
+    return _UNSAFE_IN_LINES.sub(_escape, text)
+
+
+def as_text(text: object) -> str:
+    """Return text, or a path, that UTF-8 can encode: bytes that are not UTF-8 are escaped.
+
+    Other control characters stay: names are the same in a database as in the file system.
+    """
+    return _SURROGATE.sub(_escape, str(text))
+
+
+def as_file_name(text: str) -> str:
+    """Return the name that `as_text` or `printable` has made of a name of a file."""
+    return re.sub(r"\\(?:x([0-9a-f]{2})|u([0-9a-f]{4})|([nrt]))", _unescape, text)
+
+
+def csv_cell(text: str) -> str:
+    """Return text for a cell of a CSV file, which no spreadsheet takes for a formula.
+
+    Spreadsheets compute cells that begin with ``=``, ``+``, ``-`` or ``@``, which may run programs
+    and send data: of text that is no number such a first character is escaped. A quote before it,
+    which some programs write, would be lost to programs that read the file.
+    """
+    shown = printable(text)
+    if shown.startswith(_BEGINS_FORMULA) and not _is_number(shown):
+        return f"\\x{ord(shown[0]):02x}{shown[1:]}"
+    return shown
+
+
+def json_text(document: object, *, indent: int | None = 2) -> str:
+    """Return the text of a JSON value, in ASCII and valid for every reader.
+
+    Characters that are not ASCII are JSON's own escapes, and read back as they were; surrogates
+    alone, which strict readers refuse, are escaped as by `as_text`.
+    """
+    import json  # noqa: PLC0415  (most errors need none)
+
+    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
+    return _NOT_ASCII.sub(_json_escape, text)
+
+
+def as_encodable(text: str, stream: TextIO | None = None) -> str:
+    """Return text that a stream (default: stdout) can encode; what it cannot is escaped."""
+    encoding = getattr(stream or sys.stdout, "encoding", None) or "utf-8"
+    return text.encode(encoding, "backslashreplace").decode(encoding)
+
+
+def _escape(match: re.Match[str]) -> str:
+    code = ord(match[0])
+    if _FIRST_BYTE <= code <= _LAST_BYTE:
+        return f"\\x{code - _BYTES:02x}"
+    return _NAMED.get(match[0]) or (f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}")
+
+
+def _unescape(match: re.Match[str]) -> str:
+    byte, code, letter = match.groups()
+    if letter:
+        return {"n": "\n", "r": "\r", "t": "\t"}[letter]
+    number = int(byte or code, 16)
+    if byte and number >= 0x80:  # a byte that was not UTF-8
+        number += _BYTES
+    return chr(number)
+
+
+def _json_escape(match: re.Match[str]) -> str:
+    code = ord(match[0])
+    if _SURROGATE.match(match[0]):
+        return _escape(match).replace("\\", "\\\\")
+    if code < 0x10000:
+        return f"\\u{code:04x}"
+    code -= 0x10000
+    return f"\\u{0xD800 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,246 @@
+"""The page of one comparison, which needs no other file and no network."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import platform
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from string import ascii_uppercase
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from fpmatch._version import __version__
+from fpmatch.base.printable import printable, printable_lines
+from fpmatch.drawing.overlay.draw import View, panel_picture
+from fpmatch.drawing.overlay.marks import ExaminerMark
+from fpmatch.drawing.overlay.warp import pair_warp
+from fpmatch.drawing.scene.files import data_url, png_bytes
+from fpmatch.errors import FpmatchError
+from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.minutiae import MM_PER_INCH
+from fpmatch.prints.report import as_rows
+from fpmatch.prints.words import odds, outcome, score_as_high
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from fpmatch.minutiae import Template
+    from fpmatch.prints.pair import ComparedPair, PairOptions
+    from fpmatch.prints.reading import GivenPrint
+
+KINDS: Final = ("unknown", "ending", "bifurcation")
+SIDES: Final = ("probe", "reference")
+
+LONGEST_TEXT: Final = 200_000  # characters of notes
+LONGEST_CASE_NUMBER: Final = 60  # characters; it is on one line of each page
+_LONGEST_HEADER: Final = 110  # characters, of each page
+_MOST_MARKS: Final = 500
+_FARTHEST_MARK: Final = 1e6  # pixels
+_LINE_BREAK: Final = re.compile("\r\n|[\n\v\f\r\x85\u2028\u2029]")
+_NOT_PLAIN: Final = re.compile("[^0-9A-Za-z]")
+
+
+class CaseReportError(FpmatchError):
+    """A case report cannot be made of what was given."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaseFile:
+    """The identity of the file of one print: its name, size in bytes and SHA-256."""
+
+    name: str
+    size: int
+    sha256: str
+
+    @classmethod
+    def of(cls, name: str, data: bytes) -> CaseFile:
+        """Return what identifies a file of these bytes."""
+        return cls(name, len(data), hashlib.sha256(data).hexdigest())
+
+
+@dataclass(frozen=True, slots=True)
+class CaseMark:
+    """A mark that an examiner set: a place on one side, in pixels, and a note."""
+
+    side: str
+    x: float
+    y: float
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        if self.side not in SIDES or not max(abs(self.x), abs(self.y)) <= _FARTHEST_MARK:
+            raise CaseReportError(
+                "a mark needs a side (probe or reference), and x and y within "
+                f"{_FARTHEST_MARK:,.0f} pixels"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class _Minutia:
+    x: float
+    y: float
+    direction: int
+    kind: str
+    quality: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Side:
+    """One print as the page shows it."""
+
+    name: str
+    file: CaseFile
+    given: GivenPrint
+    picture: str
+
+    @property
+    def template(self) -> Template:
+        return self.given.template
+
+
+def settings_of(
+    options: PairOptions,
+    pair: ComparedPair,
+    dpi: tuple[float | None, float | None],
+    enhance: str,
+    polarity: str = "auto",
+) -> dict[str, str]:
+    """Return how two prints were read and compared, by name; `dpi` are the given resolutions."""
+    v = pair.verification
+    if v.rho is not None:
+        rule = f"more than {v.rho:.4g} of the minutiae of the smaller print must be paired"
+    else:
+        rule = f"score of {v.threshold:.1f}, a false match rate of {score_to_fmr(v.threshold):.3g}"
+    file = options.calibration
+    prints = zip(SIDES, (pair.probe, pair.reference), dpi, strict=True)
+    resolutions = [f"{side} {_resolution(given, value)}" for side, given, value in prints]
+    return {
+        "Matcher": v.matcher,
+        "Decision at": rule,
+        "Calibration": "that of the package" if file is None else str(file),
+        "Resolution": "; ".join(resolutions),
+        "Enhancement": enhance,
+        "Polarity": polarity,
+    }
+
+
+def _resolution(given: GivenPrint, dpi: float | None) -> str:
+    """Return the resolution of a print and where it comes from; `dpi` is the one given for it."""
+    assumed = "assumed: the file does not state it" if given.dpi_assumed else "of the file"
+    return f"{given.template.dpi:g} dpi, {'as given' if dpi else assumed}"
+
+
+def case_report(
+    pair: ComparedPair,
+    files: tuple[CaseFile, CaseFile],
+    *,
+    settings: Mapping[str, str],
+    case_number: str = "",
+    notes: str = "",
+    marks: Sequence[CaseMark] = (),
+    made: datetime | None = None,
+    warp: bool = False,
+) -> str:
+    """Return the report on a comparison as HTML, which prints to PDF on A4 or Letter paper.
+
+    `settings` says how the prints were read and compared; the first of `marks` is A; `made` is now
+    by default; with `warp` the overlay warped through the pairs is shown, too. Every kind of line
+    break in `notes` begins a new line. Raises CaseReportError if notes, case number or marks are
+    beyond their limits.
+    """
+    if len(notes) + sum(len(mark.note) for mark in marks) > LONGEST_TEXT:
+        raise CaseReportError(f"notes have at most {LONGEST_TEXT:,} characters")
+    if len(marks) > _MOST_MARKS:
+        raise CaseReportError(f"a case report shows at most {_MOST_MARKS} marks")
+    if len(case_number) > LONGEST_CASE_NUMBER:
+        raise CaseReportError(f"a case number has at most {LONGEST_CASE_NUMBER} characters")
+    v = pair.verification
+    own = [ExaminerMark(mark_letter(k), m.side, m.x, m.y) for k, m in enumerate(marks)]
+    sides = [
+        _Side(name, file, given, data_url(png_bytes(given.pixels), "png"))
+        for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
+    ]
+    environment = Environment(
+        loader=PackageLoader("fpmatch.drawing", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    scored = not math.isnan(v.score)
+    bent, drawn = pair_warp(v) if warp and v.transform is not None else (None, "")
+    title = f"{files[0].name} and {files[1].name}"
+    title = printable(f"Case {case_number.strip()}: {title}" if case_number.strip() else title)
+    html = environment.get_template("case_report.html.j2").render(
+        title=title,
+        running=_css_string(title[:_LONGEST_HEADER] + "…" * (len(title) > _LONGEST_HEADER)),
+        made=(made or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC"),
+        version=__version__,
+        python=platform.python_version(),
+        numpy=np.__version__,
+        verdict=outcome(v),
+        decision=v.decision,
+        v=v,
+        scored=scored,
+        rarity=score_as_high(odds(v.fmr)) if scored else "",
+        largest=odds(v.smallest_measured_fmr) if scored else "",
+        rows=as_rows(v, pair.quality, identical=pair.identical),
+        settings=settings,
+        sides=sides,
+        overlay=_picture(pair, View(), own) if v.transform is not None else "",
+        warped=_picture(pair, View(warp=True), own) if bent else "",
+        drawn=drawn,
+        ridges=_picture(pair, View(ridges=True), own) if v.ridge_map is not None else "",
+        beside=_picture(pair, View(side_by_side=True), own),
+        pairs=_pairs(pair),
+        notes=_lines(notes),
+        marks=[(one.letter, mark, _lines(mark.note)) for one, mark in zip(own, marks, strict=True)],
+    )
+    return printable_lines(html.lstrip())
+
+
+def mark_letter(index: int) -> str:
+    """Return the letter of a mark by its place among the marks, as the web page writes it."""
+    turn, place = divmod(index, len(ascii_uppercase))
+    return ascii_uppercase[place] + (str(turn + 1) if turn else "")
+
+
+def _lines(text: str) -> str:
+    """Return text in which every kind of line break is a newline."""
+    return _LINE_BREAK.sub("\n", text).rstrip().lstrip("\n")
+
+
+def _css_string(text: str) -> str:
+    """Return text as the inside of a string of CSS, all but letters and digits escaped."""
+    return _NOT_PLAIN.sub(lambda match: f"\\{ord(match[0]):x} ", text)
+
+
+def _picture(pair: ComparedPair, view: View, own: Sequence[ExaminerMark]) -> str:
+    images = pair.probe.pixels, pair.reference.pixels
+    return data_url(png_bytes(panel_picture(*images, pair.verification, view, own)), "png")
+
+
+def _pairs(pair: ComparedPair) -> list[tuple[_Minutia, _Minutia, float]]:
+    """Return each pair with its distance under the transform, in mm on the reference."""
+    v = pair.verification
+    if v.transform is None or not len(v.pairs):
+        return []
+    ours, theirs = v.probe.minutiae, v.reference.minutiae
+    moved = v.transform.apply(ours.xy[v.pairs[:, 0]])
+    apart = np.hypot(*(moved - theirs.xy[v.pairs[:, 1]]).T) * MM_PER_INCH / v.reference.dpi
+    return [
+        (_minutia(v.probe, i), _minutia(v.reference, j), float(distance))
+        for (i, j), distance in zip(v.pairs.tolist(), apart, strict=True)
+    ]
+
+
+def _minutia(template: Template, index: int) -> _Minutia:
+    m = template.minutiae
+    direction = round(math.degrees(float(m.angle[index]))) % 360
+    kind = KINDS[int(m.kind[index])]
+    return _Minutia(float(m.x[index]), float(m.y[index]), direction, kind, int(m.quality[index]))

@@ -1,0 +1,97 @@
+"""One-to-one comparison of two given prints, as the commands and the web interface request it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import fmr_to_score, load_calibration
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name
+from fpmatch.matching.result import Verification
+from fpmatch.matching.verify import find_identity, verify
+from fpmatch.prints.report import as_dict
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.matching.matchers.paper import PaperMatcher
+    from fpmatch.matching.verify import Identity
+    from fpmatch.prints.reading import GivenPrint
+
+V = TypeVar("V", bound=Verification)
+
+
+@dataclass(frozen=True, slots=True)
+class PairOptions:
+    """The options of a comparison; `rho` and `area_tolerance` are for the matcher "paper"."""
+
+    matcher: str = DEFAULT_MATCHER
+    fmr: float | None = None
+    threshold: float | None = None
+    calibration: Path | None = None
+    rho: float | None = None
+    area_tolerance: float | None = None
+
+    def decision_score(self) -> float | None:
+        """Return the score to decide at; None for the matcher's own rule."""
+        if self.fmr is not None and self.threshold is not None:
+            raise MatcherError("fmr and threshold exclude each other", code="exclusive")
+        if self.rho is not None and (self.fmr, self.threshold) != (None, None):
+            raise MatcherError(
+                "rho decides without a score: give neither fmr nor threshold", code="exclusive"
+            )
+        return self.threshold if self.fmr is None else fmr_to_score(self.fmr)
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedPair:
+    """Two prints and the decision on them."""
+
+    probe: GivenPrint
+    reference: GivenPrint
+    verification: Verification
+
+    @cached_property
+    def quality(self) -> dict[str, PrintQuality | None]:
+        """Quality of both images; None for a template."""
+        return {"probe": self.probe.quality, "reference": self.reference.quality}
+
+    @cached_property
+    def identical(self) -> Identity | None:
+        """What of the two prints is the same; see `find_identity`."""
+        sides = self.probe, self.reference
+        images = [None if one.image is None else one.image.pixels for one in sides]
+        return find_identity([one.template for one in sides], images)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the object that ``fpmatch verify --json`` prints."""
+        names = self.probe.name, self.reference.name
+        return as_dict(self.verification, *names, self.quality, identical=self.identical)
+
+
+def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
+    """Decide whether two given prints come from the same finger."""
+    file = options.calibration
+    matcher: str | PaperMatcher = options.matcher
+    if (options.rho, options.area_tolerance) != (None, None):
+        from fpmatch.matching.matchers.paper import matcher_with  # noqa: PLC0415
+
+        matcher = matcher_with(options.matcher, options.rho, options.area_tolerance)
+    verification = verify(
+        probe.template,
+        reference.template,
+        matcher=matcher,
+        threshold=options.decision_score(),
+        calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
+    )
+    return ComparedPair(probe, reference, with_resolutions(verification, probe, reference))
+
+
+def with_resolutions(verification: V, probe: GivenPrint, reference: GivenPrint) -> V:
+    """Return a verification that is inconclusive where an assumed resolution decides."""
+    sides = {"probe": probe, "reference": reference}
+    assumed = tuple(name for name, given in sides.items() if given.dpi_assumed)
+    return replace(verification, dpi_assumed=assumed)

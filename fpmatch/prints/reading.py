@@ -1,0 +1,203 @@
+"""Read a print: an image, from which a template is extracted, or a template file.
+
+The format is found by content, never by name. Commands, web interface and galleries all read
+prints by these functions.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, TypeVar
+
+import numpy as np
+
+from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.formats.codec import HEAD_BYTES, read_head
+from fpmatch.formats.record import ReadingOptions, TemplateRecord
+from fpmatch.image.assess import QualityRecorder
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.read import GreyImage, decode_image, read_image
+from fpmatch.image.io.registry import is_image_file
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.formats.angles import AngleConvention
+    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.preprocess.recorder import Recorder
+    from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.minutiae import Template
+
+Name = TypeVar("Name")
+
+ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
+_STDERR: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class PrintReader:
+    """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
+
+    `angles` is how tables of minutiae measure them, where they do not define it themselves. With
+    `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
+    that read on one thread.
+    """
+
+    raw_sizes: tuple[RawSize, ...] = ()
+    quiet: bool = False
+    angles: AngleConvention | None = None
+
+    def __call__(
+        self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
+    ) -> GreyImage | TemplateRecord:
+        """Read a file of minutiae alone as a template, and any other file as an image."""
+        head = read_head(path)
+        if _contains_minutiae_only(head):
+            from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
+
+            return load_record(path, options=ReadingOptions(angles=self.angles))
+        with _failed_formats_named(head):
+            return self.image(path, polarity=polarity, dpi=dpi)
+
+    def image(
+        self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
+    ) -> GreyImage:
+        """Read an image as `fpmatch.image.io.read.read_image` does."""
+        with _silence_c_libraries(active=self.quiet):
+            return read_image(path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi)
+
+
+def decode_print(
+    data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
+) -> GreyImage | TemplateRecord:
+    """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
+    if not _contains_minutiae_only(data[:HEAD_BYTES]):
+        return decode_image(data, name, limits=limits)
+    from fpmatch.formats.files import decode_record  # noqa: PLC0415
+
+    # a sealed template is not opened: whoever sent it would see what it contains
+    return decode_record(data, name, options=ReadingOptions(unseal=False))
+
+
+@dataclass(frozen=True, eq=False)
+class GivenPrint:
+    """A print that was given for comparison, the name of its file, and notes on reading it.
+
+    `stages` are those of the extraction from which `quality` is computed; a print that was given
+    as a template has neither these nor an `image`.
+    """
+
+    name: str
+    template: Template
+    image: GreyImage | None = None
+    notes: tuple[str, ...] = ()
+    stages: QualityRecorder | None = None
+
+    @cached_property
+    def quality(self) -> PrintQuality | None:
+        """Quality of the image; None for a template."""
+        return None if self.stages is None else self.stages.quality(self.template.dpi)
+
+    @property
+    def dpi_assumed(self) -> bool:
+        """Whether neither the file nor the caller states the resolution."""
+        return ASSUMED_DPI in self.notes
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """Pixels of the image; of a template, a white image of its size."""
+        if self.image is not None:
+            return self.image.pixels
+        width, height = self.template.width, self.template.height
+        if width * height > DEFAULT_LIMITS.max_megapixels * 1e6:
+            raise ImageError(f"{width} x {height} pixels are too many to draw", path=self.name)
+        return np.full((height, width), 255, np.uint8)
+
+
+def make_given_print(
+    content: GreyImage | TemplateRecord,
+    name: str,
+    *,
+    dpi: float | None = None,
+    enhance: str = DEFAULT_ENHANCEMENT,
+    recorder: Recorder | None = None,
+) -> GivenPrint:
+    """Return a print that was read, with the template of an image extracted.
+
+    Of several prints in a record the first is taken. The stages go to `recorder`, or without one
+    to the recorder that `GivenPrint.quality` needs.
+    """
+    given_dpi = None if dpi is None else check_dpi(dpi)
+    if isinstance(content, TemplateRecord):
+        view, several = content.views[0], len(content.views) > 1
+        known = view.dpi_known
+        notes = (f"the first of its {len(content.views)} prints is used",) if several else ()
+        template, image, stages = view.at(given_dpi).template, None, None
+    else:
+        known, notes, image = content.dpi is not None, (), content
+        stages = QualityRecorder() if recorder is None else None
+        resolution = given_dpi or content.dpi or STANDARD_DPI
+        template = extract(content, resolution, enhance=enhance, recorder=stages or recorder)
+    assumed = () if known or given_dpi is not None else (ASSUMED_DPI,)
+    return GivenPrint(name, template, image, (*content.notes, *notes, *assumed), stages)
+
+
+def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
+    """Return each note, in the order of first appearance, with the prints that it is about."""
+    by_note: dict[str, list[Name]] = {}
+    for name, notes in prints:
+        for note in notes:
+            by_note.setdefault(note, []).append(name)
+    return {note: tuple(names) for note, names in by_note.items()}
+
+
+def _contains_minutiae_only(head: bytes) -> bool:
+    """Return whether a file is a template without an image, by how it begins."""
+    if is_image_file(head):  # then the formats of templates need not be imported
+        return False
+    from fpmatch.formats.files import is_of_minutiae_only  # noqa: PLC0415
+
+    return is_of_minutiae_only(head)
+
+
+@contextmanager
+def _failed_formats_named(head: bytes) -> Iterator[None]:
+    """Add to the error on a file of no known format which formats could not be loaded."""
+    try:
+        yield
+    except ImageReadError as error:
+        if not head or is_image_file(head):
+            raise
+        from fpmatch.formats.registry import failures_text  # noqa: PLC0415
+
+        raise ImageReadError(f"{error}{failures_text()}") from error
+
+
+@contextmanager
+def _silence_c_libraries(*, active: bool) -> Iterator[None]:
+    """Redirect file descriptor 2, to which libtiff writes, to nowhere; Python's errors remain."""
+    try:
+        kept = os.dup(_STDERR) if active else None
+    except OSError:  # closed by the caller (2>&-)
+        kept = None
+    if kept is None:
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, _STDERR)
+    try:
+        yield
+    finally:
+        os.dup2(kept, _STDERR)
+        os.close(kept)
+        os.close(nowhere)

@@ -1,0 +1,170 @@
+"""A verification in words for people and as a dict for programs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.base.text_table import count
+from fpmatch.matching.calibration import MAX_SCORE
+from fpmatch.prints.words import odds, outcome, score_as_high
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.matching.result import Verification
+    from fpmatch.matching.scale import ScaleMeasurement
+    from fpmatch.matching.verify import Identity
+    from fpmatch.pointset.geometry.similarity import Similarity
+
+LABEL_WIDTH: Final = 12
+IDENTITY: Final[dict[Identity, str]] = {
+    "pixels": "the two images have the same pixels",
+    "template": "the two templates are the same",
+}
+SELF_COMPARED: Final = "an impression is compared with itself"
+MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
+
+
+def as_text(
+    verification: Verification,
+    quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
+) -> str:
+    """Return decision, evidence and reason, the decision on the first line.
+
+    The scale between the prints is included where it is not 1, the quality of their images, by name
+    of the side, where they do not match, and what of the two prints is `identical`, if anything.
+    """
+    rows = as_rows(verification, quality, identical=identical)
+    lines = [f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows]
+    return "\n".join([outcome(verification), *lines])
+
+
+def as_rows(
+    verification: Verification,
+    quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
+) -> list[tuple[str, str]]:
+    """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
+    v, evidence = verification, verification.evidence
+    scored = not math.isnan(v.score)
+    score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
+    rows: list[tuple[str, str]] = []
+    if identical is not None:
+        rows.append(("Identical", f"{IDENTITY[identical]}: {SELF_COMPARED}"))
+    if v.rho is None:
+        score += f"; a match needs {v.threshold:.1f}"
+    else:
+        score += "; it does not decide here" if scored else ""
+        share = f"{v.matched_share:.1%} of the minutiae of the smaller print are paired"
+        rows.append(("Matched", f"{share}; a match needs more than {v.rho:.4g} of them (rho)"))
+    rows.append(("Score", score))
+    if scored:
+        rate = f"{'at most ' if v.score >= MAX_SCORE else ''}{odds(v.fmr)}"  # clipped there
+        reach = f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})"
+        caution = reach if v.fmr < v.smallest_measured_fmr else ""
+        rows.append(("FMR", f"{score_as_high(rate)}{caution}"))
+    pairs = count(len(evidence.pairs), "pair")
+    sides = f"{len(v.probe.minutiae)} of the probe and {len(v.reference.minutiae)} of the reference"
+    rows.append(("Minutiae", f"{pairs} among {sides}"))
+    if evidence.transform is not None:
+        paired = f"{evidence.agreement:.0%} of the minutiae where the prints overlap are paired"
+        overlap = f"{evidence.overlap:.0%} of the smaller print"
+        ridges = []
+        if (c := evidence.compared) is not None:
+            overlap += f", {c.area_mm2:.0f} mm²"
+            words = "not compared"
+            if c.ridge_agreement is not None:
+                words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm², about "
+                words += f"{c.ridge_score:+.1f}{' of the score' if scored else ''}"
+            ridges = [("Ridges", words)]
+        rows += [
+            ("Agreement", paired),
+            ("Overlap", overlap),
+            *ridges,
+            ("Transform", transform_in_words(evidence.transform)),
+            ("Residual", f"{evidence.rms_px:.1f} px rms"),
+        ]
+    if v.reason:
+        rows.append(("Missing" if v.shortage else "Reason", v.reason))
+    if not v.match:
+        judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
+        rows += [("Quality", f"{name}: {one}") for name, one in judged]
+    if (scale := v.scale) is not None and scale.differs:
+        words = _scale_in_words(scale, v.probe.dpi, v.reference.dpi)
+        rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
+    return rows
+
+
+def as_dict(
+    verification: Verification,
+    probe: str | Path,
+    reference: str | Path,
+    quality: Mapping[str, PrintQuality | None] | None = None,
+    identical: Identity | None = None,
+) -> dict[str, Any]:
+    """Return the object that ``--json`` prints, of the files `probe` and `reference`.
+
+    ``transform`` and ``rms_px`` are None where no transform was found, ``compared`` where the
+    matcher does not measure it, ``rho`` where the score decides; ``score``, ``fmr`` and
+    ``threshold`` where rho decides and the matcher is not calibrated; ``identical`` where the
+    prints differ; ``missing`` where there is a decision; ``reachable_score`` where the matcher
+    gives no estimate.
+    """
+    t = verification.transform
+    residual_known = t is not None and math.isfinite(verification.rms_px)
+    score, fmr, threshold = (
+        None if math.isnan(value) else float(value)
+        for value in (verification.score, verification.fmr, verification.threshold)
+    )
+    return {
+        "decision": verification.decision,
+        "match": bool(verification.match),
+        "score": score,
+        "fmr": fmr,
+        "extrapolated": bool(verification.extrapolated),
+        "threshold": threshold,
+        "matched_share": float(verification.matched_share),
+        "rho": verification.rho,
+        "pairs": len(verification.pairs),
+        "transform": None
+        if t is None
+        else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty},
+        "rms_px": float(verification.rms_px) if residual_known else None,
+        "compared": None if verification.compared is None else asdict(verification.compared),
+        "scale": None if verification.scale is None else asdict(verification.scale),
+        "missing": None if verification.shortage is None else verification.shortage.code,
+        "reachable_score": verification.reachable_score,
+        "identical": identical,
+        "reason": verification.reason,
+        "quality": {
+            name: None if one is None else one.as_dict() for name, one in (quality or {}).items()
+        },
+        "probe": str(probe),
+        "reference": str(reference),
+    }
+
+
+def _scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:
+    """Return which resolutions would bring both prints to one scale."""
+    stretched = max(scale.ratio, 1 / scale.ratio) < MOST_STRETCH
+    skin = "unless the skin was stretched, " if stretched else ""
+    return (
+        f"the reference is {scale.ratio:.2f} times as large as the probe: {skin}the probe is of "
+        f"about {probe_dpi / scale.ratio:.0f} dpi, not {probe_dpi:g}, or the reference of about "
+        f"{reference_dpi * scale.ratio:.0f}, not {reference_dpi:g}"
+    )
+
+
+def transform_in_words(transform: Similarity) -> str:
+    """Return how the probe moves onto the reference; on screen y points down."""
+    degrees = transform.rotation_deg
+    sense = "clockwise" if degrees >= 0 else "counter-clockwise"
+    return (
+        f"rotation {abs(degrees):.1f}° {sense}, scale {transform.scale:.3f}, "
+        f"shift {transform.tx:+.1f} px right, {transform.ty:+.1f} px down"
+    )

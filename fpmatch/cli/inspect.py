@@ -8,12 +8,7 @@ import click
 
 from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show, show_line
-from fpmatch.cli.options import (
-    files_argument,
-    json_array_option,
-    key_option,
-    raw_option,
-)
+from fpmatch.cli.options import files_argument, json_array_option, key_option, raw_option
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:

@@ -1,7 +1,5 @@
 """Arrangements of points: the work of a match is bounded, and what can be found is found."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch import Similarity
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

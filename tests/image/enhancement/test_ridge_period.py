@@ -14,7 +14,7 @@ from fpmatch.image.preprocess.spectrum import PERIODS_PX, ridge_spectrum
 SHORTEST, LONGEST = PERIODS_PX[[0, -1]]
 
 
-def period_of(pixels: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
+def period_of(pixels, mask=None):
     spectrum = ridge_spectrum(pixels)
     whole = np.ones(spectrum.total.shape, bool) if mask is None else mask
     return ridge_period(spectrum, ridge_orientation(spectrum, whole), whole)

@@ -28,6 +28,11 @@ seeds = st.integers(0, 2**32 - 1)
 """Seeds of random points in general position."""
 
 
+def even_points(seed, n):
+    """Return points in general position, (N, 2), in the unit square."""
+    return np.random.default_rng(seed).uniform(0, 1, (n, 2))
+
+
 def similarities(change, shift):
     """Return transforms of any rotation that change scales and shift by so much at most."""
     return st.builds(

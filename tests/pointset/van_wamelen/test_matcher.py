@@ -20,8 +20,6 @@ SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
 
 def largest_difference(match, pair):
     """Return the largest distance of P's images under the transform found and the true one."""
-    assert match.transform is not None
-    assert pair.transform is not None
     return float(np.hypot(*(match.transform.apply(pair.p) - pair.transform.apply(pair.p)).T).max())
 
 

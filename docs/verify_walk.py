@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 PACKAGE: Final = Path(fpmatch.__file__).parent
 DEEPEST: Final = 3  # levels of calls that are drawn
 UNSHOWN: Final = (
-    *("base/output.py", "errors.py", "image/preprocess/recorder.py", "minutiae.py"),
+    *("base/output.py", "errors.py", "image/preprocess/arrays.py", "minutiae.py"),
     "ridge_field.py",
 )
 ROW_PX: Final = 22

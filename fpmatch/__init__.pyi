@@ -19,7 +19,7 @@ from .image.assess import assess as assess
 from .image.extract import extract as extract
 from .image.io.read import GreyImage as GreyImage
 from .image.io.read import read_image as read_image
-from .image.preprocess.recorder import StageRecorder as StageRecorder
+from .image.preprocess.arrays import StageRecorder as StageRecorder
 from .image.quality.print_quality import PrintQuality as PrintQuality
 from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr

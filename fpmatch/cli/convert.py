@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
 
 
 @click.command(

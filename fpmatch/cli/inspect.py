@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.inspection import Inspection
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
 
 
 @click.command(

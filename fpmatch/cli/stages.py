@@ -13,7 +13,7 @@ from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_op
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 
@@ -41,7 +41,7 @@ def stages(
 ) -> None:
     """Write the result of each stage of the extraction of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stages.sheet import write_stages
-    from fpmatch.image.preprocess.recorder import StageRecorder
+    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, make_given_print
 
     content = PrintReader(raw, quiet=True).image(image, polarity=polarity, dpi=dpi)

@@ -13,10 +13,10 @@ from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.io.grey import GreyImage, as_grey
 from fpmatch.image.io.limits import ImageLimits
 from fpmatch.image.io.read import name_errors, read_image
+from fpmatch.image.preprocess.arrays import UncropRecorder
 from fpmatch.image.preprocess.blocks import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.preprocess.recorder import UncropRecorder
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
 from fpmatch.image.skeleton.minutia_quality import minutia_quality
@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
-    from fpmatch.image.preprocess.arrays import Grey, Mask
+    from fpmatch.image.preprocess.arrays import Grey, Mask, Recorder
     from fpmatch.image.preprocess.foreground import Box
-    from fpmatch.image.preprocess.recorder import Recorder
 
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, max_megapixels=16.0)

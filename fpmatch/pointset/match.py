@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
-from fpmatch.pointset.geometry.point_match import PointMatch, check_rho
-from fpmatch.pointset.reflect import TRIALS, match_either_way, mirror_image
+from fpmatch.pointset.geometry.point_match import (
+    TRIALS,
+    PointMatch,
+    check_rho,
+    match_either_way,
+    mirror_image,
+)
 from fpmatch.pointset.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.triangles.search import MAX_CHANCE

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.formats.angles import AngleConvention
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.io.limits import ImageLimits
-    from fpmatch.image.io.raw import RawSize
-    from fpmatch.image.preprocess.recorder import Recorder
+    from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.minutiae import Template

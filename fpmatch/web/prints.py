@@ -14,7 +14,7 @@ from fpmatch.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.prints.reading import decode_print, make_given_print
 
 if TYPE_CHECKING:
-    from fpmatch.image.preprocess.recorder import Recorder
+    from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.prints.reading import GivenPrint
     from fpmatch.web.settings import Limits
 

@@ -9,7 +9,7 @@ from fpmatch.drawing.stages.pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.image.preprocess.recorder import StageRecorder
+from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import open_upload
 

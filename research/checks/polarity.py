@@ -15,7 +15,7 @@ from fpmatch.base.text_table import markdown_table
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import read_image
-from fpmatch.image.preprocess.recorder import StageRecorder
+from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.image.quality.polarity import common_polarity, is_inverted, polarity_evidence
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.synthesis.impression import make_impression

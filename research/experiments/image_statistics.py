@@ -18,7 +18,7 @@ from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import attempt_each_image
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.image.preprocess.recorder import StageRecorder
+from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

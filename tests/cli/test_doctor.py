@@ -9,7 +9,7 @@ import pytest
 
 import fpmatch
 from fpmatch.base import kernels
-from fpmatch.cli import installation
+from fpmatch.cli import doctor as installation
 from fpmatch.engine.local import available_cores
 from fpmatch.matching._local_kernel import COMPILED
 

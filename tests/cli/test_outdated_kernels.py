@@ -12,7 +12,7 @@ import pytest
 
 import fpmatch
 from fpmatch.base import kernels
-from fpmatch.cli import installation
+from fpmatch.cli import doctor as installation
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching._local_kernel import COMPILED
 

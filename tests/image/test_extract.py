@@ -25,7 +25,7 @@ from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.preprocess.recorder import StageRecorder
+from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.minutiae import Minutiae, MinutiaKind
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"

@@ -15,14 +15,13 @@ from pointset_strategies import (
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
-from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.point_match import PointMatch, match_either_way
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.match import (
     POINT_MATCHERS,
     match_points,
     wider_maps,
 )
-from fpmatch.pointset.reflect import match_either_way
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 
 EXAMPLES = 30 if kernel.COMPILED else 5

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from fpmatch.image.enhancement.orientation import OrientationField
-    from fpmatch.image.preprocess.arrays import Floats, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Mask, UncropRecorder
     from fpmatch.image.preprocess.normalize import NormalizedImage
-    from fpmatch.image.preprocess.recorder import UncropRecorder
 
     Enhancer = Callable[[NormalizedImage, UncropRecorder], "EnhancedPrint"]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.base.binary_records import IMAGE_FIELD, ByteReader, read_records
 from fpmatch.errors import FpmatchError, ImageReadError
-from fpmatch.image.io.raw import RawSize, decode_raw
+from fpmatch.image.io.grey import RawSize, decode_raw
 from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
 from fpmatch.minutiae import MM_PER_INCH
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from fpmatch.image.preprocess.arrays import StageRecorder, UncropRecorder
 from fpmatch.image.preprocess.foreground import Box
-from fpmatch.image.preprocess.recorder import StageRecorder, UncropRecorder
 
 
 def test_stages_are_kept_by_name_in_their_order_as_they_were():

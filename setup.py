@@ -108,7 +108,7 @@ def sources_statements() -> dict[Path, str]:
     """
     from Cython import __version__  # noqa: PLC0415
 
-    functions = runpy.run_path(str(PACKAGE / "kernels.py"))
+    functions = runpy.run_path(str(PACKAGE / "base" / "kernels.py"))
     tools = f"Cython {__version__}, setup.py {functions['digest'](Path('setup.py'))}"
     found = {(C_FILES / SHARED.replace(".", "/")).with_suffix(".c"): f"\n/* {tools} */\n"}
     for kernel in KERNELS:

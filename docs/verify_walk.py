@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 PACKAGE: Final = Path(fpmatch.__file__).parent
 DEEPEST: Final = 3  # levels of calls that are drawn
-UNSHOWN: Final = ("errors.py", "minutiae.py", "output.py", "ridge_field.py", "image/recorder.py")
+UNSHOWN: Final = (
+    *("base/output.py", "errors.py", "image/preprocess/arrays.py", "minutiae.py"),
+    "ridge_field.py",
+)
 ROW_PX: Final = 22
 INDENT_PX: Final = 30
 COLOURS: Final = {

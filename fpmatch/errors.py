@@ -15,26 +15,14 @@ if TYPE_CHECKING:
 
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
-    """Return the message about a name that is none of the known ones, with the closest of these.
-
-    Examples
-    --------
-    >>> unknown_name("matcher", "unit-circl", ["paper", "unit-circle"])
-    "unknown matcher 'unit-circl'; known: paper, unit-circle. Did you mean 'unit-circle'?"
-    """
+    """Return the message about a name that is none of the known ones, with the closest of these."""
     names = list(known)
     question = did_you_mean(name, names)
     return f"unknown {what} {name!r}; known: {', '.join(names)}{'.' * bool(question)}{question}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a space and the question whether the closest known name is meant, where one is close.
-
-    Examples
-    --------
-    >>> did_you_mean("verfy", ["verify", "overlay"]), did_you_mean("help", ["verify"])
-    (" Did you mean 'verify'?", '')
-    """
+    """Return a space and the question whether the closest known name is meant, if one is close."""
     from difflib import get_close_matches  # noqa: PLC0415  (only after an error)
 
     closest = get_close_matches(str(name), list(known), n=1)
@@ -42,13 +30,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def number_text(value: float) -> str:
-    """Return a number for a message, short whatever its size.
-
-    Examples
-    --------
-    >>> number_text(0.25), number_text(10**5000)
-    ('0.25', 'a number beyond 1e308')
-    """
+    """Return a number for a message, short whatever its size."""
     try:
         return f"{value:g}"
     except OverflowError:

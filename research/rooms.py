@@ -12,64 +12,46 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Set
     from pathlib import Path
 
-# What each room may import of the others; see `allowed` for what most may import besides.
+# What each room may import of the others; `allowed` adds what most may.
 MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "_version": set(),
-    "errors": set(),
+    "errors": {"base"},
+    "base": set(),
     "minutiae": {"ridge_field"},
     "ridge_field": set(),
-    "output": set(),
-    "text_table": set(),
-    "printable": set(),
-    "parsing": set(),
-    "npy": set(),
-    "array_file": {"output", "parsing"},
-    "plugins": set(),
-    "kernels": set(),
-    "installation": {"engine", "formats", "kernels", "matching", "plugins"},
-    "pointset": {"npy"},
-    "binary_records": set(),
-    "encryption": {"output"},
-    "image": {"binary_records"},
-    "matching": {"array_file", "stored_columns", "stored_template", "plugins", "pointset"},
+    "pointset": set(),
+    "encryption": set(),
+    "image": set(),
+    "matching": {"stored_columns", "stored_template", "pointset"},
     "stored_columns": {"_template_column_kernel", "formats", "stored_template"},
-    "stored_template": {"_template_column_kernel", "binary_records", "formats"},
+    "stored_template": {"_template_column_kernel", "formats"},
     "_template_column_kernel": set(),
-    "formats": {"binary_records", "encryption", "npy", "plugins"},
-    "drawing": {"matching"},
-    "indexing": {"array_file", "matching", "parsing", "pointset"},
+    "formats": {"encryption"},
+    "drawing": {"prints"},
+    "indexing": {"matching", "pointset"},
     "engine": set(),
     "synthesis": {"pointset", "engine"},
-    "reading": {"formats", "image"},
-    "pair": {"matching", "reading", "report"},
-    "gallery": {"audit", "encryption", "engine", "formats", "image", "indexing", "reading"},
+    "prints": {"formats", "image", "matching", "pointset"},
+    "gallery": {"audit", "encryption", "engine", "formats", "image", "indexing", "prints"},
     "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
-    "report": {"matching", "drawing", "image", "pointset"},
-    "audit": {"output"},
-    "case_report": {"drawing", "matching", "pair", "reading", "report"},
-    "api": {"drawing", "image", "matching", "pair", "reading", "report"},
+    "audit": set(),
+    "api": {"drawing", "image", "matching", "prints"},
     "gallery_api": {"api", "engine", "gallery"},
-    "client": {"formats", "output"},
-    "web": {"audit", "case_report", "engine", "gallery", "pair"},
-    "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web"},
+    "client": {"formats"},
+    "web": {"audit", "drawing", "engine", "gallery", "prints"},
+    "cli": {"evaluation", "prints", "synthesis", "web"},
     "__main__": {"cli"},
 }
 # Rooms that may not import `minutiae`.
-NO_MINUTIAE: Final = {
-    *("_version", "errors", "printable", "output", "binary_records", "npy", "pointset"),
-    *("array_file", "encryption", "ridge_field"),
-}
-WRITES_FILES: Final = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
+NO_MINUTIAE: Final = {"_version", "base", "encryption", "errors", "pointset", "ridge_field"}
 
 
 def allowed(room: str) -> set[str]:
     """Return every room that `room` may import, directly or by way of another."""
-    rooms = {room, "_version", "errors", "parsing", "printable", "text_table"}
+    rooms = {room, "_version", "base", "errors"}
     if room not in NO_MINUTIAE:
         rooms |= {"minutiae", "ridge_field"}
-    if room in WRITES_FILES:
-        rooms.add("output")
-    for other in MAY_IMPORT[room]:
+    for other in MAY_IMPORT[room] - {"base"}:
         rooms |= allowed(other)
     return rooms
 

@@ -116,6 +116,21 @@ def test_a_room_imports_only_what_it_may(file):
     assert rooms <= allowed(room)
 
 
+def folder_of(module):
+    """Return the folder of a module of the package, by its full name."""
+    place = PACKAGE.joinpath(*module.split(".")[1:])
+    return place if place.is_dir() else place.parent
+
+
+@pytest.mark.parametrize("room", ["drawing", "image", "pointset"])
+def test_no_two_folders_of_a_room_import_each_other(room):
+    imports = set()
+    for file in (PACKAGE / room).rglob("*.py"):
+        names = {name for name in modules_imported(file) if room_of(name) == room}
+        imports |= {(file.parent, folder_of(name)) for name in names}
+    assert [pair for pair in imports if pair[0] != pair[1] and pair[::-1] in imports] == []
+
+
 def test_the_import_contract_sees_what_it_forbids():
     file = PACKAGE / "cli" / "verify.py"
     assert "cli" in {room_of(module) for module in modules_imported(file)}
@@ -124,6 +139,12 @@ def test_the_import_contract_sees_what_it_forbids():
     assert "image" not in allowed("matching")
     assert "matching" not in allowed("image")
     assert "minutiae" not in allowed("pointset")
+
+
+def test_what_computes_writes_no_files():
+    for room in ("engine", "image", "pointset", "prints"):
+        for file in (PACKAGE / room).rglob("*.py"):
+            assert "fpmatch.base.output" not in modules_imported(file), file
 
 
 def test_the_core_neither_prints_nor_plots():

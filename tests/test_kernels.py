@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SUFFIX = EXTENSION_SUFFIXES[0]
 BASH = shutil.which("bash")
 COMPILER = shutil.which("cc") or shutil.which("gcc")
-PACKAGE = Path(kernels.__file__).parent
+PACKAGE = Path(kernels.__file__).parents[1]
 KERNELS = sorted(PACKAGE.rglob("_*_kernel.py"))
 
 
@@ -47,9 +47,10 @@ def test_a_kernel_has_tests_that_run_where_it_is_interpreted(kernel):
 def package(tmp_path):
     """Return the package of a source tree with two kernels; the first uses a file of the other."""
     package = tmp_path / "tree" / "fpmatch"
-    package.mkdir(parents=True)
-    shutil.copy(kernels.__file__, package)
+    (package / "base").mkdir(parents=True)
+    shutil.copy(kernels.__file__, package / "base")
     (package / "__init__.py").touch()
+    (package / "base" / "__init__.py").touch()
     (package / "__main__.py").write_text(
         "from fpmatch.base.kernels import kernels_text\nprint(kernels_text())\n"
     )
@@ -71,7 +72,9 @@ def package(tmp_path):
 @pytest.fixture
 def outdated(package):
     """Return the function that lists the kernels out of date of that package."""
-    spec = importlib.util.spec_from_file_location("kernels_of_a_tree", package / "kernels.py")
+    spec = importlib.util.spec_from_file_location(
+        "kernels_of_a_tree", package / "base" / "kernels.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.outdated_kernels

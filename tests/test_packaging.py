@@ -13,7 +13,7 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 from fpmatch._version import __version__
-from fpmatch.installation import CORE, EXTRAS
+from fpmatch.cli.doctor import CORE, EXTRAS
 from fpmatch.server.cli.serve import serve
 
 ROOT = Path(__file__).resolve().parents[1]

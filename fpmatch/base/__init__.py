@@ -1,1 +1,4 @@
-"""TODO."""
+"""What every room may use: files, texts, tables, binary records, plug-ins and kernels.
+
+These modules import nothing of the package but `fpmatch.errors` and the version.
+"""

@@ -83,13 +83,9 @@ def read_arrays(
     """Return the arrays that `write_arrays` wrote with the same arguments, read-only.
 
     They stay in the file, which is mapped. `unseal` returns what was written to the stream of
-    `seal` instead, or raises an error if a bit of it was changed: checksums are not read then.
-
-    Raises
-    ------
-    FpmatchError
-        If there is no such file (its code is "missing"), it cannot be read ("unreadable"), is
-        damaged ("damaged"), or of another version or content ("other").
+    `seal` instead, or raises an error if a bit of it was changed: checksums are not read then. The
+    code of the FpmatchError says if the file is "missing", "unreadable", "damaged", or of another
+    version or content ("other").
     """
     try:
         return decode_arrays(*read_content(path, unseal), columns, about)
@@ -118,10 +114,7 @@ def decode_arrays(
     columns: Mapping[str, Column],
     about: Mapping[str, str],
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays in the content of a file, which must be those of `columns` in this order.
-
-    It raises one of the errors that `read_arrays` takes for damage, or `_OtherFileError`.
-    """
+    """Return the arrays in the content of a file, those of `columns` in this order."""
     document = parse_json(header)
     if document.keys() != {"about", "arrays"}:
         raise ValueError("more than is known")
@@ -167,10 +160,7 @@ def write_content(stream: BinaryIO, header: bytes, parts: Iterable[memoryview]) 
 def read_content(
     path: str | os.PathLike[str], unseal: Callable[[BinaryIO], memoryview] | None = None
 ) -> tuple[bytes, NDArray[np.uint8]]:
-    """Return the header and the content that `write_content` wrote, once all is checked.
-
-    It raises OSError, one of the errors that `read_arrays` takes for damage, or `_OtherFileError`.
-    """
+    """Return the header and the content that `write_content` wrote, once all is checked."""
     if not Path(path).is_file():
         raise OSError(errno.EINVAL, "not a file") if Path(path).exists() else FileNotFoundError
     file: NDArray[np.uint8]

@@ -33,12 +33,6 @@ class ByteReader:
     """Read big-endian numbers from `data`, from byte `at` on.
 
     Where the bytes end too soon, it raises what `error` makes of the reason.
-
-    Examples
-    --------
-    >>> reader = ByteReader(bytes([1, 2, 3]), ValueError)
-    >>> reader.number(2), reader.left
-    (258, 1)
     """
 
     def __init__(self, data: bytes, error: Callable[[str], Exception], at: int = 0) -> None:
@@ -115,10 +109,7 @@ def first_item(value: bytes) -> bytes:
 
 
 def contents(data: bytes, error: Callable[[str], FpmatchError]) -> list[tuple[int, int]]:
-    """Return type and number of each record after the first, which may be all of `data`.
-
-    Raises what `error` makes of the reason if the first record does not list them.
-    """
+    """Return type and number of each record after the first, which may be all of `data`."""
     listed = Record(1, 0, data[: data.find(FS) + 1] or data).fields().get(3)
     if listed is None:
         raise error("the first record does not list the others (field 1.003)")

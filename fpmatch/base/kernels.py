@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # it as measured.
 SLOWER: Final = 9
 
-_PACKAGE: Final = Path(__file__).parent
+_PACKAGE: Final = Path(__file__).parents[1]
 _KERNEL: Final = re.compile(r"_.*_kernel\.py")
 _STATED: Final = b"fpmatch kernel compiled from"
 _SOURCES: Final = re.compile(_STATED + rb"((?: [\w/]+\.\w+ [0-9a-z]+)+)")
@@ -27,13 +27,7 @@ _MOST_NAMED: Final = 3
 
 
 def compiled_kernels() -> dict[str, bool]:
-    """Return whether each kernel runs compiled, by the name of its module.
-
-    Examples
-    --------
-    >>> "fpmatch.matching.pipeline._kernels._local_kernel" in compiled_kernels()
-    True
-    """
+    """Return whether each kernel runs compiled, by the name of its module."""
     return {name: file is not None for name, file in _compiled_files().items()}
 
 
@@ -62,15 +56,7 @@ def in_source_tree() -> bool:
 
 
 def sources_statement(files: Iterable[Path], package: Path) -> str:
-    """Return the text by which a compiled kernel states what it was compiled from.
-
-    Parameters
-    ----------
-    files : iterable of Path
-        The kernel and the ``.pxd`` files that it uses, or that are absent.
-    package : Path
-        The folder of this package.
-    """
+    """Return the text by which a kernel states what it was compiled from, files of `package`."""
     stated = sorted((file.relative_to(package).as_posix(), digest(file)) for file in files)
     return " ".join([_STATED.decode(), *(f"{name} {value}" for name, value in stated)])
 

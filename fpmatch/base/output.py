@@ -45,20 +45,7 @@ def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str], *, public: bool = False) -> Iterator[BinaryIO]:
-    """Yield an unfinished file beside `path`, which replaces it once the block has ended well.
-
-    Only its owner may read it, unless it is `public`. Raises OutputError if the file cannot be
-    written; nothing is left behind then.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with atomic_write(Path(folder, "scores.csv")) as stream:
-    ...         _ = stream.write(b"score")
-    ...     Path(folder, "scores.csv").read_bytes()
-    b'score'
-    """
+    """Yield an unfinished file beside `path`, which replaces it once the block has ended well."""
     with _unfinished_beside(path) as unfinished:
         with open(unfinished, "xb", opener=None if public else _open_private) as stream:
             yield stream

@@ -45,20 +45,10 @@ def plugin_names(group: str) -> list[str]:
 
 
 def load_plugin(group: str, name: str) -> Any:
-    """Return a plug-in by its name.
+    """Return a plug-in by a name of `plugin_names`, or its place, ``package.module:OBJECT``.
 
-    Parameters
-    ----------
-    group : str
-        `MATCHERS`, `FORMATS` or `COMMANDS`.
-    name : str
-        A name of `plugin_names`, or a place, ``package.module:OBJECT``. Of a class at this place,
-        one instance is made.
-
-    Raises
-    ------
-    PluginError
-        If there is none of that name, or it cannot be imported, or is of another shape.
+    Of a class at this place, one instance is made. Raises PluginError if there is none of that
+    name, or it cannot be imported, or is of another shape.
     """
     if ":" in name:
         return _load(group, name)

@@ -30,26 +30,15 @@ _FIRST_BYTE, _LAST_BYTE = _BYTES + 0x80, _BYTES + 0xFF
 
 
 def printable(text: object) -> str:
-    r"""Return text on one line without characters that act on a terminal or hide what is there.
+    """Return text on one line without characters that act on a terminal or hide what is there.
 
     It is the same when it is applied again.
-
-    Examples
-    --------
-    >>> print(printable("a\x1b[2J\nb \udcff.tif"))
-    a\x1b[2J\nb \xff.tif
     """
     return _UNSAFE.sub(_escape, str(text))
 
 
 def message_text(text: object) -> str:
-    """Return `printable` text for a message: of more than 2,000 characters, both ends.
-
-    Examples
-    --------
-    >>> len(message_text("9" * 5000)), message_text("short")
-    (2000, 'short')
-    """
+    """Return `printable` text for a message: of more than 2,000 characters, both ends."""
     shown = printable(text)
     if len(shown) <= MOST_SHOWN:
         return shown
@@ -63,40 +52,24 @@ def printable_lines(text: str) -> str:
 
 
 def as_text(text: object) -> str:
-    r"""Return text, or a path, that UTF-8 can encode: bytes that are not UTF-8 are escaped.
+    """Return text, or a path, that UTF-8 can encode: bytes that are not UTF-8 are escaped.
 
     Other control characters stay: names are the same in a database as in the file system.
-
-    Examples
-    --------
-    >>> print(as_text("101_\udcff_1.tif"))
-    101_\xff_1.tif
     """
     return _SURROGATE.sub(_escape, str(text))
 
 
 def as_file_name(text: str) -> str:
-    r"""Return the name that `as_text` or `printable` has made of a name of a file.
-
-    Examples
-    --------
-    >>> as_file_name(r"101_\xff_1.tif")
-    '101_\udcff_1.tif'
-    """
+    """Return the name that `as_text` or `printable` has made of a name of a file."""
     return re.sub(r"\\(?:x([0-9a-f]{2})|u([0-9a-f]{4})|([nrt]))", _unescape, text)
 
 
 def csv_cell(text: str) -> str:
-    r"""Return text for a cell of a CSV file, which no spreadsheet takes for a formula.
+    """Return text for a cell of a CSV file, which no spreadsheet takes for a formula.
 
     Spreadsheets compute cells that begin with ``=``, ``+``, ``-`` or ``@``, which may run programs
     and send data: of text that is no number such a first character is escaped. A quote before it,
     which some programs write, would be lost to programs that read the file.
-
-    Examples
-    --------
-    >>> print(csv_cell('=HYPERLINK("http://x")'), csv_cell("-5.5"), csv_cell("101_1.tif"))
-    \x3dHYPERLINK("http://x") -5.5 101_1.tif
     """
     shown = printable(text)
     if shown.startswith(_BEGINS_FORMULA) and not _is_number(shown):
@@ -105,15 +78,10 @@ def csv_cell(text: str) -> str:
 
 
 def json_text(document: object, *, indent: int | None = 2) -> str:
-    r"""Return the text of a JSON value, in ASCII and valid for every reader.
+    """Return the text of a JSON value, in ASCII and valid for every reader.
 
     Characters that are not ASCII are JSON's own escapes, and read back as they were; surrogates
     alone, which strict readers refuse, are escaped as by `as_text`.
-
-    Examples
-    --------
-    >>> print(json_text({"name": "é\x7f\udcff"}, indent=None))
-    {"name": "\u00e9\u007f\\xff"}
     """
     import json  # noqa: PLC0415  (most errors need none)
 

@@ -9,25 +9,12 @@ if TYPE_CHECKING:
 
 
 def count(number: int, noun: str, plural: str = "") -> str:
-    """Return a number and its noun, in the plural (default: with an s) unless it is one.
-
-    Examples
-    --------
-    >>> count(1, "subject"), count(2, "subject"), count(0, "minutia", "minutiae")
-    ('1 subject', '2 subjects', '0 minutiae')
-    """
+    """Return a number and its noun, in the plural (default: with an s) unless it is one."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 
 def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
-    """Return rows of cells as columns two spaces apart, of which the first `left` are left-aligned.
-
-    Examples
-    --------
-    >>> print(text_table([("set", "EER"), ("first", "1 %")]))
-    set    EER
-    first  1 %
-    """
+    """Return rows of cells as aligned columns, the first `left` of them to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     align = [str.ljust if k < left else str.rjust for k in range(len(widths))]
     return "\n".join(
@@ -37,28 +24,14 @@ def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
 
 
 def markdown_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
-    """Return rows of cells, the first of which is the head, as a table in Markdown.
-
-    Examples
-    --------
-    >>> print(markdown_table([["", "EER"], ["one set", "1.2 %"]]))
-    |  | EER |
-    | --- | ---: |
-    | one set | 1.2 % |
-    """
+    """Return rows of cells, the first of which is the head, as a table in Markdown."""
     head, *body = rows
     rule = ["---" if k < left else "---:" for k in range(len(head))]
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, rule, *body))
 
 
 def html_table(rows: Sequence[Sequence[object]], *, left: int = 1, head: bool = False) -> str:
-    """Return rows of cells as a table in HTML, escaped; the first row is the head where there is.
-
-    Examples
-    --------
-    >>> html_table([("<a>", "1")])
-    '<table><tr><td style="text-align:left">&lt;a&gt;</td><td>1</td></tr></table>'
-    """
+    """Return rows of cells as a table in HTML, escaped; with `head`, the first row is the head."""
     from html import escape  # noqa: PLC0415  (for notebooks only)
 
     def cells(row: Sequence[object], tag: str) -> str:

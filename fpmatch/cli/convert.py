@@ -9,13 +9,7 @@ import click
 
 from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_notes, show_line
-from fpmatch.cli.options import (
-    FILE,
-    FormatChoice,
-    angles_option,
-    image_size,
-    key_option,
-)
+from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size, key_option
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 
@@ -24,7 +18,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
 
 
 @click.command(

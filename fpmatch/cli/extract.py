@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.formats.angles import AngleConvention
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template

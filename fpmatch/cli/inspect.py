@@ -8,19 +8,14 @@ import click
 
 from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show, show_line
-from fpmatch.cli.options import (
-    files_argument,
-    json_array_option,
-    key_option,
-    raw_option,
-)
+from fpmatch.cli.options import files_argument, json_array_option, key_option, raw_option
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.cli.inspection import Inspection
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
 
 
 @click.command(

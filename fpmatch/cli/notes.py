@@ -19,13 +19,7 @@ MOST_SHOWN: Final = 20
 
 
 def first_of(things: Sequence[object]) -> str:
-    """Return the first of some things, and how many others there are.
-
-    Examples
-    --------
-    >>> first_of(["a.tif"]), first_of(["a.tif", "b.tif", "c.tif"])
-    ('a.tif', 'a.tif and 2 others')
-    """
+    """Return the first of some things, and how many others there are."""
     others = len(things) - 1
     return f"{things[0]} and {count(others, 'other')}" if others else str(things[0])
 
@@ -121,13 +115,7 @@ def say_damaged(gallery: str, damaged: Mapping[int, str]) -> None:
 
 
 def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
-    """Return notes and all their prints as JSON values.
-
-    Examples
-    --------
-    >>> notes_as_json({"ridges white on black": ["a.tif"]})
-    [{'note': 'ridges white on black', 'prints': ['a.tif']}]
-    """
+    """Return notes and all their prints as JSON values."""
     return [{"note": note, "prints": list(map(str, prints))} for note, prints in noted.items()]
 
 

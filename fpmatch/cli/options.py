@@ -15,7 +15,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
 
 # Of fpmatch.image.quality.polarity and fpmatch.image.enhancement.enhancers, which import OpenCV.
 POLARITIES: Final = ("auto", "dark", "white")
@@ -38,7 +38,7 @@ class Name(click.Choice[str]):
 def image_size(text: str) -> RawSize:
     """Return the size that WIDTHxHEIGHT on the command line means."""
     from fpmatch.errors import ImageError
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
 
     try:
         return RawSize.parse(text)

@@ -14,13 +14,7 @@ if TYPE_CHECKING:
 
 
 class ProgressBars:
-    """Show one bar a stage on stderr, with time left and rate, and nothing where no terminal is.
-
-    Parameters
-    ----------
-    labels : dict of str
-        What stands before the bar of each stage.
-    """
+    """Show one bar a stage on stderr, with label, time left and rate, where it is a terminal."""
 
     def __init__(self, labels: Mapping[str, str]) -> None:
         self._labels = labels

@@ -13,7 +13,7 @@ from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_op
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 

@@ -148,30 +148,10 @@ def case_report(
 ) -> str:
     """Return the report on a comparison as HTML, which prints to PDF on A4 or Letter paper.
 
-    Parameters
-    ----------
-    pair : ComparedPair
-        The comparison.
-    files : tuple of CaseFile
-        The files of probe and reference.
-    settings : mapping of str to str
-        How the prints were read and compared, by name.
-    case_number : str
-        Number of the case, which is in the title and on every page.
-    notes : str
-        What the examiner noted; every kind of line break begins a new line.
-    marks : sequence of CaseMark
-        What the examiner marked; the first mark is A.
-    made : datetime, optional
-        Time of the report (default: now).
-    warp : bool
-        Show the overlay warped through the pairs, too.
-
-    Raises
-    ------
-    CaseReportError
-        If the notes are longer than 200,000 characters, or the case number than 60, or there are
-        more than 500 marks.
+    `settings` says how the prints were read and compared; the first of `marks` is A; `made` is now
+    by default; with `warp` the overlay warped through the pairs is shown, too. Every kind of line
+    break in `notes` begins a new line. Raises CaseReportError if notes, case number or marks are
+    beyond their limits.
     """
     if len(notes) + sum(len(mark.note) for mark in marks) > LONGEST_TEXT:
         raise CaseReportError(f"notes have at most {LONGEST_TEXT:,} characters")
@@ -186,7 +166,7 @@ def case_report(
         for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
     ]
     environment = Environment(
-        loader=PackageLoader("fpmatch.case_report", "."),
+        loader=PackageLoader("fpmatch.drawing", "."),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -196,7 +176,7 @@ def case_report(
     bent, drawn = pair_warp(v) if warp and v.transform is not None else (None, "")
     title = f"{files[0].name} and {files[1].name}"
     title = printable(f"Case {case_number.strip()}: {title}" if case_number.strip() else title)
-    html = environment.get_template("page.html.j2").render(
+    html = environment.get_template("case_report.html.j2").render(
         title=title,
         running=_css_string(title[:_LONGEST_HEADER] + "…" * (len(title) > _LONGEST_HEADER)),
         made=(made or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC"),
@@ -225,13 +205,7 @@ def case_report(
 
 
 def mark_letter(index: int) -> str:
-    """Return the letter of a mark by its place among the marks, as the web page writes it.
-
-    Examples
-    --------
-    >>> mark_letter(0), mark_letter(25), mark_letter(26), mark_letter(53)
-    ('A', 'Z', 'A2', 'B3')
-    """
+    """Return the letter of a mark by its place among the marks, as the web page writes it."""
     turn, place = divmod(index, len(ascii_uppercase))
     return ascii_uppercase[place] + (str(turn + 1) if turn else "")
 
@@ -242,13 +216,7 @@ def _lines(text: str) -> str:
 
 
 def _css_string(text: str) -> str:
-    r"""Return text as the inside of a string of CSS, all but letters and digits escaped.
-
-    Examples
-    --------
-    >>> _css_string("a<b")
-    'a\\3c b'
-    """
+    """Return text as the inside of a string of CSS, all but letters and digits escaped."""
     return _NOT_PLAIN.sub(lambda match: f"\\{ord(match[0]):x} ", text)
 
 

@@ -25,15 +25,9 @@ UNKNOWN: Final = (
 class AngleConvention:
     """Unit, sense and direction of minutia angles.
 
-    Parameters
-    ----------
-    unit : str
-        ``"deg"`` or ``"rad"``.
-    clockwise : bool
-        Whether angles increase clockwise on screen, as those of ``atan2(dy, dx)`` with y down do,
-        not counter-clockwise.
-    opposite : bool
-        Whether directions are opposite to those of ISO/IEC 19794-2, as those of NIST's XYT are.
+    They increase `clockwise` on screen, as those of ``atan2(dy, dx)`` with y down do, or
+    counter-clockwise; directions are `opposite` to those of ISO/IEC 19794-2, as those of NIST's
+    XYT, or as there.
     """
 
     unit: str
@@ -42,18 +36,7 @@ class AngleConvention:
 
     @classmethod
     def parse(cls, text: str) -> AngleConvention:
-        """Return the convention that ``deg`` or ``rad``, ``,clockwise`` and ``,opposite`` mean.
-
-        Raises
-        ------
-        TemplateError
-            For any other text.
-
-        Examples
-        --------
-        >>> AngleConvention.parse("rad,clockwise")
-        AngleConvention(unit='rad', clockwise=True, opposite=False)
-        """
+        """Return the convention that ``deg`` or ``rad``, ``,clockwise`` and ``,opposite`` mean."""
         unit, *words = (word.strip().lower() for word in text.split(","))
         known = {_CLOCKWISE, _OPPOSITE}
         if unit not in _UNITS or not set(words) <= known or len(set(words)) < len(words):

@@ -72,22 +72,7 @@ def load_record(
     file_format: str | None = None,
     options: ReadingOptions | None = None,
 ) -> TemplateRecord:
-    """Load all prints of a template file with their metadata.
-
-    Parameters
-    ----------
-    path : path-like
-        A template file.
-    file_format : str, optional
-        Name of its format (default: recognised by its content).
-    options : ReadingOptions, optional
-        Values for what the file leaves out, and limits (default: `ReadingOptions()`).
-
-    Raises
-    ------
-    TemplateError
-        If the file is missing, unreadable, of no known format, invalid, or beyond the limits.
-    """
+    """Load all prints of a template file, of the given format or that of its content."""
     options = ReadingOptions() if options is None else options
     data = _read(path, options.limits.max_bytes)
     return decode_record(data, str(path), file_format=file_format, options=options)
@@ -183,13 +168,7 @@ def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
 
 
 def is_of_minutiae_only(data: bytes) -> bool:
-    """Return `holds_minutiae_only` for the bytes of a file.
-
-    Examples
-    --------
-    >>> is_of_minutiae_only(b'{"format": "fpmatch-template"'), is_of_minutiae_only(b"P5 60 50 255 ")
-    (True, False)
-    """
+    """Return `holds_minutiae_only` for the bytes of a file."""
     head = data[:HEAD_BYTES]
     return _begins_as_template(head) and not holds_image(head)
 

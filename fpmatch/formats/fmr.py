@@ -67,10 +67,7 @@ class Layout:
 
 
 class RecordReader(ByteReader):
-    """Read the record in `data`; raises TemplateError unless it has one of the `versions`.
-
-    `notes` receives a line for each irregularity.
-    """
+    """Read the record of one of the `versions` in `data`, with a note on each irregularity."""
 
     def __init__(
         self, data: bytes, options: ReadingOptions, layout: Layout, *versions: bytes
@@ -97,8 +94,7 @@ class RecordReader(ByteReader):
     def view(self, frame: Frame, *, size: int = 6, quality: int | None, **about: Any) -> View:
         """Read count, minutiae of `size` bytes and extended data of a view.
 
-        `quality` is its quality byte, unknown over 100; `about` has its other fields. Raises
-        TemplateError, or ResolutionError for a resolution outside 100 to 4000 dpi.
+        `quality` is its quality byte, unknown over 100; `about` has its other fields.
         """
         if size not in MINUTIA:
             raise TemplateError(f"a minutia has {size} bytes, where 5 or 6 are expected")

@@ -29,12 +29,7 @@ def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
     """Return the dpi of a resolution in whole pixels per centimetre, both positive.
 
     Rounding leaves a range of 2.54 dpi: the result is the multiple of 100 in it, else the nearest
-    whole number. Raises TemplateError if the two resolutions differ by more than 1 %.
-
-    Examples
-    --------
-    >>> dpi_of(197, 197), dpi_of(224, 224)
-    (500.0, 569.0)
+    whole number.
     """
     if abs(per_cm_x - per_cm_y) > max(1.0, MISMATCH * per_cm_x):
         raise TemplateError(

@@ -16,10 +16,10 @@ import numpy as np
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import UNKNOWN, range_notes
-from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns, side
+from fpmatch.formats.codec import LARGEST, Codec, side, view_without_frame
 from fpmatch.formats.csv_format import parse_number, text_lines
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.formats.record import ReadingOptions, TemplateRecord
+from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -82,17 +82,10 @@ def _record(array: NDArray[np.float64], name: str, options: ReadingOptions) -> T
     if len(outside):
         value = quality[outside[0]]
         raise TemplateError(f"row {outside[0] + 1}, column quality: {value:g} is not in 0..100")
-    width, height = options.size or (side(x), side(y))
-    options.limits.check_size(width, height)
-    minutiae = minutiae_from_columns(
-        x, y, options.angles.to_radians(angle), np.full(len(array), MinutiaKind.OTHER), quality
-    )
-    view = View(
-        Template(minutiae, width, height, options.assumed_dpi),
-        dpi_known=False,
-        size_known=False,
-        quality_known=bool(qualities),
-    )
+    kind = np.full(len(array), MinutiaKind.OTHER)
+    minutiae = x, y, options.angles.to_radians(angle), kind, quality
+    size = options.size or (side(x), side(y))
+    view = view_without_frame(minutiae, size, options, quality_known=bool(qualities))
     return TemplateRecord(name, (view,), tuple(range_notes(angle, options.angles)))
 
 

@@ -22,7 +22,7 @@ from typing import Final, NamedTuple
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
-from fpmatch.formats.codec import Codec, dropped_notes, minutiae_from_columns, side
+from fpmatch.formats.codec import Codec, dropped_notes, side, view_without_frame
 from fpmatch.formats.csv_format import (
     BYTE_ORDER_MARK,
     KINDS,
@@ -31,8 +31,8 @@ from fpmatch.formats.csv_format import (
     read_table,
     text_lines,
 )
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+from fpmatch.templates.minutiae import MinutiaKind
 
 COLUMNS: Final = ("x", "y", "theta", "type", "quality")
 TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
@@ -108,15 +108,9 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     x, y, angle, kind, quality = read_table(
         rows, header.names, columns, _KNOWN_TYPES, options, absent
     )
-    width, height = options.size or (side(x), side(y))
-    options.limits.check_size(width, height)
-    minutiae = minutiae_from_columns(x, y, convention.to_radians(angle), kind, quality)
-    view = View(
-        Template(minutiae, width, height, options.assumed_dpi),
-        dpi_known=False,
-        size_known=False,
-        quality_known="quality" in header.given,
-    )
+    minutiae = x, y, convention.to_radians(angle), kind, quality
+    known, size = "quality" in header.given, options.size or (side(x), side(y))
+    view = view_without_frame(minutiae, size, options, quality_known=known)
     notes = range_notes(angle, convention)
     if options.angles is None and header.given["theta"] != "theta":
         notes.append(f"angles taken for {convention} (--angles sets it)")
@@ -124,10 +118,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
 
 
 def _find_header(lines: list[str]) -> _Header | None:
-    """Return the first line that is not blank, as a header with columns x and y; None for others.
-
-    Each of the five columns must be there once at most.
-    """
+    """Return the first line not blank as a header with columns x and y; None for others."""
     number = next((k for k, line in enumerate(lines, start=1) if line.strip()), None)
     if number is None:
         return None

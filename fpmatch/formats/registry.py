@@ -53,10 +53,7 @@ _GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may 
 
 
 def codec_of_content(data: bytes) -> Codec:
-    """Return the codec that recognises `data`, a file or its first few thousand bytes.
-
-    Raises TemplateError if none does; for a finger minutiae record it names the version.
-    """
+    """Return the codec that recognises `data`, a file or its first few thousand bytes."""
     for codec in known_codecs():
         if codec.recognises(data):
             return codec
@@ -100,10 +97,7 @@ def written_formats() -> list[str]:
 
 
 def known_codecs() -> Iterator[Codec]:
-    """Yield the codecs of this package, then those of others, which are imported only then.
-
-    Those of tables, which recognise most, come last.
-    """
+    """Yield the package's codecs, those of others, imported only then, and those of tables."""
     yield from CODECS[: -len(_GENERAL)]
     own = {codec.name for codec in CODECS}
     for name, codec in load_plugins(FORMATS).loaded.items():

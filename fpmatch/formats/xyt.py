@@ -27,12 +27,12 @@ from fpmatch.formats.codec import (
     Codec,
     dropped_notes,
     fit_minutiae,
-    minutiae_from_columns,
     side,
+    view_without_frame,
     whole_steps,
 )
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -51,20 +51,11 @@ def decode(data: bytes, options: ReadingOptions, *, m1: bool) -> TemplateRecord:
         raise TemplateError("some lines have a quality, others have none")
     x, y, angle, *qualities = np.array(rows, dtype=np.int64).reshape(-1, *(widths or {3})).T
     width, height = options.size or (side(x), side(y if m1 else y - 1))
-    options.limits.check_size(width, height)
     degrees = (angle * 2 if m1 else angle + FULL_TURN // 2).astype(np.float64)
     kind = np.full(len(rows), MinutiaKind.OTHER)
     quality = np.clip(qualities[0] if qualities else np.full(len(rows), 100), 0, 100)
-    y_down = y if m1 else height - y
-    view = View(
-        Template(
-            minutiae_from_columns(x, y_down, np.radians(degrees), kind, quality),
-            *(width, height, options.assumed_dpi),
-        ),
-        dpi_known=False,
-        size_known=False,
-        quality_known=bool(qualities),
-    )
+    minutiae = x, y if m1 else height - y, np.radians(degrees), kind, quality
+    view = view_without_frame(minutiae, (width, height), options, quality_known=bool(qualities))
     convention = "ANSI/INCITS 378: y down, units of 2°" if m1 else "NIST: y up, degrees"
     return TemplateRecord("xyt-m1" if m1 else "xyt", (view,), (f"angles taken for {convention}",))
 

@@ -99,13 +99,7 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
 
 
 def natural_key(text: str) -> tuple[list[str | tuple[int, str]], str]:
-    """Return a sort key that compares the numbers in a text as numbers.
-
-    Examples
-    --------
-    >>> sorted(["10_1", "9_2", "a"], key=natural_key)
-    ['9_2', '10_1', 'a']
-    """
+    """Return a sort key that compares the numbers in a text as numbers."""
     parts: list[str | tuple[int, str]] = list(_DIGITS.split(text))
     digits = [part.lstrip("0") for part in _DIGITS.findall(text)]  # of any number
     parts[1::2] = [(len(part), part) for part in digits]

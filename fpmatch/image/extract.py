@@ -33,9 +33,8 @@ from fpmatch.templates.ridge_field import RidgeField
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Grey, Mask
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
-    from fpmatch.image.preprocess.arrays import Recorder
+    from fpmatch.image.preprocess.arrays import Grey, Mask, Recorder
     from fpmatch.image.preprocess.foreground import Box
 
 # From one window of the ridge spectrum to four palms.
@@ -129,10 +128,7 @@ def extract(
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
-    """Resample an image (H, W) to 500 dpi, unless it has that; return it and the zoom, 500 / dpi.
-
-    Raises ImageError if the resampled image is too small or too large for a print.
-    """
+    """Resample an image (H, W) to 500 dpi, unless it has that; return it and the zoom 500 / dpi."""
     zoom = STANDARD_DPI / dpi
     if abs(zoom - 1.0) < 1e-3:
         return grey, 1.0

@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
-from fpmatch.pointset.geometry.point_match import PointMatch, check_rho
+from fpmatch.pointset.geometry.point_match import (
+    TRIALS,
+    PointMatch,
+    check_rho,
+    match_either_way,
+    mirror_image,
+)
 from fpmatch.pointset.paper.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
     UnitCircleParameters,
     match_by_unit_circle,
 )
-from fpmatch.pointset.reflect import TRIALS, match_either_way, mirror_image
 from fpmatch.pointset.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.triangles.search import MAX_CHANCE
@@ -154,13 +159,6 @@ def wider_maps(
     The arguments are those of a call of `match_points` without a match. The searches are short: at
     most 200,000 proposals, 500,000 of affine maps, or 10 for each point of the larger set. So None
     does not rule out a match. An affine map is sought in sets of up to 100,000 points.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
-    >>> wider_maps(points, points * [-1, 1]), wider_maps(points, points * [3, 1])
-    ((True, 'similarity'), (False, 'affine'))
     """
     for wider in TRANSFORM_MODELS[TRANSFORM_MODELS.index(model) :]:
         if wider == "affine" and max(len(p), len(q)) > _MOST_POINTS_OF_SHORT_AFFINE:

@@ -69,15 +69,7 @@ def random_pair(
     """Make a random pair of sets of `m` and `n` points, of which ⌈ρm⌉ are partners.
 
     `eta` and `lambda_` are η and λ of this module, in mean nearest-neighbour distances of Q; `rng`
-    is the source of randomness or its seed: the same seed gives the same pair. A parameter outside
-    its range is refused with a `PointSetError`.
-
-    Examples
-    --------
-    >>> pair = random_pair(50, 100, 0.9, 0.0, 0.84, rng=7)
-    >>> p, q = pair.p[pair.pairs[:, 0]], pair.q[pair.pairs[:, 1]]
-    >>> len(pair.pairs), bool(abs(pair.transform.apply(p) - q).max() < 1e-12)
-    (45, True)
+    is the source of randomness or its seed: the same seed gives the same pair.
     """
     if not 0 <= rho <= 1:
         raise PointSetError(f"rho must be in [0, 1], not {number_text(rho)}")

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.formats.angles import AngleConvention
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.io.limits import ImageLimits
-    from fpmatch.image.io.raw import RawSize
     from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
@@ -80,10 +80,7 @@ class PrintReader:
 def decode_print(
     data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
 ) -> GreyImage | TemplateRecord:
-    """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`.
-
-    They do not state why formats of other packages cannot be loaded.
-    """
+    """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
     if not _contains_minutiae_only(data[:HEAD_BYTES]):
         return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
@@ -156,13 +153,7 @@ def make_given_print(
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
-    """Return each note, in the order of first appearance, with the prints that it is about.
-
-    Examples
-    --------
-    >>> group_by_note([("a.tif", ["odd", "torn"]), ("b.tif", []), ("c.tif", ["odd"])])
-    {'odd': ('a.tif', 'c.tif'), 'torn': ('a.tif',)}
-    """
+    """Return each note, in the order of first appearance, with the prints that it is about."""
     by_note: dict[str, list[Name]] = {}
     for name, notes in prints:
         for note in notes:

@@ -28,13 +28,7 @@ _NEARLY_ALL_FROM: Final = 0.95  # rates above round to 1 in 1
 
 
 def odds(fmr: float) -> str:
-    """Write a false match rate as one in so many.
-
-    Examples
-    --------
-    >>> odds(1e-4), odds(0.37), odds(6e-7), odds(1e-10), odds(1.0)
-    ('1 in 10,000', '1 in 2.7', '1 in 1.7 million', '1 in 10 billion', 'nearly all')
-    """
+    """Write a false match rate as one in so many."""
     if not 0 < fmr <= 1:
         return "unknown"
     if fmr > _NEARLY_ALL_FROM:
@@ -50,14 +44,7 @@ def odds(fmr: float) -> str:
 
 
 def score_as_high(rate: str) -> str:
-    """Return the sentence about a false match rate, as `odds` writes it.
-
-    Examples
-    --------
-    >>> score_as_high("1 in 100"), score_as_high("nearly all")
-    ('1 in 100 pairs of different fingers scores as high', \
-'nearly all pairs of different fingers score as high')
-    """
+    """Return the sentence about a false match rate, as `odds` writes it."""
     verb = "score" if rate.endswith(NEARLY_ALL) else "scores"
     return f"{rate} pairs of different fingers {verb} as high"
 
@@ -93,10 +80,7 @@ def rotated_and_scaled(transform: Similarity) -> str:
 
 
 def match_facts(match: PointMatch) -> list[tuple[str, str]]:
-    """Return the result as (label, value): pairs, transform, residual, and expectation by chance.
-
-    There are none where there is no match, and no chance where the matcher does not estimate it.
-    """
+    """Return a match, if it is one, as (label, value): pairs, transform, residual, chance."""
     t = match.transform
     if t is None:
         return []

@@ -30,15 +30,7 @@ def _beyond(message: str) -> TemplateError:
 
 
 def check_bounds(template: Template) -> None:
-    """Raise TemplateError if a number of a template is outside its bounds.
-
-    Examples
-    --------
-    >>> from fpmatch.templates.minutiae import Minutiae, Template
-    >>> check_bounds(Template(Minutiae(x=[4e4], y=[10], angle=[0]), width=300, height=400))
-    Traceback (most recent call last):
-    fpmatch.errors.TemplateError: minutiae: an x of 40000 is beyond 32767 pixels at 500 dpi
-    """
+    """Raise TemplateError if a number of a template is outside its bounds."""
     zoom = STANDARD_DPI / template.dpi
     for name, article in (("x", "an"), ("y", "a")):
         values = getattr(template.minutiae, name)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.scene.items import Item, Point
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.prints.prepare import PreparedTemplate
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
 
 
 # Page pixels: the page is shown at about half its size.

@@ -9,7 +9,6 @@ import json
 import os
 import pickle
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +27,7 @@ COLUMNS = {
 ABOUT = {"what": "a test"}
 
 
-def arrays_of(rows: int, cells: int) -> dict[str, Any]:
+def arrays_of(rows, cells):
     rng = np.random.default_rng(rows)
     return {
         "start": rng.integers(-9, 9, rows),
@@ -37,7 +36,7 @@ def arrays_of(rows: int, cells: int) -> dict[str, Any]:
     }
 
 
-def refusal(path, columns=COLUMNS, about=ABOUT) -> str:
+def refusal(path, columns=COLUMNS, about=ABOUT):
     """Return the code of the error that reading a file raises."""
     with pytest.raises(FpmatchError) as caught:
         read_arrays(path, columns, about)
@@ -226,7 +225,7 @@ def test_a_file_about_something_else_is_another(small):
     assert refusal(small) == "other"
 
 
-def npy() -> bytes:
+def npy():
     stream = io.BytesIO()
     np.save(stream, np.arange(9))
     return stream.getvalue()
@@ -269,7 +268,7 @@ def test_writing_replaces_the_file_and_leaves_what_was_mapped(tmp_path):
     assert len(read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)["start"]) == 1
 
 
-def rewrite(path, header: bytes, content) -> None:
+def rewrite(path, header, content):
     """Write a header and a content with the checksums that belong to them."""
     stored = bytes(content)
     with path.open("wb") as stream:

@@ -8,8 +8,8 @@ from importlib.metadata import PackageNotFoundError
 import pytest
 
 import fpmatch
-from fpmatch import installation
 from fpmatch.base import kernels
+from fpmatch.cli import doctor as installation
 from fpmatch.gallery.engine.local import available_cores
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import fpmatch
-from fpmatch import installation
 from fpmatch.base import kernels
+from fpmatch.cli import doctor as installation
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 

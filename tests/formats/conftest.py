@@ -1,7 +1,5 @@
 """Make `made_records` importable for the tests beside it."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
 from fpmatch.templates.minutiae import Minutiae, Template
 
@@ -26,25 +25,25 @@ ANGLE_STEP_DEG: Final = {
 }
 
 
-def read(data: bytes, *, file_format: str | None = None, **options: Any) -> TemplateRecord:
+def read(data, *, file_format=None, **options):
     """Return the record in the bytes of a file, under the `ReadingOptions`."""
     codec = codec_of_name(file_format) if file_format else codec_of_content(data)
     return codec.decode(data, ReadingOptions(**options))
 
 
-def only_view(data: bytes, **options: Any) -> View:
+def only_view(data, **options):
     """Return the only view in the bytes of a file, as `read` does."""
     return read(data, **options).single()
 
 
-def columns(count: int, *position: st.SearchStrategy[float]) -> st.SearchStrategy[Any]:
+def columns(count, *position):
     """Return the columns of minutiae, of two strategies for x and y."""
     values = (*position, st.floats(0, 6.25, width=32), st.integers(0, 2), st.integers(0, 100))
     return st.tuples(*(st.lists(column, min_size=count, max_size=count) for column in values))
 
 
 @st.composite
-def templates(draw: st.DrawFn, most: int = 12, fewest: int = 0) -> Template:
+def templates(draw, most=12, fewest=0):
     """Return a template whose minutiae lie inside it."""
     width, height = draw(st.tuples(st.integers(2, 3000), st.integers(2, 3000)))
     position = (st.floats(0, side - 1, width=32) for side in (width, height))
@@ -53,7 +52,7 @@ def templates(draw: st.DrawFn, most: int = 12, fewest: int = 0) -> Template:
 
 
 @st.composite
-def records(draw: st.DrawFn, views: int = 1, fewest: int = 0) -> TemplateRecord:
+def records(draw, views=1, fewest=0):
     """Return a record of as many views as `views` at most, of one frame."""
     first = draw(templates(fewest=fewest))
     others = draw(st.lists(templates(), max_size=views - 1))
@@ -72,36 +71,35 @@ def records(draw: st.DrawFn, views: int = 1, fewest: int = 0) -> TemplateRecord:
     return TemplateRecord("", tuple(found))
 
 
-def encoded(name: str, record: TemplateRecord) -> Encoded:
+def encoded(name, record):
     """Return a record as a file of a format that can be written, and notes."""
     encode = codec_of_name(name).encode
-    assert encode is not None
     return encode(record)
 
 
-def written(name: str, record: TemplateRecord) -> bytes:
+def written(name, record):
     """Return a record as a file of a format that can be written."""
     return encoded(name, record).data
 
 
-def record_of(*templates: Template) -> TemplateRecord:
+def record_of(*templates):
     """Return a record of templates about which nothing else is known."""
     return TemplateRecord("", tuple(map(View, templates)))
 
 
-def frame_of(record: TemplateRecord) -> dict[str, Any]:
+def frame_of(record):
     """Return the reading options for a format that keeps neither size nor resolution."""
     template = record.views[0].template
     return {"dpi": template.dpi, "size": (template.width, template.height)}
 
 
-def turn_deg(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
+def turn_deg(a, b):
     """Return the angles between directions, in degrees."""
     difference = a.astype(float) - b.astype(float)
     return np.abs(np.degrees(np.angle(np.exp(1j * difference))))
 
 
-def sample_record(count: int = 20) -> TemplateRecord:
+def sample_record(count=20):
     """Return a record of one view with `count` minutiae, always the same."""
     rng = np.random.default_rng(8)
     minutiae = Minutiae(
@@ -115,13 +113,13 @@ def sample_record(count: int = 20) -> TemplateRecord:
     return TemplateRecord("", (view,))
 
 
-def sample_files() -> dict[str, bytes]:
+def sample_files():
     """Return a file of every format that can be written, by name, and one of AN2."""
     record = sample_record()
     return {name: written(name, record) for name in WRITTEN} | {"an2": an2_file()}
 
 
-def an2_file(block: str = "standard", image: str = "13", resolution: str = "19.69") -> bytes:
+def an2_file(block="standard", image="13", resolution="19.69"):
     """Return an AN2 file with three minutiae in a block of type 9, and an image record."""
     blocks = {
         "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB"
@@ -148,7 +146,7 @@ def an2_file(block: str = "standard", image: str = "13", resolution: str = "19.6
     return first + _text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]
 
 
-def _text(kind: int, fields: list[tuple[int, str]]) -> bytes:
+def _text(kind, fields):
     """Return a record of text that begins with its own length."""
     rest = "".join(f"\x1d{kind}.{number:03d}:{value}" for number, value in fields) + "\x1c"
     length = len(rest) + len(f"{kind}.001:")

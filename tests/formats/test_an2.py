@@ -1,7 +1,5 @@
 """ANSI/NIST-ITL files: each block of minutiae by its own convention, and where frames stand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_records import an2_file, only_view, read
@@ -23,9 +21,7 @@ PX = 500 / 2540  # pixels in 0.01 mm at 500 dpi
     ],
 )
 @pytest.mark.parametrize("image", ["13", "4"])  # the type of the record that gives the size
-def test_each_block_by_its_own_convention(
-    block: str, image: str, x: list[float], y: list[float], quality: list[int] | None
-) -> None:
+def test_each_block_by_its_own_convention(block, image, x, y, quality):
     record = read(an2_file(block, image))
     assert record.format == "an2"
     (view,) = record.views
@@ -41,7 +37,7 @@ def test_each_block_by_its_own_convention(
     assert view.dpi_known
 
 
-def test_without_an_image_record_the_size_is_what_the_minutiae_span() -> None:
+def test_without_an_image_record_the_size_is_what_the_minutiae_span():
     view = only_view(an2_file("standard", "none"))
     assert view.dpi_known
     assert not view.size_known
@@ -51,7 +47,7 @@ def test_without_an_image_record_the_size_is_what_the_minutiae_span() -> None:
     assert told.template.minutiae.y.max() == 600
 
 
-def test_without_any_resolution_the_readers_holds() -> None:
+def test_without_any_resolution_the_readers_holds():
     data = an2_file("standard", "none", "00.00")
     assert not only_view(data).dpi_known
     view = only_view(data, dpi=1000)
@@ -59,13 +55,13 @@ def test_without_any_resolution_the_readers_holds() -> None:
     assert view.template.minutiae.x.max() == pytest.approx(2000 * 1000 / 2540, abs=0.01)
 
 
-def test_a_file_without_minutiae_is_no_template() -> None:
+def test_a_file_without_minutiae_is_no_template():
     with pytest.raises(TemplateError, match="no minutiae in the file"):
         read(an2_file("none"))
     assert not CODEC.recognises(an2_file().replace(b"\x1e9\x1f01", b""))  # images only
 
 
-def test_a_field_that_is_malformed_is_named() -> None:
+def test_a_field_that_is_malformed_is_named():
     with pytest.raises(TemplateError, match=r"field 9\.012 is malformed"):
         read(an2_file("standard").replace(b"10000500090", b"1000x500090"))
 
@@ -73,9 +69,7 @@ def test_a_field_that_is_malformed_is_named() -> None:
 @pytest.mark.parametrize("separator", [b"\x1e", b"\x1f", b"\x1d"])
 @pytest.mark.parametrize("field", [b"9.012:", b"1.003:"])
 @pytest.mark.parametrize("kind", [b"1.001:", b"9.001:"])
-def test_a_field_of_nothing_but_separators_is_refused_at_once(
-    separator: bytes, field: bytes, kind: bytes
-) -> None:
+def test_a_field_of_nothing_but_separators_is_refused_at_once(separator, field, kind):
     data = an2_file("standard").replace(field, field + separator * 200_000)
     start = data.index(kind) + len(kind)
     end = data.index(b"\x1d", start)

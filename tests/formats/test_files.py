@@ -1,12 +1,9 @@
 """`fpmatch.formats`: what is saved is what is loaded, and nothing else gets in or stays behind."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,7 +32,7 @@ LEADER = FORMATS.parent / "minutiae" / "leader" / "fvc2004" / "DB1_B" / "101_1.c
 
 
 @st.composite
-def templates(draw: st.DrawFn) -> Template:
+def templates(draw):
     """Return a template of any numbers within bounds, with or without a ridge field."""
     position = st.floats(-6500, 6500, width=32)
     minutiae = Minutiae(*draw(columns(draw(st.integers(0, 12)), position, position)))
@@ -54,7 +51,7 @@ def templates(draw: st.DrawFn) -> Template:
     )
 
 
-def field_template(orientation: object, mask: object, ridges: object = None) -> Template:
+def field_template(orientation, mask, ridges=None):
     """Return a template of a ridge field alone."""
     field = RidgeField(16.0, np.array(orientation, np.float32), np.array(mask, bool), ridges)
     return Template(Minutiae.empty(), 9, 9, field=field)
@@ -62,7 +59,7 @@ def field_template(orientation: object, mask: object, ridges: object = None) -> 
 
 @given(templates())
 @pytest.mark.parametrize("name", ["csv", "json"])
-def test_minutiae_and_frame_come_back_to_the_last_bit(name: str, template: Template) -> None:
+def test_minutiae_and_frame_come_back_to_the_last_bit(name, template):
     again = only_view(written(name, record_of(template))).template
     assert replace(again, field=None) == replace(template, field=None)
     same = record_of(replace(template, field=again.field))
@@ -70,13 +67,12 @@ def test_minutiae_and_frame_come_back_to_the_last_bit(name: str, template: Templ
 
 
 @given(templates())
-def test_json_keeps_the_field_to_the_last_bit(template: Template) -> None:
+def test_json_keeps_the_field_to_the_last_bit(template):
     once = only_view(written("json", record_of(template))).template
     assert prepare(once).key == prepare(template).key
     if template.field is None:
         assert once.field is None
         return
-    assert once.field is not None
     mask = template.field.mask
     assert np.array_equal(once.field.mask, mask)
     assert np.array_equal(once.field.orientation[mask], template.field.orientation[mask])
@@ -85,16 +81,15 @@ def test_json_keeps_the_field_to_the_last_bit(template: Template) -> None:
     assert np.array_equal(once.field.ridges, template.field.ridges)
 
 
-def test_json_wraps_an_orientation_beyond_half_a_turn() -> None:
+def test_json_wraps_an_orientation_beyond_half_a_turn():
     angles = [0.0, -0.5, 3.5, np.nextafter(np.float32(np.pi), np.float32(0))]
     again = only_view(written("json", record_of(field_template([angles], [[1] * 4]))))
-    assert again.template.field is not None
     found = again.template.field.orientation[0].tolist()
     assert found[::3] == angles[::3]
     assert found[1:3] == pytest.approx([np.pi - 0.5, 3.5 - np.pi], abs=1e-6)
 
 
-def test_json_of_version_1_is_read() -> None:
+def test_json_of_version_1_is_read():
     """Its orientation has a byte for every cell, 256 to half a turn."""
     template = field_template(np.zeros((2, 2)), [[True, False], [True, True]])
     document = json.loads(written("json", record_of(template)))
@@ -102,12 +97,11 @@ def test_json_of_version_1_is_read() -> None:
     document["version"] = 1
     document["ridge_field"]["orientation"] = base64.b64encode(bytes([0, 9, 64, 255])).decode()
     again = only_view(json.dumps(document).encode()).template.field
-    assert again is not None
     expected = np.array([0, 64, 255]) * np.pi / 256
     assert again.orientation[again.mask] == pytest.approx(expected, abs=1e-6)
 
 
-def test_json_shows_the_rows_of_a_picture_one_after_the_other(template: Template) -> None:
+def test_json_shows_the_rows_of_a_picture_one_after_the_other(template):
     """Of the cells inside the mask alone, the leftmost bit the lowest."""
     ridges = np.array([[0x0807060504030201, 99, 1 << 63]], np.uint64)
     made = field_template([[0, 0, 0]], [[True, False, True]], ridges)
@@ -119,9 +113,7 @@ def test_json_shows_the_rows_of_a_picture_one_after_the_other(template: Template
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_saved_file_is_found_by_content_under_any_name(
-    tmp_path: Path, template: Template, suffix: str
-) -> None:
+def test_a_saved_file_is_found_by_content_under_any_name(tmp_path, template, suffix):
     saved = tmp_path / f"print{suffix.upper()}"
     save_template(saved, template)
     renamed = saved.rename(tmp_path / "no-suffix")
@@ -131,7 +123,7 @@ def test_a_saved_file_is_found_by_content_under_any_name(
     assert is_of_minutiae_only(renamed.read_bytes())
 
 
-def test_csv_survives_a_spreadsheet(tmp_path: Path, template: Template) -> None:
+def test_csv_survives_a_spreadsheet(tmp_path, template):
     path = tmp_path / "print.csv"
     save_template(path, template)
     first, *rest = path.read_text().splitlines()
@@ -139,7 +131,7 @@ def test_csv_survives_a_spreadsheet(tmp_path: Path, template: Template) -> None:
     assert load_template(path) == replace(template, field=None)
 
 
-def test_plain_csv_is_a_table_with_one_header() -> None:
+def test_plain_csv_is_a_table_with_one_header():
     record = sample_record(3)
     first, *lines = written("minutiae-csv", record).decode().splitlines()
     assert first == "x,y,theta,type,quality"
@@ -151,7 +143,7 @@ def test_plain_csv_is_a_table_with_one_header() -> None:
     assert [*kind] == ["UEB"[kind] for kind in minutiae.kind.tolist()]
 
 
-def test_columns_of_plain_csv_have_any_order_and_others_are_read_past() -> None:
+def test_columns_of_plain_csv_have_any_order_and_others_are_read_past():
     data = b"Theta,score,y,X,type\r\n90,0.5,20,10,b\r\n\r\n-90,0.1,3,4,E\r\n"
     assert codec_of_content(data).name == "minutiae-csv"
     view = only_view(data)
@@ -168,13 +160,13 @@ def test_columns_of_plain_csv_have_any_order_and_others_are_read_past() -> None:
 
 
 @pytest.mark.skipif(not LEADER.exists(), reason="the shared minutiae are not beside the project")
-def test_plain_csv_of_another_extractor_is_read() -> None:
+def test_plain_csv_of_another_extractor_is_read():
     template = only_view(LEADER.read_bytes(), size=(640, 480)).template
     assert len(template.minutiae) == LEADER.read_text().count("\n") - 1
     assert set(template.minutiae.kind.tolist()) <= {kind.value for kind in MinutiaKind}
 
 
-def test_saving_leaves_one_file_and_replaces_it_whole(tmp_path: Path, template: Template) -> None:
+def test_saving_leaves_one_file_and_replaces_it_whole(tmp_path, template):
     path = tmp_path / "print.json"
     path.write_text("an older file")
     assert save_template(path, template) == ()
@@ -183,7 +175,7 @@ def test_saving_leaves_one_file_and_replaces_it_whole(tmp_path: Path, template: 
     assert save_template(tmp_path / "print.csv", template) == ("the ridge field dropped",)
 
 
-def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path: Path, template: Template) -> None:
+def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path, template):
     (tmp_path / "folder.json").mkdir()
     with pytest.raises(OutputError, match="cannot be written"):
         save_template(tmp_path / "folder.json", template)
@@ -201,7 +193,7 @@ def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path: Path, template: Te
     assert [entry.name for entry in tmp_path.iterdir()] == ["folder.json"]
 
 
-def test_a_format_may_be_named(tmp_path: Path, template: Template) -> None:
+def test_a_format_may_be_named(tmp_path, template):
     path = tmp_path / "print.dat"
     save_template(path, template, file_format="iso2011")
     assert load_record(path).format == "iso2011"
@@ -209,7 +201,7 @@ def test_a_format_may_be_named(tmp_path: Path, template: Template) -> None:
         load_record(path, file_format="iso2005")
 
 
-def test_limits_are_parameters(tmp_path: Path, template: Template) -> None:
+def test_limits_are_parameters(tmp_path, template):
     path = tmp_path / "print.iso"
     save_template(path, template)
     with pytest.raises(TemplateError, match="more than 29 minutiae"):
@@ -218,7 +210,7 @@ def test_limits_are_parameters(tmp_path: Path, template: Template) -> None:
         load_record(path, options=ReadingOptions(limits=ReadLimits(max_bytes=10)))
 
 
-def test_a_folder_a_pipe_and_a_missing_file_are_no_templates(tmp_path: Path) -> None:
+def test_a_folder_a_pipe_and_a_missing_file_are_no_templates(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     reasons = {"": "is a folder", "pipe": "not a regular file", "gone": "no such file"}
     for name, reason in reasons.items():
@@ -227,7 +219,7 @@ def test_a_folder_a_pipe_and_a_missing_file_are_no_templates(tmp_path: Path) -> 
         assert not is_template_file(tmp_path / name)
 
 
-def test_images_and_other_files_are_no_templates(tmp_path: Path) -> None:
+def test_images_and_other_files_are_no_templates(tmp_path):
     other = tmp_path / "other"
     for content in (b"", b"\x89PNG\r\n\x1a\n", b"II*\x00", b"P5 9 9 255\n", b"hello"):
         other.write_bytes(content)

@@ -1,7 +1,5 @@
 """Finger minutiae records: told apart, and read in spite of what writers got wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -36,7 +34,7 @@ BY_HAND = {"iso2005": ISO_2005, "ansi2004": ANSI_2004, "ansi2009": ANSI_2009, "i
 
 
 @pytest.mark.parametrize("name", BY_HAND)
-def test_a_record_by_hand_is_read_and_written(name: str) -> None:
+def test_a_record_by_hand_is_read_and_written(name):
     record = read(BY_HAND[name])
     assert record.format == name
     (view,) = record.views
@@ -50,20 +48,20 @@ def test_a_record_by_hand_is_read_and_written(name: str) -> None:
     assert written(name, record) == BY_HAND[name]
 
 
-def test_a_header_one_byte_short_is_that_of_the_draft_of_2007() -> None:
+def test_a_header_one_byte_short_is_that_of_the_draft_of_2007():
     record = read(ANSI_2009[:16] + ANSI_2009[17:])
     assert record.format == "ansi2009"
     assert record.notes[0] == "the layout is that of the draft of 2007"
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
 
 
-def test_a_producer_in_the_header_does_not_make_ansi_2009_iso_2011() -> None:
+def test_a_producer_in_the_header_does_not_make_ansi_2009_iso_2011():
     record = read(ANSI_2009[:12] + bytes.fromhex("0001 0000 00 0028") + ANSI_2009[19:])
     assert record.format == "ansi2009"
     assert record.views[0].fields == (("product", "0x0001 0x0000"), ("capture device", "0x0028"))
 
 
-def test_date_and_sensor_of_iso_2011_are_fields() -> None:
+def test_date_and_sensor_of_iso_2011_are_fields():
     captured = bytes.fromhex("07db 0c 1f 0000000000 09 0001 0028")
     fields = only_view(ISO_2011[:19] + captured + ISO_2011[33:]).fields
     assert fields == (
@@ -73,7 +71,7 @@ def test_date_and_sensor_of_iso_2011_are_fields() -> None:
     )
 
 
-def test_a_long_record_of_2004_has_a_length_of_six_bytes() -> None:
+def test_a_long_record_of_2004_has_a_length_of_six_bytes():
     data = written("ansi2004", TemplateRecord("", sample_record(250).views * 45))
     assert len(data) > 2**16
     assert data[8:10] == b"\0\0"
@@ -81,13 +79,13 @@ def test_a_long_record_of_2004_has_a_length_of_six_bytes() -> None:
     assert (record.format, len(record.views)) == ("ansi2004", 45)
 
 
-def test_angles_beyond_179_in_ansi_are_read_as_iso_steps() -> None:
+def test_angles_beyond_179_in_ansi_are_read_as_iso_steps():
     record = read(ANSI_2004[:34] + bytes([0xC0]) + ANSI_2004[35:])
     assert record.views[0].template.minutiae.angle[0] == pytest.approx(np.pi * 1.5)
     assert any("steps of ISO" in note for note in record.notes)
 
 
-def test_a_size_and_resolution_of_zero_are_not_told() -> None:
+def test_a_size_and_resolution_of_zero_are_not_told():
     data = ISO_2005[:14] + bytes(8) + ISO_2005[22:]
     view = only_view(data)
     assert not view.dpi_known
@@ -97,7 +95,7 @@ def test_a_size_and_resolution_of_zero_are_not_told() -> None:
     assert (told.width, told.height, told.dpi) == (640, 480, 1000)
 
 
-def test_no_quality_is_not_the_worst() -> None:
+def test_no_quality_is_not_the_worst():
     data = ISO_2005[:33] + bytes(1) + ISO_2005[34:]
     record = read(data)
     assert not record.views[0].quality_known
@@ -109,7 +107,7 @@ def test_no_quality_is_not_the_worst() -> None:
 
 
 @pytest.mark.parametrize("name", FMR)
-def test_bytes_after_a_record_are_passed_over_with_a_word_and_zeros_in_silence(name: str) -> None:
+def test_bytes_after_a_record_are_passed_over_with_a_word_and_zeros_in_silence(name):
     data = written(name, sample_record())
     for more, notes in ((b"foreign", ("7 bytes after the record passed over",)), (bytes(7), ())):
         record = read(data + more)
@@ -117,14 +115,14 @@ def test_bytes_after_a_record_are_passed_over_with_a_word_and_zeros_in_silence(n
         assert record.notes == notes
 
 
-def test_extended_data_cut_short_cost_no_minutiae() -> None:
+def test_extended_data_cut_short_cost_no_minutiae():
     record = read(ISO_2005[:-2] + b"\x00\x09\x01\x44")
     assert len(record.views[0].template.minutiae) == 1
     assert record.views[0].extended is None
     assert "extended data cut short (2 of 9 bytes) and passed over" in record.notes
 
 
-def test_different_resolutions_across_and_down_are_refused() -> None:
+def test_different_resolutions_across_and_down_are_refused():
     with pytest.raises(TemplateError, match="resolution differ"):
         read(ISO_2005[:20] + b"\x00\x62" + ISO_2005[22:])
 
@@ -138,17 +136,17 @@ def test_different_resolutions_across_and_down_are_refused() -> None:
         (b"\x00\x02\x00\xff", ["blocks that do not fill their area"]),
     ],
 )
-def test_extended_data_are_named(data: bytes, kinds: list[str]) -> None:
+def test_extended_data_are_named(data, kinds):
     assert fmr.extended_kinds(ExtendedData("iso2005", data)) == kinds
 
 
 @given(st.integers(round(MIN_DPI), round(MAX_DPI)))
-def test_a_resolution_comes_back_to_its_step(dpi: int) -> None:
+def test_a_resolution_comes_back_to_its_step(dpi):
     step = per_cm(dpi)
     assert abs(dpi_of(step, step) - dpi) <= 2.54
     assert per_cm(dpi_of(step, step)) == step
 
 
 @pytest.mark.parametrize("dpi", [300, 400, 500, 569, 600, 1000, 1200])
-def test_resolutions_of_scanners_come_back_exactly(dpi: int) -> None:
+def test_resolutions_of_scanners_come_back_exactly(dpi):
     assert dpi_of(per_cm(dpi), per_cm(dpi)) == dpi

@@ -1,12 +1,8 @@
 """Whatever the bytes, a template reader answers with a template or an error of ours."""
 
-from __future__ import annotations
-
 import base64
 import json
 import warnings
-from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -15,15 +11,14 @@ from made_records import read, sample_files
 
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.files import load_template, save_template
-from fpmatch.formats.record import ReadLimits, TemplateRecord
+from fpmatch.formats.record import ReadLimits
 from fpmatch.formats.registry import CODECS
-from fpmatch.templates.minutiae import Template
 
 FILES = sample_files()
 STARTS = [b"", *(data[:n] for data in FILES.values() for n in (8, 20, 40))]
 
 
-def attempt(data: bytes, file_format: str | None = None) -> TemplateRecord | None:
+def attempt(data, file_format=None):
     """Return the record in some bytes; None where they are refused, in one line."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -38,18 +33,18 @@ def attempt(data: bytes, file_format: str | None = None) -> TemplateRecord | Non
 
 @given(st.binary(max_size=300), st.sampled_from(STARTS))
 @settings(max_examples=300)
-def test_any_bytes_are_read_or_refused(data: bytes, start: bytes) -> None:
+def test_any_bytes_are_read_or_refused(data, start):
     attempt(start + data)
 
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(st.binary(max_size=200))
-def test_a_codec_that_is_named_refuses_what_is_not_its_own(codec: Any, data: bytes) -> None:
+def test_a_codec_that_is_named_refuses_what_is_not_its_own(codec, data):
     attempt(data, codec.name)
 
 
 @st.composite
-def damaged(draw: st.DrawFn) -> bytes:
+def damaged(draw):
     """Return a good file with some bytes changed, cut out or put in."""
     data = bytearray(draw(st.sampled_from(list(FILES.values()))))
     for _ in range(draw(st.integers(1, 4))):
@@ -61,12 +56,12 @@ def damaged(draw: st.DrawFn) -> bytes:
 
 @given(damaged())
 @settings(max_examples=250)
-def test_a_damaged_file_is_read_or_refused(data: bytes) -> None:
+def test_a_damaged_file_is_read_or_refused(data):
     attempt(data)
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_no_beginning_of_a_file_passes_for_more_than_it_is(name: str) -> None:
+def test_no_beginning_of_a_file_passes_for_more_than_it_is(name):
     most = len(read(FILES[name]).views[0].template.minutiae)
     for end in range(0, len(FILES[name]), max(1, len(FILES[name]) // 60)):
         part = attempt(FILES[name][:end])
@@ -76,7 +71,7 @@ def test_no_beginning_of_a_file_passes_for_more_than_it_is(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_limits_hold_for_every_format(name: str) -> None:
+def test_limits_hold_for_every_format(name):
     with pytest.raises(TemplateError, match="more than 2 minutiae"):
         read(FILES[name], file_format=name, limits=ReadLimits(max_minutiae=2))
     with pytest.raises(TemplateError, match="more than 100 pixels"):
@@ -113,9 +108,6 @@ MIN = b"Image (w,h) 9 9\n\n"
         (ROW + b"nan,2,3,ending,50", "line 3, column x: nan is not finite"),
         (ROW + b"1e300,2,3,ending,50", "line 3, column x: 1e+300 is not finite"),
         (ROW + b"1,2,3,ending,101", "line 3, column quality: 101 is not in 0..100"),
-        (b"x,y,theta,x\n1,2,3,4\n", "line 1: a column is there twice"),
-        (b"x,y,theta\n1,2\n", "line 2: expected 3 values, found 2"),
-        (b"x,y,theta\n1,2,east\n", "line 2, column theta: expected a number, found 'east'"),
         (b"x,y,theta\n1,nan,3\n", "line 2, column y: nan is not finite"),
         (b"x,y,theta,quality\n1,2,3,101\n", "line 2, column quality: 101 is not in 0..100"),
         (b"x,y,theta,type\n1,2,3,loop\n", "line 2: unknown type of minutia 'loop'"),
@@ -133,7 +125,7 @@ MIN = b"Image (w,h) 9 9\n\n"
     ],
     ids=lambda value: repr(value[-30:]) if isinstance(value, bytes) else None,
 )
-def test_a_bad_file_is_named_with_its_reason(tmp_path: Path, data: bytes, reason: str) -> None:
+def test_a_bad_file_is_named_with_its_reason(tmp_path, data, reason):
     path = tmp_path / "bad"
     path.write_bytes(data)
     with pytest.raises(TemplateError) as caught:
@@ -143,7 +135,7 @@ def test_a_bad_file_is_named_with_its_reason(tmp_path: Path, data: bytes, reason
     assert "\n" not in str(caught.value)
 
 
-def in_base64(number: bytes) -> str:
+def in_base64(number):
     """Return a number for each cell inside the mask of the template."""
     return base64.b64encode(number * 382).decode()
 
@@ -180,9 +172,7 @@ def in_base64(number: bytes) -> str:
     ],
     ids=lambda value: str(value)[:30],
 )
-def test_a_bad_json_member_is_named(
-    tmp_path: Path, template: Template, key: str, value: object, reason: str
-) -> None:
+def test_a_bad_json_member_is_named(tmp_path, template, key, value, reason):
     path = tmp_path / "bad.json"
     save_template(path, template)
     document = json.loads(path.read_text())

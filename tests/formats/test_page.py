@@ -13,7 +13,7 @@ from made_records import read, record_of, sample_record, written
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.record import ReadLimits
 from fpmatch.formats.registry import CODECS, codec_of_name
-from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, Template
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 DOCS = Path(__file__).parents[2] / "docs" / "reference"
 PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
@@ -21,7 +21,7 @@ SCHEMA: dict[str, Any] = json.loads((DOCS / "template.schema.json").read_text(en
 pytestmark = pytest.mark.docs
 
 
-def test_the_table_lists_every_format_with_its_suffixes() -> None:
+def test_the_table_lists_every_format_with_its_suffixes():
     rows = re.findall(r"^\| `([\w-]+)` \| ([^|]+) \| ([^|]+) \| (yes|no) \|", PAGE, re.MULTILINE)
     assert {row[0] for row in rows} == {codec.name for codec in CODECS}
     for name, title, suffixes, is_written in rows:
@@ -31,7 +31,7 @@ def test_the_table_lists_every_format_with_its_suffixes() -> None:
         assert (is_written == "yes") is (codec.encode is not None)
 
 
-def test_the_limits_on_the_page_are_those_of_the_reader() -> None:
+def test_the_limits_on_the_page_are_those_of_the_reader():
     limits = ReadLimits()
     for words in (
         f"files over {limits.max_bytes // 2**20} MiB",
@@ -42,7 +42,7 @@ def test_the_limits_on_the_page_are_those_of_the_reader() -> None:
         assert words in re.sub(r"\s+", " ", PAGE), words
 
 
-def test_the_schema_has_the_members_that_are_written(template: Template) -> None:
+def test_the_schema_has_the_members_that_are_written(template):
     for record in (sample_record(), record_of(template)):
         document = json.loads(written("json", record))
         assert list(document) == list(SCHEMA["properties"])
@@ -53,7 +53,7 @@ def test_the_schema_has_the_members_that_are_written(template: Template) -> None
             assert set(document["ridge_field"]) <= set(field["properties"])
 
 
-def test_the_schema_has_the_limits_of_the_reader() -> None:
+def test_the_schema_has_the_limits_of_the_reader():
     properties, limits = SCHEMA["properties"], ReadLimits()
     assert properties["width"]["maximum"] == properties["height"]["maximum"] == limits.max_side_px
     assert (properties["dpi"]["minimum"], properties["dpi"]["maximum"]) == (MIN_DPI, MAX_DPI)
@@ -62,7 +62,7 @@ def test_the_schema_has_the_limits_of_the_reader() -> None:
 
 
 @pytest.mark.parametrize("member", SCHEMA["required"])
-def test_what_the_schema_requires_the_reader_does(member: str) -> None:
+def test_what_the_schema_requires_the_reader_does(member):
     document = json.loads(written("json", sample_record()))
     del document[member]
     with pytest.raises(FpmatchError):

@@ -1,7 +1,5 @@
 """What is written is read again, to a step of the format, and then written alike byte by byte."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -33,7 +31,7 @@ TEXT_EXACT = ("csv", "json")
 @pytest.mark.parametrize("name", WRITTEN)
 @settings(max_examples=30)
 @given(record=records(fewest=1))
-def test_minutiae_come_back_to_a_step_of_the_format(name: str, record: TemplateRecord) -> None:
+def test_minutiae_come_back_to_a_step_of_the_format(name, record):
     data = written(name, record)
     again = read(data, file_format=name, **frame_of(record)).views[0]
     view = record.views[0]
@@ -60,7 +58,7 @@ def test_minutiae_come_back_to_a_step_of_the_format(name: str, record: TemplateR
 @pytest.mark.parametrize("name", FMR)
 @settings(max_examples=20)
 @given(record=records(views=3))
-def test_all_views_come_back(name: str, record: TemplateRecord) -> None:
+def test_all_views_come_back(name, record):
     data = written(name, record)
     again = read(data)
     assert (again.format, again.notes) == (name, ())
@@ -71,7 +69,7 @@ def test_all_views_come_back(name: str, record: TemplateRecord) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(set(WRITTEN) - set(FMR)))
-def test_a_format_of_one_print_refuses_two(name: str) -> None:
+def test_a_format_of_one_print_refuses_two(name):
     record = sample_record()
     with pytest.raises(TemplateError, match="one print a file, and there are 2"):
         written(name, replace(record, views=record.views * 2))
@@ -80,7 +78,7 @@ def test_a_format_of_one_print_refuses_two(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "later"), [("iso2005", "iso2011"), ("ansi2004", "ansi2009")], ids=str
 )
-def test_views_of_two_sizes_need_the_later_formats(name: str, later: str) -> None:
+def test_views_of_two_sizes_need_the_later_formats(name, later):
     first = sample_record().views[0].template
     both = record_of(first, replace(first, width=301))
     with pytest.raises(TemplateError, match="one size and resolution for all"):
@@ -89,7 +87,7 @@ def test_views_of_two_sizes_need_the_later_formats(name: str, later: str) -> Non
 
 
 @pytest.mark.parametrize("name", FMR)
-def test_what_does_not_fit_is_dropped_with_a_word_or_refused(name: str) -> None:
+def test_what_does_not_fit_is_dropped_with_a_word_or_refused(name):
     n = 300
     minutiae = Minutiae(
         np.arange(n), np.zeros(n), np.zeros(n), np.ones(n), np.where(np.arange(n) % 2, 90, 40)
@@ -106,7 +104,7 @@ def test_what_does_not_fit_is_dropped_with_a_word_or_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FMR)
-def test_extended_data_stay_in_their_format_and_nowhere_else(name: str) -> None:
+def test_extended_data_stay_in_their_format_and_nowhere_else(name):
     view = sample_record().views[0]
     layout = "ansi2009" if name == "ansi2009am1" else name
     own = replace(view, extended=ExtendedData(layout, b"\x01\x44\x00\x05\x97"))
@@ -120,9 +118,7 @@ def test_extended_data_stay_in_their_format_and_nowhere_else(name: str) -> None:
 
 @given(templates(fewest=1), st.sampled_from(FMR), st.sampled_from(FMR))
 @settings(max_examples=30)
-def test_from_one_format_to_another_and_back_costs_a_step_of_each(
-    template: Template, first: str, second: str
-) -> None:
+def test_from_one_format_to_another_and_back_costs_a_step_of_each(template, first, second):
     after = read(written(second, read(written(first, record_of(template)))))
     minutiae = after.views[0].template.minutiae
     assert np.abs(minutiae.xy - template.minutiae.xy).max() <= 0.5001

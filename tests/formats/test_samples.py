@@ -1,7 +1,5 @@
 """Files that other software wrote: counts, resolutions, conventions. Skipped where they are not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_records import FORMATS, turn_deg
@@ -10,7 +8,6 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.files import load_record, load_template
 from fpmatch.image.extract import extract
 from fpmatch.matching.verify import verify
-from fpmatch.templates.minutiae import Template
 
 pytestmark = pytest.mark.skipif(not FORMATS.is_dir(), reason="no files of other software here")
 
@@ -40,7 +37,7 @@ TOLERANCE_PX, TOLERANCE_DEG = 12, 30
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_counts_and_resolution(name: str) -> None:
+def test_counts_and_resolution(name):
     record = load_record(FORMATS / name)
     expected, counts = EXPECTED[name]
     assert record.format == expected
@@ -53,7 +50,7 @@ def test_counts_and_resolution(name: str) -> None:
         assert 0 <= minutiae.y.min() <= minutiae.y.max() <= view.template.height
 
 
-def test_every_template_file_is_expected() -> None:
+def test_every_template_file_is_expected():
     folders = {name.partition("/")[0] for name in EXPECTED}
     found = {f"{folder}/{path.name}" for folder in folders for path in (FORMATS / folder).iterdir()}
     images_only = {"an2/nistref_type-14-tip-eji-wsq.an2"}
@@ -61,21 +58,21 @@ def test_every_template_file_is_expected() -> None:
 
 
 @pytest.mark.parametrize("bytes_missing", ["1_byte", "2_bytes", "3_bytes"])
-def test_truncated_files_are_refused(bytes_missing: str) -> None:
+def test_truncated_files_are_refused(bytes_missing):
     path = FORMATS / "invalid" / f"openafis_101_1_truncate_{bytes_missing}.iso"
     with pytest.raises(TemplateError, match="cut short"):
         load_record(path)
 
 
-def test_prints_of_one_finger_match_and_of_two_do_not() -> None:
-    def sourceafis(name: str) -> Template:
+def test_prints_of_one_finger_match_and_of_two_do_not():
+    def sourceafis(name):
         return load_template(FORMATS / "iso19794-2" / f"sourceafis_iso-{name}.dat")
 
     assert verify(sourceafis("probe"), sourceafis("matching")).match
     assert not verify(sourceafis("probe"), sourceafis("nonmatching")).match
 
 
-def test_the_writers_of_one_print_agree_across_formats() -> None:
+def test_the_writers_of_one_print_agree_across_formats():
     """Two samples were written by their makers in several formats, from the same minutiae."""
     samples = [
         load_record(FORMATS / name).views[0].template.minutiae
@@ -91,7 +88,7 @@ def test_the_writers_of_one_print_agree_across_formats() -> None:
         assert np.count_nonzero(alike) >= len(other) - 3
 
 
-def test_the_standard_block_of_type_9_is_turned_and_upside_down() -> None:
+def test_the_standard_block_of_type_9_is_turned_and_upside_down():
     a = load_template(FORMATS / "an2" / "libbiomeval_type9.an2k").minutiae
     b = load_record(FORMATS / "ansi378" / "libbiomeval_fmr.ansi2004").views[2].template.minutiae
     a, b = a.take(np.lexsort((a.y, np.rint(a.x)))), b.take(np.lexsort((b.y, b.x)))
@@ -101,7 +98,7 @@ def test_the_standard_block_of_type_9_is_turned_and_upside_down() -> None:
     assert np.array_equal(a.kind, b.kind)
 
 
-def test_mindtct_wrote_the_same_into_both_its_files() -> None:
+def test_mindtct_wrote_the_same_into_both_its_files():
     a = load_template(FORMATS / "min" / "fvc2000db1b_101_1.min").minutiae
     b = load_template(FORMATS / "xyt" / "fvc2000db1b_101_1.xyt").minutiae
     assert np.array_equal(a.xy, b.xy)
@@ -110,7 +107,7 @@ def test_mindtct_wrote_the_same_into_both_its_files() -> None:
 
 
 @pytest.mark.parametrize("name", ["a001_03p", "a001_04p", "b001_04p"])
-def test_another_extractors_minutiae_lie_on_ours(name: str) -> None:
+def test_another_extractors_minutiae_lie_on_ours(name):
     """The better half of what FingerJetFX found does, and of all some 60 to 80 %."""
     theirs = load_template(FORMATS / "iso19794-2" / f"fingerjet_{name}.ist")
     ours = extract(FORMATS / "pgm" / f"fingerjet_{name}.pgm", 500)

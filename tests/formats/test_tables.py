@@ -7,7 +7,6 @@ import pickle
 import struct
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.files import decode_record, load_record
-from fpmatch.formats.record import ReadingOptions, TemplateRecord
+from fpmatch.formats.record import ReadingOptions
 from fpmatch.formats.registry import codec_of_content
 from fpmatch.templates.minutiae import Minutiae
 
@@ -28,18 +27,18 @@ ROWS = [[10.0, 20.0, 0.5], [30.5, 40.0, 1.5], [50.0, 6.0, 3.0], [7.0, 8.0, 6.0]]
 RADIANS = AngleConvention("rad")
 
 
-def decoded(data: bytes, angles: str | None = None) -> TemplateRecord:
+def decoded(data, angles=None):
     convention = None if angles is None else AngleConvention.parse(angles)
     return decode_record(data, "table", options=ReadingOptions(angles=convention))
 
 
-def npy(array: Any) -> bytes:
+def npy(array):
     stream = io.BytesIO()
     np.save(stream, array)
     return stream.getvalue()
 
 
-def npy_with_header(header: str, data: bytes = b"") -> bytes:
+def npy_with_header(header, data=b""):
     padded = header.encode() + b"\n"
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(padded)) + padded + data
 
@@ -59,7 +58,7 @@ def npy_with_header(header: str, data: bytes = b"") -> bytes:
     ],
     ids=repr,
 )
-def test_every_form_of_the_same_table_is_read_with_a_convention(text: str) -> None:
+def test_every_form_of_the_same_table_is_read_with_a_convention(text):
     delimiter = next((sign for sign in ";\t " if "{" + sign + "}" in text), ",")
     rows = [[str(value) for value in row] for row in ROWS]
     if "note" in text:
@@ -74,7 +73,7 @@ def test_every_form_of_the_same_table_is_read_with_a_convention(text: str) -> No
 
 
 @pytest.mark.parametrize("name", ["angle_deg", "Angle (deg)", "direction[degrees]", "theta_deg"])
-def test_a_unit_in_the_name_of_the_column_is_taken_with_a_note(name: str) -> None:
+def test_a_unit_in_the_name_of_the_column_is_taken_with_a_note(name):
     record = decoded(f"x,y,{name}\n1,2,90\n".encode())
     assert record.views[0].template.minutiae.angle.tolist() == pytest.approx([np.pi / 2])
     assert record.notes == (
@@ -86,14 +85,14 @@ def test_a_unit_in_the_name_of_the_column_is_taken_with_a_note(name: str) -> Non
     assert not stated.notes
 
 
-def test_a_unit_of_radians_and_kinds_in_words_are_known() -> None:
+def test_a_unit_of_radians_and_kinds_in_words_are_known():
     record = decoded(b"x,y,angle_rad,kind\n1,2,3,ending\n1,2,3,2\n1,2,3,U\n")
     minutiae = record.views[0].template.minutiae
     assert minutiae.angle.tolist() == pytest.approx([3.0] * 3)
     assert minutiae.kind.tolist() == [1, 2, 0]
 
 
-def test_angles_out_of_the_range_of_their_unit_are_noted() -> None:
+def test_angles_out_of_the_range_of_their_unit_are_noted():
     table = "x,y,theta\n" + "".join(f"{x},{y},{angle}\n" for x, y, angle in ROWS)
     assert "--angles rad" in decoded(table.encode()).notes[0]
     assert "--angles deg" in decoded(b"x,y,theta\n1,2,270\n", "rad").notes[0]
@@ -101,7 +100,7 @@ def test_angles_out_of_the_range_of_their_unit_are_noted() -> None:
 
 
 @given(st.integers(0, 12).flatmap(lambda n: columns(n, st.floats(0, 500), st.floats(0, 500))))
-def test_conventions_are_undone(found: Any) -> None:
+def test_conventions_are_undone(found):
     x, y, angle, _, _ = found
     minutiae = Minutiae(x, y, angle)
     for convention, values in {
@@ -119,7 +118,7 @@ def test_conventions_are_undone(found: Any) -> None:
 
 @pytest.mark.parametrize("dtype", ["<f8", ">f4", "<i4", "<u2"])
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_arrays_of_every_type_and_order_are_read(dtype: str, order: Any) -> None:
+def test_arrays_of_every_type_and_order_are_read(dtype, order):
     array = np.array([[10, 20, 1, 50], [30, 40, 2, 100]], dtype, order=order)
     record = decoded(npy(array), "rad")
     minutiae = record.views[0].template.minutiae
@@ -130,7 +129,7 @@ def test_arrays_of_every_type_and_order_are_read(dtype: str, order: Any) -> None
 
 
 @pytest.mark.parametrize("options", [{}, {"delimiter": ","}, {"fmt": "%.3f", "header": "made"}])
-def test_what_savetxt_writes_is_read(options: Any, tmp_path: Path) -> None:
+def test_what_savetxt_writes_is_read(options, tmp_path):
     path = tmp_path / "minutiae.txt"
     np.savetxt(path, np.array(ROWS), **options)
     record = load_record(path, options=ReadingOptions(angles=RADIANS, size=(60, 50)))
@@ -142,7 +141,7 @@ def test_what_savetxt_writes_is_read(options: Any, tmp_path: Path) -> None:
         load_record(path)
 
 
-def test_whole_numbers_are_xyt_unless_a_convention_is_given() -> None:
+def test_whole_numbers_are_xyt_unless_a_convention_is_given():
     data = b"10 20 90\n30 40 200\n"
     assert decoded(data).format == "xyt"
     record = decoded(data, "deg")
@@ -150,7 +149,7 @@ def test_whole_numbers_are_xyt_unless_a_convention_is_given() -> None:
     assert record.views[0].template.minutiae.y.tolist() == [20, 40]
 
 
-def test_a_convention_is_refused_for_formats_that_define_theirs(template: Any) -> None:
+def test_a_convention_is_refused_for_formats_that_define_theirs(template):
     data = b"# fpmatch-template 1 width=9 height=9 dpi=500\nx,y,angle_deg,kind,quality\n"
     with pytest.raises(TemplateError, match="--angles excludes it"):
         decoded(data, "deg")
@@ -158,7 +157,7 @@ def test_a_convention_is_refused_for_formats_that_define_theirs(template: Any) -
 
 
 @pytest.mark.parametrize("text", ["", "turns", "deg,deg", "deg,up", "clockwise", "rad clockwise"])
-def test_other_conventions_are_refused(text: str) -> None:
+def test_other_conventions_are_refused(text):
     with pytest.raises(TemplateError, match="no convention of angles: deg or rad"):
         AngleConvention.parse(text)
 
@@ -197,7 +196,7 @@ def test_other_conventions_are_refused(text: str) -> None:
     ],
     ids=lambda value: repr(value[-30:]) if isinstance(value, bytes) else None,
 )
-def test_a_bad_table_is_refused_with_its_place(data: bytes, reason: str) -> None:
+def test_a_bad_table_is_refused_with_its_place(data, reason):
     with pytest.raises(TemplateError) as caught:
         decoded(data, "rad")
     assert str(caught.value).startswith("table: ")
@@ -205,16 +204,16 @@ def test_a_bad_table_is_refused_with_its_place(data: bytes, reason: str) -> None
     assert "\n" not in str(caught.value)
 
 
-def test_points_are_no_minutiae() -> None:
+def test_points_are_no_minutiae():
     with pytest.raises(TemplateError, match="not a template file of a known format"):
         decoded(b"x,y\n1,2\n")
     with pytest.raises(TemplateError, match="line 1: found the columns x, y; minutiae also need"):
         decode_record(b"x,y\n1,2\n", "table", file_format="minutiae-csv")
 
 
-def test_nothing_is_unpickled(tmp_path: Path) -> None:
+def test_nothing_is_unpickled(tmp_path):
     class Hostile:
-        def __reduce__(self) -> Any:
+        def __reduce__(self):
             return Path.touch, (tmp_path / "made",)
 
     data = npy(np.array([[Hostile(), 1, 2]]))
@@ -225,7 +224,7 @@ def test_nothing_is_unpickled(tmp_path: Path) -> None:
 
 
 @given(st.binary(max_size=60), st.integers(0, 140))
-def test_any_damaged_array_is_read_or_refused(data: bytes, at: int) -> None:
+def test_any_damaged_array_is_read_or_refused(data, at):
     whole: NDArray[np.uint8] = np.frombuffer(npy(np.zeros((2, 3))), np.uint8)
     for bad in (whole[:at].tobytes() + data, bytes([*whole[:at], *data, *whole[at + len(data) :]])):
         with suppress(TemplateError):

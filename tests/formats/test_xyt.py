@@ -1,7 +1,5 @@
 """NIST's text formats: one print by three conventions, and which convention a file is taken for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_records import only_view, read, record_of, sample_record, turn_deg, written
@@ -25,7 +23,7 @@ TAKEN_FOR = {"min": None, "xyt": "NIST: y up, degrees", "xyt-m1": "ANSI/INCITS 3
 
 
 @pytest.mark.parametrize(("name", "data"), [("min", MIN), ("xyt", NIST), ("xyt-m1", M1)])
-def test_three_conventions_say_the_same(name: str, data: bytes) -> None:
+def test_three_conventions_say_the_same(name, data):
     record = read(data, size=(300, 300))
     assert record.format == name
     assert [TAKEN_FOR[name] in note for note in record.notes] == [True] * (name != "min")
@@ -38,11 +36,11 @@ def test_three_conventions_say_the_same(name: str, data: bytes) -> None:
 
 
 @pytest.mark.parametrize("name", ["xyt", "xyt-m1"])
-def test_a_real_print_is_taken_for_what_it_was_written_as(name: str) -> None:
+def test_a_real_print_is_taken_for_what_it_was_written_as(name):
     assert codec_of_content(written(name, sample_record())).name == name
 
 
-def test_without_a_size_only_the_shift_is_lost() -> None:
+def test_without_a_size_only_the_shift_is_lost():
     before = sample_record().views[0].template
     view = only_view(written("xyt", sample_record()))
     after = view.template
@@ -53,24 +51,24 @@ def test_without_a_size_only_the_shift_is_lost() -> None:
     assert after.minutiae.y.max() < after.height + 1
 
 
-def test_quality_may_be_missing() -> None:
+def test_quality_may_be_missing():
     view = only_view(b"1 2 300\n4 5 6\n")
     assert not view.quality_known
     assert view.template.minutiae.quality.tolist() == [100, 100]
     assert written("xyt", TemplateRecord("", (view,))) == b"1 2 300\n4 5 6\n"
 
 
-def test_angles_of_libraries_that_run_from_minus_180_are_read() -> None:
+def test_angles_of_libraries_that_run_from_minus_180_are_read():
     a, b = (only_view(data).template for data in (b"10 20 -79\n", b"10 20 281\n"))
     assert a == b
 
 
 @pytest.mark.parametrize("name", ["xyt", "xyt-m1"])
-def test_a_print_without_minutiae_is_refused_on_writing(name: str) -> None:
+def test_a_print_without_minutiae_is_refused_on_writing(name):
     with pytest.raises(TemplateError, match="would be an empty file"):
         written(name, record_of(Template(Minutiae.empty(), 9, 9)))
 
 
-def test_windows_lines_and_blank_ones_are_read() -> None:
+def test_windows_lines_and_blank_ones_are_read():
     view = only_view(b"\r\n22 16 281 16\r\n\r\n23 17 282 16")
     assert len(view.template.minutiae) == 2

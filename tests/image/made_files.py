@@ -3,7 +3,6 @@
 import struct
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -17,30 +16,30 @@ Pixels = NDArray[np.uint8]
 DATA = Path(__file__).parent / "data"
 
 
-def rings(height: int = 72, width: int = 60) -> Pixels:
+def rings(height=72, width=60):
     """Return concentric ridges that fill the picture."""
     y, x = np.mgrid[:height, :width].astype(float)
     return (128 + 90 * np.cos(2 * np.pi * np.hypot(x - 25, y - 40) / 9)).astype(np.uint8)
 
 
-def saved(pixels: Pixels, file_format: str, **options: Any) -> bytes:
+def saved(pixels, file_format, **options):
     """Return a picture as a file of one of Pillow's formats."""
     stream = BytesIO()
     Image.fromarray(pixels).save(stream, format=file_format, **options)
     return stream.getvalue()
 
 
-def wsq(name: str = "rings_53x61") -> bytes:
+def wsq(name="rings_53x61"):
     """Return a WSQ file that NIST's own encoder made of rings."""
     return (DATA / f"{name}.wsq").read_bytes()
 
 
-def with_fields(type_: int, fields: list[tuple[int, bytes]]) -> bytes:
+def with_fields(type_, fields):
     """Return a record of text fields of ANSI/NIST-ITL, its length first."""
     return an2_text(type_, [(number, value.decode("latin-1")) for number, value in fields])
 
 
-def an2(*records: tuple[int, bytes], scan: bytes = b"19.69") -> bytes:
+def an2(*records, scan=b"19.69"):
     """Return an ANSI/NIST file of records, each its type and its bytes."""
     contents = [b"1\x1f%d" % len(records)]
     contents += [b"%d\x1f%02d" % (type_, n) for n, (type_, _) in enumerate(records)]
@@ -48,23 +47,14 @@ def an2(*records: tuple[int, bytes], scan: bytes = b"19.69") -> bytes:
     return with_fields(1, fields) + b"".join(data for _, data in records)
 
 
-def tagged_print(
-    pixels: Pixels,
-    data: bytes | None = None,
-    *,
-    type_: int = 14,
-    compression: bytes = b"NONE",
-    scale: tuple[int, int, int] = (1, 500, 500),
-) -> tuple[int, bytes]:
+def tagged_print(pixels, data=None, *, type_=14, compression=b"NONE", scale=(1, 500, 500)):
     """Return a record of type 13 to 15 with a print; `scale` is its units and resolutions."""
     fields = [(6 + n, b"%d" % value) for n, value in enumerate((*pixels.shape[::-1], *scale))]
     fields += [(11, compression), (12, b"8"), (999, pixels.tobytes() if data is None else data)]
     return type_, with_fields(type_, fields)
 
 
-def binary_print(
-    pixels: Pixels, data: bytes | None = None, *, compression: int = 0, native: int = 0
-) -> tuple[int, bytes]:
+def binary_print(pixels, data=None, *, compression=0, native=0):
     """Return a record of type 4 with a print."""
     image = pixels.tobytes() if data is None else data
     size = pixels.shape[::-1]
@@ -72,15 +62,7 @@ def binary_print(
     return 4, struct.pack(">L", 4 + len(head) + len(image)) + head + image
 
 
-def finger_image_record(
-    pixels: Pixels,
-    standard: str,
-    *,
-    data: bytes | None = None,
-    compression: int = 0,
-    scale: tuple[int, int] = (1, 500),
-    depth: int = 8,
-) -> bytes:
+def finger_image_record(pixels, standard, *, data=None, compression=0, scale=(1, 500), depth=8):
     """Return a finger image record: ``"ansi"``, ``"2005"`` or ``"2011"``."""
     image = pixels.tobytes() if data is None else data
     size, (units, dpi) = pixels.shape[::-1], scale
@@ -96,7 +78,7 @@ def finger_image_record(
     return b"FIR\x00010\x00" + (14 + len(tail)).to_bytes(6, "big") + tail
 
 
-def one_of_each() -> dict[str, bytes]:
+def one_of_each():
     """Return a small file of every format."""
     grey = rings()
     pillow = ("TIFF", "PNG", "BMP", "JPEG", "PPM", "GIF", "WEBP", "JPEG2000")
@@ -117,7 +99,7 @@ def one_of_each() -> dict[str, bytes]:
 
 
 @st.composite
-def damaged(draw: st.DrawFn, whole: bytes) -> bytes:
+def damaged(draw, whole):
     """Draw a file that was cut, or in which bytes were changed, copied, left out or put in."""
     data = bytearray(whole)
     for _ in range(draw(st.integers(1, 4))):

@@ -1,7 +1,5 @@
 """Constructed images: waves, rings, dislocations, drawings, and what no sensor delivers."""
 
-from collections.abc import Callable
-
 import cv2
 import numpy as np
 from hypothesis import example
@@ -14,9 +12,7 @@ Wave = NDArray[np.float32]
 Binary = NDArray[np.bool_]
 
 
-def along_and_across(
-    shape: tuple[int, int], angle_deg: float, at: tuple[float, float] | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def along_and_across(shape, angle_deg, at=None):
     """Return each pixel's place along a direction (counter-clockwise on screen) and across it.
 
     `at` (x, y) is the origin; by default the centre of the image.
@@ -31,27 +27,19 @@ def along_and_across(
     return along, across
 
 
-def plane_wave(
-    angle_deg: float, period: float, shape: tuple[int, int] = (96, 96), phase: float = 0.0
-) -> Wave:
+def plane_wave(angle_deg, period, shape=(96, 96), phase=0.0):
     """Return ridges (positive) that run straight at `angle_deg`, one every `period` pixels."""
     _, across = along_and_across(shape, angle_deg)
     return np.cos(2 * np.pi * across / period + phase).astype(np.float32)
 
 
-def concentric_rings(shape: tuple[int, int], period: float) -> Wave:
+def concentric_rings(shape, period):
     """Return circular ridges around the centre of the image."""
     along, across = along_and_across(shape, 0)
     return np.cos(2 * np.pi * np.hypot(along, across) / period).astype(np.float32)
 
 
-def dislocation(
-    angle_deg: float,
-    period: float,
-    kind: str,
-    shape: tuple[int, int] = (160, 160),
-    at: tuple[float, float] | None = None,
-) -> Wave:
+def dislocation(angle_deg, period, kind, shape=(160, 160), at=None):
     """Return straight ridges with one minutia at `at`, whose direction is `angle_deg`.
 
     A turn in the phase of the wave makes one ridge more on the side of the direction: an ending
@@ -64,33 +52,33 @@ def dislocation(
     return np.cos(phase).astype(np.float32)
 
 
-def as_picture(wave: Wave) -> Grey:
+def as_picture(wave):
     """Return a wave as a sensor shows it: dark ridges."""
     return np.rint(128 - 100 * wave).astype(np.uint8)
 
 
-def correlation(a: np.ndarray, b: np.ndarray) -> float:
+def correlation(a, b):
     return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
 
 
-def drawn(*rows: str, margin: int = 0) -> Binary:
+def drawn(*rows, margin=0):
     """Return the picture that text draws: True at each '#', `margin` pixels of nothing around."""
     picture = np.array([[letter == "#" for letter in row] for row in rows])
     return np.pad(picture, margin)
 
 
-def parts(binary: Binary) -> int:
+def parts(binary):
     """Count the eight-connected parts."""
     return int(cv2.connectedComponents(binary.astype(np.uint8), connectivity=8)[0]) - 1
 
 
-def holes(binary: Binary) -> int:
+def holes(binary):
     """Count the four-connected parts of the ground that do not reach the border."""
     ground = (~np.pad(binary, 1)).astype(np.uint8)
     return int(cv2.connectedComponents(ground, connectivity=4)[0]) - 2
 
 
-def turn_between(a: object, b: object, *, period_deg: float = 360.0) -> NDArray[np.float64]:
+def turn_between(a, b, *, period_deg=360.0):
     """Return the smallest turn in degrees from `a` to `b`, both in degrees."""
     difference = np.asarray(a, np.float64) - np.asarray(b, np.float64)
     half = period_deg / 2
@@ -120,14 +108,14 @@ EXTREMES = [
 ]
 
 
-def extremes_too(test: Callable[..., None]) -> Callable[..., None]:
+def extremes_too(test):
     """Add the images that every stage must bear to the examples of a test of binary images."""
     for image in EXTREMES:
         test = example(image)(test)
     return test
 
 
-def hostile_pictures(shape: tuple[int, int] = (64, 80)) -> dict[str, Grey]:
+def hostile_pictures(shape=(64, 80)):
     """Return pictures in which there is no print."""
     rng = np.random.default_rng(7)
     y, x = np.indices(shape)
@@ -144,7 +132,7 @@ def hostile_pictures(shape: tuple[int, int] = (64, 80)) -> dict[str, Grey]:
     }
 
 
-def lines(shape: tuple[int, int], *strokes: tuple[tuple[int, int], tuple[int, int]]) -> Binary:
+def lines(shape, *strokes):
     """Return straight lines one pixel wide, each from (x, y) to (x, y)."""
     canvas = np.zeros(shape, np.uint8)
     for start, end in strokes:

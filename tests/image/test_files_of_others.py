@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.raw import RawSize
+from fpmatch.image.io.grey import RawSize
 from fpmatch.image.io.read import read_image
 
 FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"

@@ -16,7 +16,7 @@ from fpmatch.image.quality.polarity import INVERTED
 Pixels = NDArray[np.uint8]
 
 
-def folder_of(root: Path, name: str, images: list[Pixels]) -> list[Path]:
+def folder_of(root, name, images):
     folder = root / name
     folder.mkdir()
     paths = [folder / f"{number}_1.png" for number in range(len(images))]
@@ -80,7 +80,7 @@ def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
 def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pressed):
     looked: list[Path] = []
 
-    def reader(path: Path, **how: object) -> object:
+    def reader(path, **how):
         looked.append(path)
         assert how == {"polarity": "dark"}
         return read_image(tmp_path / "small" / "0_1.png")

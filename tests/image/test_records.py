@@ -16,7 +16,6 @@ from made_files import (
 from fpmatch.base.binary_records import Record
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.limits import DEFAULT_LIMITS
-from fpmatch.image.io.read import GreyImage
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.wsq import decode_wsq
 
@@ -24,7 +23,7 @@ GREY = rings()
 PNG = saved(GREY, "PNG")
 
 
-def decoded(data: bytes) -> GreyImage:
+def decoded(data):
     return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
@@ -61,7 +60,7 @@ def test_what_is_odd_about_a_transaction_is_noted():
 SEPARATED = [b"\x1d", b"\x1c"]
 
 
-def with_image_again(first: bytes, second: bytes, separator: bytes, **options):
+def with_image_again(first, second, separator, **options):
     """Return a record of type 14 whose image field is written twice."""
     return tagged_print(GREY, first + separator + b"14.999:" + second, **options)
 

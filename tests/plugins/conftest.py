@@ -1,13 +1,10 @@
 """A folder for packages that this process finds, and commands that run in it."""
 
-from __future__ import annotations
-
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 
 from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch
@@ -16,7 +13,7 @@ sys.path.append(str(Path(__file__).parent))
 
 
 @pytest.fixture
-def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def site(tmp_path, monkeypatch):
     """Return a folder for packages that this process imports from; call `forget_plugins` after."""
     folder = tmp_path / "site"
     folder.mkdir()
@@ -31,7 +28,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+def run(tmp_path, monkeypatch):
     """Return a function that runs ``fpmatch`` with the given words, in a folder of its own."""
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")

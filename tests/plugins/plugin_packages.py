@@ -1,7 +1,5 @@
 """Packages with plug-ins: those that the documentation shows, and broken ones."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
@@ -16,7 +14,7 @@ CAPTIONED = re.compile(
 )
 
 
-def shown_package(page: str, folder: Path) -> Path:
+def shown_package(page, folder):
     """Write the files that a page shows into a folder, and return it."""
     folder.mkdir()
     for name, content in CAPTIONED.findall((GUIDES / page).read_text("utf-8")):
@@ -24,14 +22,14 @@ def shown_package(page: str, folder: Path) -> Path:
     return folder
 
 
-def shown_commands(page: str) -> list[list[str]]:
+def shown_commands(page):
     """Return the commands `fpmatch` of a page's first part, each as its words."""
     text = (GUIDES / page).read_text("utf-8").partition("## In fpmatch itself")[0]
     lines = re.findall(r"^fpmatch (.*?)(?: +#.*)?$", text, re.MULTILINE)
     return [line.split() for line in lines]
 
 
-def install(package: Path, site: Path) -> None:
+def install(package, site):
     """Put a package into a folder for packages, as an installer does."""
     project = tomllib.loads((package / "pyproject.toml").read_text("utf-8"))["project"]
     for file in package.glob("*.py"):
@@ -39,7 +37,7 @@ def install(package: Path, site: Path) -> None:
     install_points(site, project["name"], project["entry-points"])
 
 
-def install_points(site: Path, name: str, groups: dict[str, dict[str, str]]) -> None:
+def install_points(site, name, groups):
     """Describe a package with entry points in a folder for packages."""
     info = site / f"{name.replace('-', '_')}-1.0.dist-info"
     info.mkdir()
@@ -50,9 +48,7 @@ def install_points(site: Path, name: str, groups: dict[str, dict[str, str]]) -> 
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
 
 
-def fpmatch(
-    *words: object, cwd: Path, path: Path | None = None
-) -> subprocess.CompletedProcess[str]:
+def fpmatch(*words, cwd, path=None):
     """Run ``fpmatch`` in a process of its own, with a folder of packages on its path."""
     kept = os.environ.get("PYTHONPATH", "")
     paths = [*([] if path is None else [str(path)]), *([kept] if kept else [])]

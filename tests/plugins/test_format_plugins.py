@@ -1,7 +1,5 @@
 """Template formats of other packages: read and written wherever ours are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package

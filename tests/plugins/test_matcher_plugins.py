@@ -1,7 +1,5 @@
 """Matchers of other packages: found, used by every command, named where they fail."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
@@ -10,14 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import pytest
-from plugin_packages import (
-    ROOT,
-    fpmatch,
-    install,
-    install_points,
-    shown_commands,
-    shown_package,
-)
+from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
 from fpmatch import Minutiae, Template, verify
 from fpmatch.base.plugins import MATCHERS, forget_plugins

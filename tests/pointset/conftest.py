@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -20,7 +19,7 @@ class KernelSources:
     """Finds the sources of kernels, where Python would find the compiled modules first."""
 
     @staticmethod
-    def find_spec(name: str, path: list[str] | None, _: object = None) -> object:
+    def find_spec(name, path, _=None):
         if not (name.startswith("fpmatch.pointset.") and name.endswith("_kernel")):
             return None
         source = Path(path[0], name.rpartition(".")[2] + ".py")
@@ -28,15 +27,15 @@ class KernelSources:
 
 
 @pytest.fixture(scope="session")
-def plain() -> Callable[[str], ModuleType]:
+def plain():
     """Return the function that imports a module of the room, all kernels as ordinary Python."""
     copies: dict[str, ModuleType] = {}
 
-    def take_out() -> dict[str, ModuleType]:
+    def take_out():
         names = [name for name in sys.modules if name.startswith("fpmatch.pointset")]
         return {name: sys.modules.pop(name) for name in names}
 
-    def load(name: str) -> ModuleType:
+    def load(name):
         compiled = take_out()
         sys.modules.update(copies)
         sys.meta_path.insert(0, KernelSources)

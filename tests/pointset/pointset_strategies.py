@@ -1,7 +1,5 @@
 """Point sets for property tests, and what holds of every match."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,12 +7,10 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fpmatch.pointset.geometry._grid_kernel import CellGrid
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.frames import MAX_EXPONENT, UnitFrame
-from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.points import sort_into_cells
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.grid import sort_into_cells
 
 MAX_POINTS = 16
 
@@ -32,7 +28,12 @@ seeds = st.integers(0, 2**32 - 1)
 """Seeds of random points in general position."""
 
 
-def similarities(change: float, shift: float) -> st.SearchStrategy[Similarity]:
+def even_points(seed, n):
+    """Return points in general position, (N, 2), in the unit square."""
+    return np.random.default_rng(seed).uniform(0, 1, (n, 2))
+
+
+def similarities(change, shift):
     """Return transforms of any rotation that change scales and shift by so much at most."""
     return st.builds(
         Similarity,
@@ -43,12 +44,10 @@ def similarities(change: float, shift: float) -> st.SearchStrategy[Similarity]:
     )
 
 
-def affine_transforms(
-    anisotropy: float, *, mirrored: bool = False
-) -> st.SearchStrategy[AffineTransform]:
+def affine_transforms(anisotropy, *, mirrored=False):
     """Return maps that stretch one direction up to so many times more than another."""
 
-    def turned(stretch: float, scale: float, first: float, then: float) -> AffineTransform:
+    def turned(stretch, scale, first, then):
         wide, high = scale * math.sqrt(stretch), scale / math.sqrt(stretch)
         move = AffineTransform.of_parts(wide, high, rotation=then, tx=20.0, mirrored=mirrored)
         return move.after(AffineTransform.of_parts(rotation=first))
@@ -57,45 +56,39 @@ def affine_transforms(
     return st.builds(turned, st.floats(1, anisotropy), st.floats(0.1, 10), angles, angles)
 
 
-def as_move(transform: Similarity) -> np.ndarray:
+def as_move(transform):
     """Return the (s·cos θ, s·sin θ, tx, ty) of kernels."""
     return np.array([*transform.matrix[:, 0], transform.tx, transform.ty])
 
 
-def moved(points: np.ndarray, move: np.ndarray) -> np.ndarray:
+def moved(points, move):
     """Return points (2, N) under a move of kernels."""
     a, b, tx, ty = move
     return np.array([[a, -b], [b, a]]) @ points + [[tx], [ty]]
 
 
-def in_columns(points: np.ndarray) -> np.ndarray:
+def in_columns(points):
     """Return points (N, 2) as kernels take them, shape (2, N)."""
     return np.array(points.T, order="C")
 
 
-def grid_of(points: np.ndarray, side: float, margin: float = 0.0) -> CellGrid:
+def grid_of(points, side, margin=0.0):
     """Sort points (2, N) into a grid that holds them with a margin."""
     low, high = (points.min(axis=1), points.max(axis=1)) if points.size else ([0, 0], [1, 1])
     low, high = np.subtract(low, margin).tolist(), np.add(high, margin).tolist()
     return sort_into_cells(points, side, low=tuple(low), high=tuple(high))
 
 
-def places(grid: CellGrid) -> np.ndarray:
+def places(grid):
     """Return the points (2, N) in the order of the grid."""
     return np.array([grid.x, grid.y])
 
 
-def squared_distances(grid: CellGrid, x: float, y: float) -> np.ndarray:
+def squared_distances(grid, x, y):
     return (np.asarray(grid.x) - x) ** 2 + (np.asarray(grid.y) - y) ** 2
 
 
-def worn(
-    p: np.ndarray,
-    move: Similarity | AffineTransform,
-    seed: int,
-    jitter: float = 0.02,
-    share: float = 0.2,
-) -> tuple[np.ndarray, np.ndarray]:
+def worn(p, move, seed, jitter=0.02, share=0.2):
     """Return a moved copy in another order, jittered and a share of it outliers; and that order.
 
     The jitter is in mean spacings of points over the unit square. Point i of `p` is point
@@ -109,7 +102,7 @@ def worn(
     return q[order], order.argsort()
 
 
-def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
+def check_sound(match, p, q):
     """Check that a result agrees with itself."""
     assert match.pairs.dtype == np.int32
     assert match.pairs.shape == (len(match.pairs), 2)
@@ -127,7 +120,7 @@ def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
     assert match.rms == pytest.approx(rms, rel=1e-6, abs=1e-9 * max(1, np.abs(q).max()))
 
 
-def beyond_reach(points: np.ndarray) -> bool:
+def beyond_reach(points):
     """Tell whether coordinates or extent lie beyond the exponents that are accepted."""
     frame = UnitFrame.of(points)
     return len(points) > 0 and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT

@@ -1,12 +1,8 @@
 """Delaunay's criterion, planarity and the tie rule by exact arithmetic, on hostile points."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from collections.abc import Callable
 from fractions import Fraction
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -16,36 +12,35 @@ from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate
-from fpmatch.pointset.delaunay.triangulation import Triangulation
 from fpmatch.pointset.geometry.frames import UnitFrame
 
 Points = np.ndarray
 Whole = tuple[int, int]
 
 
-def lattice(rng: np.random.Generator, n: int, step: float) -> Points:
+def lattice(rng, n, step):
     side = math.isqrt(n) + 1
     return rng.permutation(np.argwhere(np.ones((side, side)))[:n] * step)
 
 
-def clusters(rng: np.random.Generator, n: int) -> Points:
+def clusters(rng, n):
     """Return clusters a millionth, and some a billionth, as wide as the set."""
     centre = rng.random((n // 8 + 1, 2))[rng.integers(0, n // 8 + 1, n)]
     return np.asarray(centre + rng.normal(0, 1, (n, 2)) * rng.choice([1e-6, 1e-9], (n, 1)))
 
 
-def nearly_on_a_line(rng: np.random.Generator, n: int) -> Points:
+def nearly_on_a_line(rng, n):
     turn = np.exp(1j * rng.uniform(0, 7))
     z = (rng.random(n) + 1j * rng.random(n) * 10.0 ** rng.uniform(-10, -3)) * turn
     return np.column_stack([z.real, z.imag])
 
 
-def nearly_on_a_circle(rng: np.random.Generator, n: int) -> Points:
+def nearly_on_a_circle(rng, n):
     angle = rng.uniform(0, 2 * np.pi, n)
     return np.column_stack([np.cos(angle), np.sin(angle)]) * rng.choice([1.0, 1.0, 0.5], (n, 1))
 
 
-def on_a_circle(rng: np.random.Generator, n: int) -> Points:
+def on_a_circle(rng, n):
     """Return whole points on circles of radius 5·13·17·29 about one centre, and the centre."""
     radius = 5 * 13 * 17 * 29
     ring = [
@@ -58,13 +53,13 @@ def on_a_circle(rng: np.random.Generator, n: int) -> Points:
     return rng.permutation(rings)[:n]
 
 
-def on_one_column(rng: np.random.Generator, n: int) -> Points:
+def on_one_column(rng, n):
     points = np.column_stack([np.zeros(n), rng.permutation(n).astype(float)])
     points[: n // 10 + 1, 0] = 1.0
     return points
 
 
-def of_all_sizes(rng: np.random.Generator, n: int) -> Points:
+def of_all_sizes(rng, n):
     return np.asarray(rng.choice([-1.0, 1.0], (n, 2)) * 10.0 ** rng.uniform(-300, 300, (n, 2)))
 
 
@@ -89,15 +84,15 @@ hostile = {
 families = st.sampled_from(sorted(hostile))
 
 
-def made(family: str, seed: int, n: int) -> Points:
+def made(family, seed, n):
     return np.asarray(hostile[family](np.random.default_rng(seed), n), float)
 
 
-def cross(o: Whole, a: Whole, b: Whole) -> int:
+def cross(o, a, b):
     return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
 
 
-def in_circle(a: Whole, b: Whole, c: Whole, d: Whole) -> int:
+def in_circle(a, b, c, d):
     """Return a number above 0 where d is inside the circle through a, b, c (ccw)."""
     (ax, ay, al), (bx, by, bl), (cx, cy, cl) = (
         (x - d[0], y - d[1], (x - d[0]) ** 2 + (y - d[1]) ** 2) for x, y in (a, b, c)
@@ -105,7 +100,7 @@ def in_circle(a: Whole, b: Whole, c: Whole, d: Whole) -> int:
     return al * (bx * cy - by * cx) + bl * (cx * ay - cy * ax) + cl * (ax * by - ay * bx)
 
 
-def check_exactly(points: Points) -> Triangulation:
+def check_exactly(points):
     """Assert all that makes a Delaunay triangulation, on the whole numbers it was decided on.
 
     Triangles that turn left, tile the hull and fulfil the criterion across every edge are one.
@@ -145,9 +140,7 @@ def check_exactly(points: Points) -> Triangulation:
     return mesh
 
 
-def check_rings(
-    mesh: Triangulation, at: dict[int, Whole], opposite: dict[tuple[int, int], int]
-) -> None:
+def check_rings(mesh, at, opposite):
     """Assert that each ring is what its triangles say, counter-clockwise from direction -π on."""
     joined = {(a, b) for a, b in mesh.edges.tolist()}
     on_hull = set(mesh.hull.tolist())
@@ -169,25 +162,25 @@ def check_rings(
 
 @given(families, seeds, st.integers(3, 70))
 @settings(max_examples=300)
-def test_hostile_points_get_an_exact_delaunay_triangulation(family: str, seed: int, n: int) -> None:
+def test_hostile_points_get_an_exact_delaunay_triangulation(family, seed, n):
     check_exactly(made(family, seed, n))
 
 
 @given(crowded_pixels | any_finite_points)
 @settings(max_examples=100)
-def test_any_points_get_an_exact_delaunay_triangulation(points: Points) -> None:
+def test_any_points_get_an_exact_delaunay_triangulation(points):
     check_exactly(points)
 
 
 @pytest.mark.parametrize("family", sorted(hostile))
-def test_many_hostile_points_get_an_exact_delaunay_triangulation(family: str) -> None:
+def test_many_hostile_points_get_an_exact_delaunay_triangulation(family):
     mesh = check_exactly(made(family, 7, 1500))
     if family not in ("subnormal", "of all sizes", "pixels", "on a circle"):
         assert len(mesh.hull) + len(mesh.triangles) > 500
 
 
 @given(families, seeds, st.integers(3, 40))
-def test_order_of_the_points_does_not_matter(family: str, seed: int, n: int) -> None:
+def test_order_of_the_points_does_not_matter(family, seed, n):
     assume(family != "of all sizes")  # where different points coincide, the first stands for all
     points = made(family, seed, n)
     shuffled = np.random.default_rng(seed).permutation(points)
@@ -196,14 +189,14 @@ def test_order_of_the_points_does_not_matter(family: str, seed: int, n: int) -> 
     assert one.points[one.hull].tolist() == other.points[other.hull].tolist()
 
 
-def test_squares_of_a_lattice_are_all_split_the_same_way() -> None:
+def test_squares_of_a_lattice_are_all_split_the_same_way():
     mesh = triangulate(np.argwhere(np.ones((7, 9))))
     along = mesh.points[mesh.edges[:, 1]] - mesh.points[mesh.edges[:, 0]]
     assert {tuple(step) for step in along.tolist()} == {(0, 1), (1, 0), (1, 1)}
 
 
 @given(any_finite_points)
-def test_whole_numbers_are_the_points_to_the_precision_promised(points: Points) -> None:
+def test_whole_numbers_are_the_points_to_the_precision_promised(points):
     in_order = sort_points(points, 0.0)
     if in_order is None:
         return
@@ -223,7 +216,7 @@ def test_whole_numbers_are_the_points_to_the_precision_promised(points: Points) 
         assert abs((y - low) - step * int(whole[k, 1])) <= extent / 2 ** (GRID_BITS - 1)
 
 
-def test_whole_pixels_stay_whole_pixels() -> None:
+def test_whole_pixels_stay_whole_pixels():
     points = np.array([[300.0, 7.0], [12.0, 40.0], [12.0, 9.0], [300.0, 7.0], [155.0, 201.0]])
     xy, distinct, order = sort_points(points, FLATNESS)
     assert xy[:, :distinct].T.tolist() == [[0, 2], [0, 33], [143, 194], [288, 0]]
@@ -233,9 +226,7 @@ def test_whole_pixels_stay_whole_pixels() -> None:
 
 @given(families, seeds, st.integers(3, 40))
 @settings(max_examples=40)
-def test_compiled_and_interpreted_agree(
-    plain: Callable[[str], ModuleType], family: str, seed: int, n: int
-) -> None:
+def test_compiled_and_interpreted_agree(plain, family, seed, n):
     points = made(family, seed, n)
     expected, mesh = triangulate(points), plain("delaunay.triangulate").triangulate(points)
     for name in ("triangles", "edges", "hull", "ring_start", "ring", "interior"):

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import ArrayLike
 from pointset_strategies import (
     any_finite_points,
     beyond_reach,
     check_sound,
     crowded_pixels,
+    even_points,
     seeds,
     similarities,
     worn,
@@ -25,7 +25,7 @@ from pointset_strategies import (
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points
+from fpmatch.pointset.match import POINT_MATCHERS, match_points
 from fpmatch.pointset.paper.matcher import match_by_unit_circle
 from fpmatch.pointset.triangles import _proposal_kernel
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
@@ -39,18 +39,13 @@ every_matcher = pytest.mark.parametrize("matcher", POINT_MATCHERS)
 turns = similarities(10, 10)
 
 
-def even_points(seed: int, n: int) -> np.ndarray:
-    return np.random.default_rng(seed).uniform(0, 1, (n, 2))
-
-
-def check_aligned(match: PointMatch, p: np.ndarray, q: np.ndarray, within: float = 1e-9) -> None:
+def check_aligned(match, p, q, within=1e-9):
     """Check that the transform maps P onto Q, point on point, to a share of Q's extent."""
-    assert match.transform is not None
     assert match.transform.apply(p) == pytest.approx(q, abs=within * np.ptp(q, axis=0).max())
 
 
 @every_matcher
-def test_every_matcher_finds_a_moved_copy(matcher: PointMatcher) -> None:
+def test_every_matcher_finds_a_moved_copy(matcher):
     p = even_points(1, 20)
     q = Similarity(3.0, -2.0, 50.0, 7.0).apply(p)[::-1]
     match = match_points(p, q, matcher=matcher)
@@ -64,9 +59,10 @@ def test_every_matcher_finds_a_moved_copy(matcher: PointMatcher) -> None:
         assert (match.transform, match.chance) == (default.transform, default.chance)
 
 
-def test_an_unknown_matcher_is_told_those_there_are() -> None:
-    with pytest.raises(PointSetError, match=r"'magic'; known: triangles, paper, van-wamelen$"):
-        match_points(even_points(1, 5), even_points(1, 5), matcher="magic")  # type: ignore[arg-type]
+@pytest.mark.parametrize("name", ["magic", 5])
+def test_an_unknown_matcher_is_told_those_there_are(name):
+    with pytest.raises(PointSetError, match=rf"{name!r}; known: triangles, paper, van-wamelen$"):
+        match_points(even_points(1, 5), even_points(1, 5), matcher=name)
 
 
 @given(
@@ -79,8 +75,8 @@ def test_an_unknown_matcher_is_told_those_there_are() -> None:
 )
 @settings(max_examples=EXAMPLES)
 def test_exact_copies_are_recovered_whatever_their_size_and_place(
-    seed: int, n: int, rotation: float, magnitude: float, p_shift: float, q_shift: float
-) -> None:
+    seed, n, rotation, magnitude, p_shift, q_shift
+):
     # scales of 1e-100 to 1e100: sizes of 1e50 to 1e-50 and the other way round
     base, size = even_points(seed, n), 10 ** (magnitude / 2)
     p = (base + np.array([p_shift, -p_shift])) / size
@@ -93,7 +89,7 @@ def test_exact_copies_are_recovered_whatever_their_size_and_place(
 
 @given(seeds, turns)
 @settings(max_examples=EXAMPLES)
-def test_a_worn_copy_is_recognised(seed: int, move: Similarity) -> None:
+def test_a_worn_copy_is_recognised(seed, move):
     p = even_points(seed, 24)
     q, place = worn(p, move, seed)
     match = match_points(p, q)
@@ -101,12 +97,11 @@ def test_a_worn_copy_is_recognised(seed: int, move: Similarity) -> None:
     check_aligned(match, p, move.apply(p), 0.03)
     true = sum(place[i] == j for i, j in match.pairs.tolist())
     assert true >= 18  # of 20
-    assert match.chance is not None
     assert match.chance < 1e-3
 
 
 @pytest.mark.parametrize("seed", range(10 if COMPILED else 3))
-def test_independent_sets_and_mirrored_copies_do_not_match(seed: int) -> None:
+def test_independent_sets_and_mirrored_copies_do_not_match(seed):
     n = 40 if COMPILED else 16
     p = even_points(seed, n)
     for q in (even_points(seed + 100, n + 5), p * [-1, 1]):
@@ -116,7 +111,7 @@ def test_independent_sets_and_mirrored_copies_do_not_match(seed: int) -> None:
 
 
 @pytest.mark.parametrize("matcher", ["triangles", "van-wamelen"])
-def test_p_may_be_the_smaller_or_the_larger(matcher: PointMatcher) -> None:
+def test_p_may_be_the_smaller_or_the_larger(matcher):
     p, move = even_points(7, 40), Similarity(2.0, 1.0, 3.0, 4.0)
     part = np.argsort(np.hypot(*(p - 0.5).T))[:20]  # around the middle
     small, large = p[part], move.apply(p)
@@ -134,12 +129,10 @@ def test_p_may_be_the_smaller_or_the_larger(matcher: PointMatcher) -> None:
 
 @given(seeds, turns)
 @settings(max_examples=EXAMPLES)
-def test_sets_of_different_size_match_alike_both_ways(seed: int, move: Similarity) -> None:
+def test_sets_of_different_size_match_alike_both_ways(seed, move):
     p = even_points(seed, 24)
     q, _ = worn(p, move, seed)
     forth, back = match_points(p[:20], q), match_points(q, p[:20])
-    assert forth.transform is not None
-    assert back.transform is not None
     assert {*map(tuple, forth.pairs.tolist())} == {(i, j) for j, i in back.pairs.tolist()}
     there = back.transform.apply(forth.transform.apply(p))
     assert there == pytest.approx(p, abs=1e-9)
@@ -148,22 +141,20 @@ def test_sets_of_different_size_match_alike_both_ways(seed: int, move: Similarit
 
 @given(seeds, turns)
 @settings(max_examples=EXAMPLES)
-def test_the_order_of_the_points_does_not_matter(seed: int, move: Similarity) -> None:
+def test_the_order_of_the_points_does_not_matter(seed, move):
     rng = np.random.default_rng(seed)
     p = even_points(seed, 20)
     q, _ = worn(p, move, seed)
     of_p, of_q = rng.permutation(20), rng.permutation(20)
     one, other = match_points(p, q), match_points(p[of_p], q[of_q])
-    assert one.transform is not None
     there = one.transform.apply(p)
-    assert other.transform is not None
     assert other.transform.apply(p) == pytest.approx(there, abs=1e-9 * np.ptp(there))
     again = {(int(of_p[i]), int(of_q[j])) for i, j in other.pairs.tolist()}
     assert {*map(tuple, one.pairs.tolist())} == again
 
 
 @every_matcher
-def test_the_same_sets_give_the_same_result_and_stay_as_they_are(matcher: PointMatcher) -> None:
+def test_the_same_sets_give_the_same_result_and_stay_as_they_are(matcher):
     p = even_points(5, 20)
     q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), 5)
     given_p, given_q = p.copy(), q.copy()
@@ -176,7 +167,7 @@ def test_the_same_sets_give_the_same_result_and_stay_as_they_are(matcher: PointM
     assert (p.tolist(), q.tolist()) == (given_p.tolist(), given_q.tolist())
 
 
-def test_anything_like_an_array_will_do() -> None:
+def test_anything_like_an_array_will_do():
     p = np.round(even_points(8, 12) * 100)
     match = match_points(p.astype(np.int16), (2 * p[:, ::-1]).tolist()[::-1])
     assert match.transform is None  # mirrored
@@ -184,7 +175,7 @@ def test_anything_like_an_array_will_do() -> None:
     check_aligned(match, p, 2 * p)
 
 
-def test_coincident_points_have_a_partner_each() -> None:
+def test_coincident_points_have_a_partner_each():
     base = even_points(9, 20)
     everything = np.vstack([base, base, base[:5]])
     move = Similarity(2.0, 0.3, 5.0, 1.0)
@@ -213,9 +204,7 @@ every_search = pytest.mark.parametrize("search", BOUNDED.values(), ids=BOUNDED)
 @every_search
 @given(p=crowded_pixels, q=crowded_pixels)
 @settings(max_examples=EXAMPLES)
-def test_crowded_pixels_are_matched_soundly_or_refused(
-    search: Callable[..., PointMatch], p: np.ndarray, q: np.ndarray
-) -> None:
+def test_crowded_pixels_are_matched_soundly_or_refused(search, p, q):
     try:
         forth, back = search(p, q), search(q, p)
     except PointSetError:
@@ -230,9 +219,7 @@ def test_crowded_pixels_are_matched_soundly_or_refused(
 @every_search
 @given(p=any_finite_points, q=any_finite_points)
 @settings(max_examples=EXAMPLES)
-def test_any_finite_points_match_or_are_refused(
-    search: Callable[..., PointMatch], p: np.ndarray, q: np.ndarray
-) -> None:
+def test_any_finite_points_match_or_are_refused(search, p, q):
     try:
         match = search(p, q)
     except PointSetError:
@@ -245,9 +232,7 @@ def test_any_finite_points_match_or_are_refused(
 @pytest.mark.parametrize("search", [BOUNDED["paper"], BOUNDED["van-wamelen"]])
 @given(seed=seeds, of_p=st.integers(-40, 40), of_q=st.integers(-40, 40))
 @settings(max_examples=20)
-def test_a_power_of_two_in_scale_changes_no_bit(
-    search: Callable[..., PointMatch], seed: int, of_p: int, of_q: int
-) -> None:
+def test_a_power_of_two_in_scale_changes_no_bit(search, seed, of_p, of_q):
     p = even_points(seed, 20)
     q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), seed)
     match, same = search(p, q), search(np.ldexp(p, of_p), np.ldexp(q, of_q))
@@ -257,12 +242,11 @@ def test_a_power_of_two_in_scale_changes_no_bit(
 
 @every_matcher
 @pytest.mark.parametrize("shape", [(4, 4), (3, 6)])
-def test_lattices_are_aligned_with_lattices(matcher: PointMatcher, shape: tuple[int, int]) -> None:
+def test_lattices_are_aligned_with_lattices(matcher, shape):
     p = np.argwhere(np.ones(shape)).astype(float)
     q = Similarity(2.0, 0.3, 5.0, 1.0).apply(p)
     match = match_points(p, q, matcher=matcher, rho=0.4 if matcher == "paper" else None)
     check_sound(match, p, q)
-    assert match.transform is not None
     assert match.transform.scale == pytest.approx(2.0)
     assert matcher != "triangles" or match.matched_share == 1 or shape == (3, 6)
     quarters = (match.transform.rotation - 0.3) / (math.pi / 2)
@@ -271,13 +255,13 @@ def test_lattices_are_aligned_with_lattices(matcher: PointMatcher, shape: tuple[
 
 
 @every_matcher
-def test_no_match_has_a_reason(matcher: PointMatcher) -> None:
+def test_no_match_has_a_reason(matcher):
     match = match_points(even_points(1, 9), even_points(2, 9), matcher=matcher)
     assert match.transform is None
     assert match.reason
 
 
-def test_three_points_match_too_many_others_to_tell_anything() -> None:
+def test_three_points_match_too_many_others_to_tell_anything():
     p = even_points(1, 3)
     assert match_points(p, p).transform is None
     assert "fewer than 4 points" in match_points(p, p).reason
@@ -298,9 +282,7 @@ BAD_SETS = [
 
 @every_matcher
 @pytest.mark.parametrize(("bad", "reason"), BAD_SETS)
-def test_a_bad_set_is_named_with_the_reason(
-    matcher: PointMatcher, bad: ArrayLike, reason: str
-) -> None:
+def test_a_bad_set_is_named_with_the_reason(matcher, bad, reason):
     good = even_points(1, 9)
     with pytest.raises(PointSetError, match=f"^p: {reason}"):
         match_points(bad, good, matcher=matcher)
@@ -309,7 +291,7 @@ def test_a_bad_set_is_named_with_the_reason(
 
 
 @every_matcher
-def test_sizes_and_tolerances_beyond_reach_are_refused(matcher: PointMatcher) -> None:
+def test_sizes_and_tolerances_beyond_reach_are_refused(matcher):
     p = even_points(1, 9)
     for size in (1e100, 1e-100):
         with pytest.raises(PointSetError, match="beyond"):
@@ -319,7 +301,7 @@ def test_sizes_and_tolerances_beyond_reach_are_refused(matcher: PointMatcher) ->
             match_points(p, p, matcher=matcher, tolerance=tolerance)
 
 
-def test_exact_copies_match_however_small_the_tolerance_unless_under_rounding() -> None:
+def test_exact_copies_match_however_small_the_tolerance_unless_under_rounding():
     p = even_points(1, 12)
     q = Similarity(2.0, 0.5, 3.0, 4.0).apply(p)
     for tolerance in (1e-3, 1e-6, 1e-9):
@@ -328,14 +310,13 @@ def test_exact_copies_match_however_small_the_tolerance_unless_under_rounding() 
 
 
 @every_matcher
-def test_no_pair_is_farther_than_the_tolerance(matcher: PointMatcher) -> None:
+def test_no_pair_is_farther_than_the_tolerance(matcher):
     p = even_points(4, 20)
     q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), 4)
     for tolerance in (0.02, 0.08):
         rho = 0.0 if matcher == "paper" else None
         match = match_points(p, q, matcher=matcher, tolerance=tolerance, rho=rho)
         check_sound(match, p, q)
-        assert match.transform is not None
         off = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
         # the transform is refitted to the pairs at the end, and moves them a little
         assert np.hypot(*off.T).max() < 1.3 * tolerance
@@ -354,9 +335,3 @@ def test_extreme_coordinates_and_tolerances_are_matched_or_refused(value, matche
             assert "\n" not in str(error)  # noqa: PT017
     with contextlib.suppress(PointSetError):
         match_points(points, points, matcher=matcher, tolerance=value)
-
-
-def test_names_of_matchers_of_another_type_are_unknown():
-    points = np.random.default_rng(3).uniform(0, 100, (30, 2))
-    with pytest.raises(PointSetError, match="unknown matcher 5"):
-        match_points(points, points, matcher=5)

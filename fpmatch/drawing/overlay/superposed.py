@@ -52,10 +52,7 @@ def superposed_page(
     drawn: str = "",
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
-    """Compose the page; `transform`, or a warp, maps the probe's pixels to the reference's.
-
-    `drawn` says which of the two it is. `own` are marks that an examiner set.
-    """
+    """Compose the page; `transform`, or a warp, maps the probe's pixels to the reference's."""
     probe_to_reference = of_transform(transform)
     outline = probe_outline(probe, probe_to_reference, warp)
     view = view_of(reference, outline)
@@ -130,10 +127,7 @@ def inks(
     warp: PairWarp | None = None,
     place: Box | None = None,
 ) -> list[Item]:
-    """Return the ridges of both prints in their inks, without one that cannot be drawn.
-
-    A warped probe is drawn inside `place` on the page.
-    """
+    """Return the ridges of both prints in their inks, without one that cannot be drawn."""
     lower = ink_of(reference, to_page, REFERENCE_INK, "reference ridges")
     upper = ink_of(probe, probe_to_page, PROBE_INK, "probe ridges")
     if upper and warp and place:

@@ -30,13 +30,7 @@ def webp_bytes(picture: NDArray[np.uint8], quality: int = 80) -> bytes:
 
 
 def data_url(content: bytes, kind: str) -> str:
-    """Return a picture as a URL that contains it.
-
-    Examples
-    --------
-    >>> data_url(b"GIF", "gif")
-    'data:image/gif;base64,R0lG'
-    """
+    """Return a picture as a URL that contains it."""
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
@@ -64,11 +58,7 @@ def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> byt
 def write_files(
     contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, public: bool = False
 ) -> list[Path]:
-    """Write files, by name, into a folder, which is made where it does not exist.
-
-    Each file appears complete or not at all, with the rights of
-    `fpmatch.base.output.atomic_write`; an `OutputError` is raised if one cannot be written.
-    """
+    """Write files, by name, into a folder, made if missing; each appears complete or not at all."""
     target = Path(folder)
     make_folder(target, public=public)
     for name, content in contents.items():

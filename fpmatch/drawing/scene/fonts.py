@@ -46,10 +46,7 @@ def parts(text: str, size: float) -> list[tuple[str, float, float]]:
 def wrapped(
     text: str, size: float, width: float, measure: Callable[[str, float], float] = text_width
 ) -> list[str]:
-    """Break `text` between words into lines no wider than `width` where its words allow it.
-
-    `measure` returns the width of a text at a size.
-    """
+    """Break `text` between words into lines no wider than `width` where its words allow it."""
     lines: list[str] = []
     for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
@@ -11,7 +10,7 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
-from fpmatch.drawing.scene.files import png_bytes
+from fpmatch.drawing.scene.files import data_url, png_bytes
 from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Path, Text
 from fpmatch.drawing.scene.palette import PAPER, hexadecimal, mixed
@@ -90,7 +89,7 @@ def _add_ink(parent: Element, ink: Ink) -> None:
     rgba = np.empty((height, width, 4), dtype=np.uint8)
     rgba[:, :, :3] = ink.colour
     rgba[:, :, 3] = ink.coverage
-    href = f"data:image/png;base64,{base64.b64encode(png_bytes(rgba)).decode('ascii')}"
+    href = data_url(png_bytes(rgba), "png")
     (a, c, e), (b, d, f) = ink.matrix[:2].tolist()
     # An SVG image covers 0 to `width`; the ink's first pixel has its centre at 0.
     e, f = e - (a + c) / 2, f - (b + d) / 2

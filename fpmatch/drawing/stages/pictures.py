@@ -42,30 +42,11 @@ _BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "bi
 def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:
     """Draw the array of one stage, with its contrast stretched where its name is unknown.
 
-    Parameters
-    ----------
-    name : str
-        Name of the stage.
-    array : ndarray, shape (H, W) or (H, W, 3); for ``minutiae`` (N, 5)
-        Booleans, integers or floats, NaN where unknown. Orientations are in radians,
-        counter-clockwise from +x. Minutiae are rows of x, y, angle, kind, quality.
-    backdrop : ndarray of uint8, shape (H, W), optional
-        The print beneath masks, orientations, skeletons and minutiae.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H', W', 3)
-        RGB, of the array's own size; for minutiae, twice that of the backdrop.
-
-    Raises
-    ------
-    ImageError
-        If the array is empty, or its shape or type is not that of a picture.
-
-    Examples
-    --------
-    >>> stage_picture("binary", np.array([[True, False]])).tolist()
-    [[[0, 0, 0], [255, 255, 255]]]
+    The array is (H, W) or (H, W, 3), NaN where unknown; orientations are in radians,
+    counter-clockwise from +x. ``minutiae`` are rows of x, y, angle, kind, quality. `backdrop` is
+    the print beneath masks, orientations, skeletons and minutiae. The picture is RGB, of the
+    array's own size; of minutiae, twice that of the backdrop. Raises ImageError if the array is
+    that of no picture.
     """
     values = np.asarray(array)
     if name == "minutiae":

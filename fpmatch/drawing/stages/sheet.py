@@ -35,10 +35,9 @@ _EDGE: Final = Pen(PANEL_EDGE, width=1.0)
 def write_stages(
     stages: Mapping[str, NDArray[Any]], folder: str | os.PathLike[str]
 ) -> list[pathlib.Path]:
-    """Write each stage as ``01_input.png`` and so on, and ``contact_sheet.png`` with all of them.
+    """Write each stage as ``01_input.png`` and so on, and ``contact_sheet.png``, the last returned.
 
-    The folder is made where it does not exist. Returns the files, the contact sheet last. Nothing
-    is written where an array cannot be drawn.
+    Nothing is written where an array cannot be drawn.
     """
     pictures = _pictures(stages)
     stems = (re.sub(r"[^\w-]+", "_", name) or "stage" for name in pictures)

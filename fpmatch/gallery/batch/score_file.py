@@ -293,7 +293,7 @@ def _parquet_rows(path: Path) -> Lines:
 
 
 def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
-    """Return rows as lines of a CSV file; texts are as `fpmatch.base.printable.csv_cell` has them."""
+    """Return rows as lines of a CSV file, texts as `fpmatch.base.printable.csv_cell` has them."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(
         [csv_cell(cell) if isinstance(cell, str) else cell for cell in row] for row in rows

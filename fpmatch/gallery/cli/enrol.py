@@ -36,7 +36,7 @@ from fpmatch.cli.progress import ProgressBars
 
 if TYPE_CHECKING:
     from fpmatch.gallery.tasks.enrol import Enrolment
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 _WORKERS_NEED: Final = (

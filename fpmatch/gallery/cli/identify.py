@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.batch.candidates import Listed
     from fpmatch.gallery.prepared_search import Candidate, CandidateListSize
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 _COLUMNS: Final = f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture"

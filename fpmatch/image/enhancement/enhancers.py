@@ -18,8 +18,8 @@ from fpmatch.image.enhancement.orientation import (
     enhanced_orientation,
     orientation_at_pixels,
     ridge_orientation,
+    ridge_period,
 )
-from fpmatch.image.enhancement.ridge_period import ridge_period
 from fpmatch.image.preprocess.blocks import blocks_to_pixels
 from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
@@ -27,9 +27,8 @@ from fpmatch.image.preprocess.spectrum import ridge_spectrum
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from fpmatch.image.arrays import Floats, Mask
     from fpmatch.image.enhancement.orientation import OrientationField
-    from fpmatch.image.preprocess.arrays import UncropRecorder
+    from fpmatch.image.preprocess.arrays import Floats, Mask, UncropRecorder
     from fpmatch.image.preprocess.normalize import NormalizedImage
 
     Enhancer = Callable[[NormalizedImage, UncropRecorder], "EnhancedPrint"]

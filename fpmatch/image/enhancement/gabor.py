@@ -14,7 +14,7 @@ import numpy as np
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
 
 # Lengths in pixels at 500 dpi.
 ANGLES: Final = 32

@@ -17,7 +17,7 @@ import numpy as np
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats
+    from fpmatch.image.preprocess.arrays import Floats
 
 NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
 NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"

@@ -1,7 +1,8 @@
-"""`GreyImage`, and the conversion of samples of any type and colour to 8-bit grey values."""
+"""`GreyImage`, made of samples of any type and colour, or of bare pixels of a given size."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,9 +15,10 @@ from fpmatch.templates.minutiae import check_dpi
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.image.arrays import Grey
     from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.preprocess.arrays import Grey
 
+_SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
 _MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image without content
@@ -148,3 +150,40 @@ def _bands(shape: tuple[int, ...]) -> list[slice]:
     """Return slices of rows that hold a bounded number of samples each."""
     rows = max(1, _BAND_SAMPLES // max(1, int(np.prod(shape[1:]))))
     return [slice(start, start + rows) for start in range(0, shape[0], rows)]
+
+
+@dataclass(frozen=True, slots=True)
+class RawSize:
+    """The positive size of an image whose file is its pixels, row by row, 8 bits each."""
+
+    width: int
+    height: int
+
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise ImageError(f"a size must be positive, not {self}")
+
+    @property
+    def bytes(self) -> int:
+        """Number of bytes of the file."""
+        return self.width * self.height
+
+    @classmethod
+    def parse(cls, text: str) -> RawSize:
+        """Return the size that ``WIDTHxHEIGHT`` names; raise ImageError for other text."""
+        size = _SIZE.fullmatch(text.strip())
+        if size is None:
+            raise ImageError(f"a size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
+        return cls(int(size[1]), int(size[2]))
+
+    def __str__(self) -> str:
+        return f"{self.width}x{self.height}"
+
+
+def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:
+    """Return `data` as the pixels of an image of `size`; raise ImageError if they do not fit."""
+    limits.check(size.width, size.height)
+    if len(data) != size.bytes:
+        raise ImageError(f"{len(data)} bytes are no {size} pixels of 8 bits")
+    pixels = np.frombuffer(data, np.uint8).reshape(size.height, size.width)
+    return GreyImage(pixels.copy(), format="raw")

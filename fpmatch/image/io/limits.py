@@ -47,10 +47,9 @@ DEFAULT_LIMITS: Final = ImageLimits()
 
 
 def check_decoder_limits(decoder: str, data: bytes) -> None:
-    """Raise ImageReadError if `data` would overload Pillow's `decoder`.
+    """Raise ImageReadError if Pillow's `decoder` would take far more time or memory than usual.
 
-    Such a file takes far more time or memory to decode than its size in pixels suggests; no
-    ordinary program writes one.
+    No ordinary program writes such a file.
     """
     if decoder == "JPEG" and data.count(_JPEG_SCAN) > MAX_JPEG_SCANS:
         raise ImageReadError(f"JPEG image of more than {MAX_JPEG_SCANS} scans")

@@ -44,11 +44,7 @@ _warnings_lock = threading.Lock()  # warning filters are global to the process
 
 
 def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode an image file with Pillow's `decoder`; of several images the first.
-
-    Raises ImageReadError if the file is damaged, ImageError if the image breaks the limits or its
-    values make no grey image.
-    """
+    """Decode an image file with Pillow's `decoder`; of several images the first."""
     check_decoder_limits(decoder, data)
     try:
         with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import GreyImage, as_grey
+from fpmatch.image.io.grey import GreyImage, as_grey, decode_raw
 from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
 from fpmatch.image.io.pillow_formats import error_text
-from fpmatch.image.io.raw import decode_raw
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.image.quality.ridge_scale import contradiction
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
 
-    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 __all__ = ["GreyImage", "ImageLimits", "as_grey", "decode_image", "read_image"]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.base.binary_records import IMAGE_FIELD, ByteReader, read_records
 from fpmatch.errors import FpmatchError, ImageReadError
-from fpmatch.image.io.raw import RawSize, decode_raw
+from fpmatch.image.io.grey import RawSize, decode_raw
 from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
 from fpmatch.templates.minutiae import MM_PER_INCH
 
@@ -55,11 +55,7 @@ class _RecordImage(NamedTuple):
 
 
 def decode_an2(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> GreyImage:
-    """Decode the first image of a print in an ANSI/NIST-ITL file.
-
-    Raises ImageReadError if the file is damaged or contains no grey image of 8 bits of a finger or
-    palm, ImageError if the image is too small or too large.
-    """
+    """Decode the first image of a print, grey with 8 bits, in an ANSI/NIST-ITL file."""
     first, *others = records = read_records(data, _damaged_an2)
     prints = [record for record in others if record.type in _PRINT_TYPES]
     if not prints:

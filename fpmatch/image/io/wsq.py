@@ -20,8 +20,8 @@ from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.resolution import usable_dpi
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Doubles, Floats
     from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.preprocess.arrays import Doubles, Floats
 
     Filters = tuple[Floats, Floats]
 
@@ -75,11 +75,7 @@ class _Header:
 
 
 def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode a WSQ file of at most 16 megapixels.
-
-    The resolution comes from a NIST comment in the file. Raises ImageReadError if the file is
-    damaged or uses filters of even length, ImageError if the image is too small or too large.
-    """
+    """Decode a WSQ file of at most 16 megapixels; a comment of NIST's has its resolution."""
     header = _Header()
     reader = ByteReader(data, _damaged)
     if reader.take(2) != START_OF_IMAGE:

@@ -1,14 +1,39 @@
-"""Recorders, which receive the array that each stage of an extraction produces."""
+"""Arrays of the stages: names of their types, percentiles, and recorders that receive them."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+import numpy as np
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.preprocess.foreground import Box
+
+    Grey = NDArray[np.uint8]
+    Floats = NDArray[np.float32]
+    Doubles = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+    Mask = NDArray[np.bool_]
+
+
+def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> Doubles:
+    """Return percentiles of finite values (..., N) along the last axis, shape (P, ...).
+
+    They are those of `np.percentile` by default, with linear interpolation, which imports numpy.ma
+    and so costs more than one image.
+    """
+    last = values.shape[-1] - 1
+    place = np.array(percents) * (last / 100)
+    below = place.astype(np.intp)
+    beyond = np.minimum(below + 1, last)
+    ordered = np.partition(values, sorted({*below.tolist(), *beyond.tolist()}), axis=-1)
+    low, high = (np.moveaxis(ordered[..., k], -1, 0).astype(np.float64) for k in (below, beyond))
+    share = (place - below).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(low + share * (high - low))
+
 
 MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})  # NaN where there is no print
 
@@ -25,10 +50,7 @@ class Recorder(Protocol):
 
 
 class UncropRecorder:
-    """Pass the stages of a box of an image of `shape` to a recorder, padded to the whole image.
-
-    The padding is 0, or NaN for stages that may be unknown.
-    """
+    """Pass the stages of a box of an image to a recorder, padded with 0 or NaN to its `shape`."""
 
     def __init__(self, recorder: Recorder | None, box: Box, shape: tuple[int, int]) -> None:
         self.recorder, self.box, self.shape = recorder, box, shape

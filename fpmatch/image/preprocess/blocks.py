@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats
+    from fpmatch.image.preprocess.arrays import Floats
 
 BLOCK_PX: Final = 8  # side of a block, at 500 dpi
 _CHANNELS: Final = 4  # that OpenCV blurs at a time

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.image.arrays import percentiles
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.blocks import BLOCK_PX
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Grey, Mask
+    from fpmatch.image.preprocess.arrays import Grey, Mask
 
 # Lengths in pixels at 500 dpi, ranges in grey levels.
 ALIGNMENT_PX: Final = 2 * BLOCK_PX  # of the box's first row and column: a cell of a ridge field

@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.image.preprocess.foreground import local_range
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats, Grey, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
 SHRUNK_PX: Final = 4  # side of a pixel of the smaller images for means and areas

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.image.arrays import percentiles
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels, blur_blocks
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats, Grey, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
     from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 

@@ -15,7 +15,7 @@ import numpy as np
 from fpmatch.image.preprocess.blocks import BLOCK_PX
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats
+    from fpmatch.image.preprocess.arrays import Floats
 
 # Lengths in pixels at 500 dpi.
 WINDOW_SIGMA_PX: Final = 8.0

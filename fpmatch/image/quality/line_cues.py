@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.image.arrays import percentiles
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Doubles, Floats, Grey, Mask
+    from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
 
 LINE_CUES: Final = (

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from fpmatch.image.arrays import Doubles
+    from fpmatch.image.preprocess.arrays import Doubles
 
 
 @dataclass(frozen=True, slots=True, eq=False)

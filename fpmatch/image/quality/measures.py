@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.image.arrays import percentiles
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Doubles, Floats, Mask
+    from fpmatch.image.preprocess.arrays import Doubles, Floats, Mask
 
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")

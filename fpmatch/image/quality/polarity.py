@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.arrays import percentiles
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -24,7 +24,7 @@ from fpmatch.templates.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.image.arrays import Doubles, Grey
+    from fpmatch.image.preprocess.arrays import Doubles, Grey
 
 Polarity = Literal["auto", "dark", "white"]
 """Grey level of an image's ridges; "auto": to be found."""

@@ -19,7 +19,7 @@ from fpmatch.image.quality.measures import MM_PER_PX
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Doubles
+    from fpmatch.image.preprocess.arrays import Doubles
     from fpmatch.image.quality.measures import QualityMeasures
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
@@ -75,13 +75,7 @@ class PrintQuality:
 
 
 def why_no_minutiae(quality: PrintQuality | None) -> str:
-    """Return the message about a print without minutiae, with its probable resolution if known.
-
-    Examples
-    --------
-    >>> why_no_minutiae(PrintQuality(0, (wrong_resolution(4.4, 500),)))[:45]
-    'no minutiae found; wrong resolution: ridges l'
-    """
+    """Return the message about a print without minutiae, with its probable resolution if known."""
     reasons = () if quality is None else quality.reasons
     wrong = [str(reason) for reason in reasons if reason.code == WRONG_RESOLUTION]
     return "; ".join(["no minutiae found", *wrong])

@@ -16,7 +16,7 @@ import numpy as np
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats, Grey
+    from fpmatch.image.preprocess.arrays import Floats, Grey
 
 PERIODS_MM: Final = (0.26, 0.7)
 """Least and largest median period of a print that is believed: a child's, a large hand's."""

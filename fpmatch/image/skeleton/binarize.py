@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.image.skeleton import _small_parts_kernel as kernel
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Floats, Grey, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
 
 MIN_RIDGE_AREA_PX: Final = 40
 MIN_HOLE_AREA_PX: Final = 14

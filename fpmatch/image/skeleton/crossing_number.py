@@ -10,7 +10,7 @@ from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Grey, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Grey, Ints, Mask
 
 # (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
 _STEP: Final = np.array(

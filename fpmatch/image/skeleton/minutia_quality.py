@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    from fpmatch.image.arrays import Doubles, Floats, Grey, Ints
+    from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Ints
 
 RADIUS_PX: Final = 14
 SIGMA_PX: Final = 8.0

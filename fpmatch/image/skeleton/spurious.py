@@ -13,7 +13,7 @@ from fpmatch.image.skeleton.crossing_number import find_nodes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Floats, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
     from fpmatch.image.skeleton.crossing_number import SkeletonNodes
 
 # Lengths in pixels at 500 dpi.

@@ -14,7 +14,7 @@ from fpmatch.image.skeleton import _thin_kernel as kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Grey, Mask
+    from fpmatch.image.preprocess.arrays import Grey, Mask
 
 WORD_BITS: Final = 64
 

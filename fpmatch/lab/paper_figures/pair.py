@@ -1,6 +1,6 @@
 """The two point sets of the figures, and the partners of their points.
 
-Figures are drawn in the sets' unit frames (`fpmatch.pointset.geometry.points.UnitFrame`), as the matcher
+Figures are drawn in the unit frames of the sets (`geometry.frames.UnitFrame`), as the matcher
 works in them, so that points of any magnitude can be drawn; the transform is in the units given.
 In the figures y points up: points of images, whose y points down, are mirrored first (`y_down`).
 """
@@ -26,7 +26,7 @@ from fpmatch.prints.words import degrees, rotated_and_scaled
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.pointset.paper.prepared_points import PreparedPoints
 
 MOST_POINTS: Final = 2000

@@ -1,4 +1,4 @@
-"""Prepared prints, many of them in flat arrays, which a file may contain (`fpmatch.base.array_file`).
+"""Prepared prints, many of them in flat arrays, which a file may contain (`array_file`).
 
 They are not packed templates (`fpmatch.templates.stored_template`), but what a matcher has prepared from
 templates. A file of them is a cache: it has to be recomputed whenever the templates or the matcher

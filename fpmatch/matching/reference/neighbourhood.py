@@ -10,8 +10,7 @@ from scipy.spatial import KDTree
 from fpmatch.matching.pipeline.local import LocalParameters
 from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
-from fpmatch.pointset.delaunay.collinear import triangulate_collinear
-from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS
+from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
 from fpmatch.pointset.geometry.frames import UnitFrame
 from fpmatch.pointset.paper.parametrize import ring_weights
 

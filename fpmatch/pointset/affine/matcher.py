@@ -86,11 +86,7 @@ def match_affine(
     tolerance: float | None = None,
     parameters: AffineParameters | None = None,
 ) -> PointMatch:
-    """Find the affine transform, not mirrored, that maps points of P onto points of Q, if any.
-
-    This is `fpmatch.match_points` for ``model="affine"``, with parameters; the tolerance and the
-    errors are as there.
-    """
+    """Match as `fpmatch.match_points` does for ``model="affine"``, with parameters."""
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
     match = partial(_match, tolerance=tolerance, parameters=parameters or _DEFAULT)
@@ -126,10 +122,7 @@ def _match(
 
 
 class _Widened:
-    """A set mapped by a symmetric matrix so that its second moments are those of a circle.
-
-    One that is next to collinear is refused with a `PointSetError` under its name.
-    """
+    """A set mapped by a symmetric matrix so that its second moments are those of a circle."""
 
     def __init__(self, given: GivenSet) -> None:
         points = given.mesh.points

@@ -76,11 +76,7 @@ IDENTITY: Final = UnitFrame()
 
 
 def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
-    """Return the unit frame of `points` (N, 2).
-
-    A set with coordinates or extent beyond 2**±300, where transforms would leave float64, is
-    refused with a `PointSetError` under its `name`.
-    """
+    """Return the unit frame of `points` (N, 2); refuse those beyond 2**±300 under their `name`."""
     frame = UnitFrame.of(points)
     if len(points) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
         raise PointSetError(f"{name}: coordinates or extent beyond 2**±{MAX_EXPONENT}")

@@ -8,8 +8,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.geometry import _assignment_kernel as kernel
-from fpmatch.pointset.geometry.points import as_points
-from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.geometry.points import as_points, sort_into_cells
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -33,14 +32,7 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
 
     The pairs (K, 2) are sorted by their index into `p`. Equal distances are taken in the order of
     the pairs' midpoints (x, then y), then of their indices, so that exchanging the sets only
-    exchanges the columns. Where points crowd by the thousand, the nearest of each are considered. A
-    malformed set or a negative tolerance is refused with a
-    `PointSetError`.
-
-    Examples
-    --------
-    >>> greedy_pairs([[0, 0], [5, 0]], [[4, 0], [9, 9], [6, 0.5]], tolerance=2).tolist()
-    [[1, 0]]
+    exchanges the columns. Where points crowd by the thousand, the nearest of each are considered.
     """
     a, b = as_points(p, "p"), as_points(q, "q")
     if not tolerance >= 0:
@@ -59,10 +51,7 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
 
 
 def _within(a: Floats, b: Floats, tolerance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return all index pairs within the tolerance, found among neighbours in x.
-
-    Where these are too many, the nearest pairs of each point are returned.
-    """
+    """Return all index pairs within the tolerance; of too many, the nearest of each point."""
     by_x = b[:, 0].argsort(kind="stable")
     x = b[by_x, 0]
     # a little wider than the test below, so that rounding of the bounds excludes no pair

@@ -1,14 +1,14 @@
-"""Bare 2-D points: the check of every function of this room, and coincident points."""
+"""Bare 2-D points: the check of every function of this room, coincident points, and cells."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry._grid_kernel import bounding_box
+from fpmatch.pointset.geometry._grid_kernel import CellGrid, bounding_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -16,13 +16,12 @@ if TYPE_CHECKING:
 Box = list[float]
 """Least and largest x, least and largest y."""
 
+MAX_CELLS_PER_POINT: Final = 4
+"""Cells are enlarged where the grid would have far more of them than points."""
+
 
 def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
-    """Return a copy of `points` as float64 of shape (N, 2).
-
-    An empty array of any shape stands for no points. What is not numbers, not finite, or not of
-    that shape is refused with a `PointSetError` under its `name`.
-    """
+    """Return a copy of `points` as float64 (N, 2), of none if empty; else raise PointSetError."""
     return points_in_box(points, name)[0]
 
 
@@ -50,6 +49,27 @@ def is_finite(value: float) -> bool:
         return False
 
 
+def sort_into_cells(
+    points: NDArray[np.float64],
+    side: float,
+    *,
+    low: tuple[float, float],
+    high: tuple[float, float],
+    count: int | None = None,
+) -> CellGrid:
+    """Sort `points` (2, N), C order, writable, or the first `count` of them, into square cells.
+
+    `low` and `high` are the corners of the grid; cells are larger than `side`, which is more than
+    0, where there would be too many.
+    """
+    n = points.shape[1] if count is None else count
+    width, height = high[0] - low[0], high[1] - low[1]
+    most = MAX_CELLS_PER_POINT * max(n, 4)
+    side = max(side, (width * height / most) ** 0.5, max(width, height) / most)
+    grid: CellGrid = CellGrid(points, n, *low, side, int(width / side) + 1, int(height / side) + 1)
+    return grid
+
+
 def unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the distinct points of a set (N, 2), and the index of each point among them."""
     distinct, index = np.unique(points, axis=0, return_inverse=True)
@@ -64,12 +84,6 @@ def pairs_of_coincident(
     `index_p` (N,) and `index_q` (M,) hold the index of each point among the distinct ones.
     Coincident points are paired in their order: the first with the first, the second with the
     second. The pairs (L, 2) are sorted by the first.
-
-    Examples
-    --------
-    >>> index_p, index_q = np.array([0, 1, 1]), np.array([1, 0, 1, 1])
-    >>> pairs_of_coincident(np.array([[1, 1]], np.int32), index_p, index_q).tolist()
-    [[1, 0], [2, 2]]
     """
     to_q = np.full(index_p.max() + 1, -1, np.int64)
     to_q[pairs[:, 0]] = pairs[:, 1]

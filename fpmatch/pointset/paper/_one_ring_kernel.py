@@ -9,7 +9,7 @@ tx, ty) of the paper's eq. (1).
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._least_squares_kernel import fit_lists
+    from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_lists
 else:
     from fpmatch.pointset.geometry._least_squares_kernel import fit_lists
 

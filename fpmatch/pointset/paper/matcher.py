@@ -97,16 +97,8 @@ def match_by_unit_circle(
 ) -> PointMatch:
     """Match two point sets, (N, 2) and (M, 2), by their one-rings on the unit circle.
 
-    Returns
-    -------
-    PointMatch
-        The best transform of `p` onto `q` and what it matches. Exchanging the sets gives the same
-        pairs and the inverse transform.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed, or its coordinates or extent are beyond 2**±300.
+    Exchanging the sets gives the same pairs and the inverse transform. Raises PointSetError if a
+    set is malformed, or its coordinates or extent are beyond 2**±300.
     """
     return match_prepared(prepare_points(p), prepare_points(q), parameters)
 

@@ -13,7 +13,7 @@ from fpmatch.pointset.paper import _one_ring_kernel as kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -50,12 +50,6 @@ def parametrize(ring: ArrayLike, centre: ArrayLike) -> UnitCircle:
     The ring is in order, either way round; seen from the centre, each point lies less than half a
     turn from the next, as in a triangulation. The first has angle 0, the others follow counter-
     clockwise. A ring that does not go once round its centre is refused with a `PointSetError`.
-
-    Examples
-    --------
-    >>> circle = parametrize([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2])
-    >>> np.degrees(circle.angles).tolist(), circle.weights.tolist(), round(circle.area, 12)
-    ([0.0, 90.0, 180.0, 270.0], [0.25, 0.25, 0.25, 0.25], 2.0)
     """
     angles = boundary_angles(ring)
     weights = shape_preserving_weights(ring, centre)

@@ -10,8 +10,7 @@ import numpy as np
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.frames import frame_of
-from fpmatch.pointset.geometry.points import as_points
-from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.geometry.points import as_points, sort_into_cells
 from fpmatch.pointset.paper.one_rings import OneRings, map_to_unit_circle
 
 if TYPE_CHECKING:
@@ -39,11 +38,7 @@ class PreparedPoints:
 
 
 def prepare_points(points: ArrayLike) -> PreparedPoints:
-    """Triangulate a set of any finite points (N, 2) and map its one-rings to the unit circle.
-
-    A malformed set, or one with coordinates or extent beyond 2**±300, is refused with a
-    `PointSetError`.
-    """
+    """Triangulate a set of finite points (N, 2) and map its one-rings to the unit circle."""
     given = as_points(points)
     n = len(given)
     frame = frame_of(given)

@@ -2,14 +2,14 @@
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
 A move is a similarity transform of four values or an affine one of six, as in
-`fpmatch.pointset.geometry._least_squares_kernel`. Q is a grid; indices of its points are in the order of its
-cells.
+`fpmatch.pointset.geometry._least_squares_kernel`. Q is a grid; indices of its points are in the
+order of its cells.
 """
 
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._least_squares_kernel import fit_partners
+    from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_partners
     from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
     from math import expm1, log, log1p, sqrt

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.geometry.points import sort_into_cells
 from fpmatch.pointset.triangles import _triangle_kernel as kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
     Floats = NDArray[np.float64]
@@ -73,8 +73,7 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:
     """Describe each triangle by its longest side, with its information.
 
-    `outliers` is the number of points without a partner, which may split a triangle, to a unit of
-    area.
+    `outliers`, points without a partner to a unit of area, may split a triangle.
     """
     return _describe(points, triangles, 1.0, 0.0, outliers, np.empty(3 * len(triangles)))
 

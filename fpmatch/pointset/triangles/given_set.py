@@ -15,9 +15,9 @@ from fpmatch.pointset.geometry.points import (
     is_finite,
     pairs_of_coincident,
     points_in_box,
+    sort_into_cells,
     unique_points,
 )
-from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.triangles.descriptors import density_of
 
 if TYPE_CHECKING:
@@ -38,11 +38,7 @@ _WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner
 
 
 class GivenSet:
-    """A set as given, in its frame and triangulated.
-
-    One that is malformed, of too few points, or all on one line, is refused with a
-    `PointSetError` under its name.
-    """
+    """A set as given, in its frame and triangulated; one without a triangle is refused by name."""
 
     def __init__(self, name: str, given: ArrayLike) -> None:
         points, box = points_in_box(given, name)

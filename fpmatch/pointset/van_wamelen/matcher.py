@@ -37,9 +37,8 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.geometry._grid_kernel import CellGrid
 from fpmatch.pointset.geometry.frames import between_sets, frame_of
 from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, share_of, too_few
-from fpmatch.pointset.geometry.points import as_points
+from fpmatch.pointset.geometry.points import MAX_CELLS_PER_POINT, as_points
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.grid import MAX_CELLS_PER_POINT
 from fpmatch.pointset.van_wamelen import _search_kernel as kernel
 from fpmatch.pointset.van_wamelen._neighbours_kernel import hull_area
 
@@ -96,37 +95,14 @@ def match_van_wamelen(
     seed: int = 0,
     max_steps: int = MAX_STEPS,
 ) -> PointMatch:
-    """Match the pattern `p` with a part of `q` by local neighbourhoods.
+    """Match the pattern `p` (M, 2) with a part of `q` (N, 2) by local neighbourhoods.
 
-    Parameters
-    ----------
-    p, q : array_like of float, shape (M, 2) and (N, 2)
-        The pattern and the larger set.
-    rho : float
-        ρ in (0, 1]: share of `p` that must be paired; more than λ²/4.
-    lambda_ : float
-        λ: matching distance in mean nearest-neighbour distances of `q`.
-    tolerance : float, optional
-        The matching distance t itself, in the units of `q`; λ then determines the sizes of lists
-        and windows only.
-    confidence : float
-        c in (0, 1]: chance that the pivots tried include one that has a partner; 1 tries all.
-    seed : int
-        Seed of the order in which pivots and points are tried.
-    max_steps : int
-        Bound of the work: points and cells visited.
-
-    Returns
-    -------
-    PointMatch
-        The first transform of `p` onto `q` that pairs ρM points; none, with a share of 0, where
-        the search found none or gave up. `local_matches` counts similar neighbourhoods.
-
-    Raises
-    ------
-    PointSetError
-        If a set is malformed, its coordinates or extent are beyond 2**±300, or a parameter is
-        outside its range.
+    The share `rho` of `p`, in (0, 1] and more than λ²/4, must be paired. `lambda_` is the matching
+    distance in mean nearest-neighbour distances of `q`; with a `tolerance`, the matching distance
+    in the units of `q`, λ determines the sizes of lists and windows only. `confidence`, in (0, 1],
+    is the chance that the pivots tried include one that has a partner; 1 tries all. `max_steps`
+    bounds the points and cells visited. Returned is the first transform of `p` onto `q` that pairs
+    ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
     """
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     _check(rho, lambda_, tolerance, confidence)
@@ -159,10 +135,7 @@ def match_van_wamelen(
 
 
 def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 1.0) -> SearchPlan:
-    """Return the sizes of lists and windows, by the formulas at the top of this module.
-
-    They are limited by the numbers of points, `m` and `n`, each 3 or more.
-    """
+    """Return the sizes of lists and windows for m and n points, by the formulas of this module."""
     margin = rho - lambda_**2 / 4
     wanted = math.log(m) / (2 * margin**2)
     k = max(1, min(math.ceil(min(wanted, MAX_NEIGHBOURS)), min(m, n) - 1))
@@ -194,10 +167,7 @@ def _search(
     max_steps: int,
     steps: NDArray[np.int64],
 ) -> tuple[int, Similarity, Ints]:
-    """Return the number of local matches, the transform between frames, and the pairs (2, K).
-
-    `steps` (1,) counts the points and cells visited.
-    """
+    """Return the number of local matches, the transform between frames, and the pairs (2, K)."""
     m, n = len(p.order), len(q.order)
     rng = np.random.default_rng(seed)
     # permutations of the sets as given: the search is the same whatever the grids
@@ -217,10 +187,7 @@ def _search(
 
 
 def sort_set(points: Floats, frame: UnitFrame) -> _SortedSet:
-    """Sort a set of one point or more into cells of side r/√n.
-
-    Cells are larger where the grid would have far more of them than points.
-    """
+    """Sort a set of one point or more into cells of side r/√n, or larger ones of too many."""
     unit = frame.apply(points)
     n = len(unit)
     by_x = np.ascontiguousarray(unit[np.lexsort((unit[:, 1], unit[:, 0]))].T)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from fpmatch.image.io.raw import RawSize
+from fpmatch.image.io.grey import RawSize
 
 WIDTH, HEIGHT = 64, 80
 RAW_SIZES = (RawSize(WIDTH, HEIGHT), RawSize(53, 61))

@@ -29,11 +29,11 @@ each_filter = pytest.mark.parametrize(
 INSIDE = (slice(20, -20), slice(20, -20))
 
 
-def constant(shape: tuple[int, int], value: float) -> np.ndarray:
+def constant(shape, value):
     return np.full(shape, value, np.float32)
 
 
-def enhanced(pixels: np.ndarray, angle_deg: float, period: float) -> np.ndarray:
+def enhanced(pixels, angle_deg, period):
     """Enhance with one orientation and period everywhere."""
     shape = pixels.shape
     angle = constant(shape, np.radians(angle_deg))
@@ -117,9 +117,7 @@ def test_each_filter_of_the_bank_ignores_brightness_and_fits_its_row():
     assert turned == pytest.approx(bank[:, :, :side], abs=1e-6)
 
 
-def filter_pixel_by_pixel(
-    padded: np.ndarray, y: np.ndarray, x: np.ndarray, which: np.ndarray, bank: np.ndarray
-) -> list[float]:
+def filter_pixel_by_pixel(padded, y, x, which, bank):
     """Return the sums that the kernel's first line names: the slow, obvious twin."""
     rows, columns = bank.shape[1:]
     return [
@@ -128,9 +126,7 @@ def filter_pixel_by_pixel(
     ]
 
 
-def some_pixels(
-    rng: np.random.Generator, shape: tuple[int, int], filters: int, rows: int, count: int
-) -> tuple[np.ndarray, ...]:
+def some_pixels(rng, shape, filters, rows, count):
     """Return a padded image, distinct listed pixels, their filters and a bank."""
     height, width = shape
     padded = rng.normal(0, 1, (height + rows - 1, width + kernel.ROW)).astype(np.float32)

@@ -78,7 +78,7 @@ def test_threads_at_work_together_find_the_same_ridges():
     alone = [enhance_by_network(wave) for wave in waves]
     together = Barrier(len(waves))
 
-    def enhanced(wave: np.ndarray) -> list[np.ndarray]:
+    def enhanced(wave):
         together.wait()
         return [enhance_by_network(wave) for _ in range(5)]
 
@@ -91,7 +91,7 @@ def test_threads_at_work_together_find_the_same_ridges():
 # --- the file
 
 
-def unusable(*_: object) -> None:
+def unusable(*_):
     cv2.cvtColor(np.zeros((0, 0), np.uint8), cv2.COLOR_BGR2GRAY)  # raises as OpenCV does
 
 

@@ -8,7 +8,6 @@ from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave, turn_between
 
 from fpmatch.image.enhancement.orientation import (
-    OrientationField,
     enhanced_orientation,
     orientation_at_pixels,
     ridge_orientation,
@@ -16,22 +15,22 @@ from fpmatch.image.enhancement.orientation import (
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 
-def whole(pixels: np.ndarray) -> np.ndarray:
+def whole(pixels):
     return np.ones([-(-side // 8) for side in pixels.shape], bool)
 
 
-def field_of(pixels: np.ndarray, mask: np.ndarray | None = None) -> OrientationField:
+def field_of(pixels, mask=None):
     return ridge_orientation(ridge_spectrum(pixels), whole(pixels) if mask is None else mask)
 
 
-def enhanced_field_of(pixels: np.ndarray, mask: np.ndarray | None = None) -> OrientationField:
+def enhanced_field_of(pixels, mask=None):
     return enhanced_orientation(pixels, whole(pixels) if mask is None else mask)
 
 
 both_methods = pytest.mark.parametrize("field", [field_of, enhanced_field_of])
 
 
-def error_deg(orientation: np.ndarray, true_deg: object) -> np.ndarray:
+def error_deg(orientation, true_deg):
     return turn_between(np.degrees(orientation), true_deg, period_deg=180)
 
 

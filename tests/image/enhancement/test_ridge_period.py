@@ -7,15 +7,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave
 
-from fpmatch.image.enhancement.orientation import ridge_orientation
-from fpmatch.image.enhancement.ridge_period import ridge_period
+from fpmatch.image.enhancement.orientation import ridge_orientation, ridge_period
 from fpmatch.image.preprocess.blocks import BLOCK_PX, blocks_to_pixels
 from fpmatch.image.preprocess.spectrum import PERIODS_PX, ridge_spectrum
 
 SHORTEST, LONGEST = PERIODS_PX[[0, -1]]
 
 
-def period_of(pixels: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
+def period_of(pixels, mask=None):
     spectrum = ridge_spectrum(pixels)
     whole = np.ones(spectrum.total.shape, bool) if mask is None else mask
     return ridge_period(spectrum, ridge_orientation(spectrum, whole), whole)

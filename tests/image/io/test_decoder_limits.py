@@ -7,11 +7,7 @@ import pytest
 from made_files import rings, saved, wsq
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.limits import (
-    DEFAULT_LIMITS,
-    MAX_JPEG_SCANS,
-    MAX_PNM_TEXT,
-)
+from fpmatch.image.io.limits import DEFAULT_LIMITS, MAX_JPEG_SCANS, MAX_PNM_TEXT
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.wsq import decode_wsq
 

@@ -2,7 +2,6 @@
 
 import os
 import warnings
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +16,12 @@ Pixels = NDArray[np.uint8]
 
 
 @pytest.fixture
-def grey(rng: np.random.Generator) -> Pixels:
+def grey(rng):
     """Return a picture in which every grey value occurs."""
     return rng.permutation(np.arange(60 * 64) % 256).reshape(64, 60).astype(np.uint8)
 
 
-def save(path: Path, picture: Image.Image, **options: Any) -> Path:
+def save(path, picture, **options):
     picture.save(path, **options)
     return path
 

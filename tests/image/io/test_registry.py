@@ -10,11 +10,10 @@ from made_files import damaged, one_of_each, rings, saved
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE
+from fpmatch.image.io.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE, RawSize
 from fpmatch.image.io.limits import DEFAULT_LIMITS
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
-from fpmatch.image.io.raw import RawSize
-from fpmatch.image.io.read import GreyImage, read_image
+from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader
 from fpmatch.image.quality.polarity import INVERTED
 
@@ -22,7 +21,7 @@ FILES = one_of_each()
 GREY = rings()
 
 
-def decoded(data: bytes) -> GreyImage:
+def decoded(data):
     return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
@@ -50,7 +49,7 @@ def test_damage_raises_in_words_and_does_nothing_else(name, data):
     assert "\n" not in words
 
 
-def bare_tiff(bits: int, samples: bytes) -> bytes:
+def bare_tiff(bits, samples):
     """Return a TIFF of the size of `GREY` whose samples are these bytes."""
     height, width = GREY.shape
     tags = [(256, 4, width), (257, 4, height), (258, 3, bits), (259, 3, 1), (262, 3, 1)]

@@ -14,12 +14,12 @@ GREY = rings()
 DIFFERENT = "its resolution is not the same along both axes ({} and {} dpi): ignored"
 
 
-def told(data: bytes) -> tuple[float | None, tuple[str, ...]]:
+def told(data):
     picture = find_reader(data).decode(data, DEFAULT_LIMITS)
     return picture.dpi, picture.notes
 
 
-def exif(dpi: float, unit: int = 2) -> bytes:
+def exif(dpi, unit=2):
     tags = Image.Exif()
     tags[282] = tags[283] = dpi
     tags[296] = unit

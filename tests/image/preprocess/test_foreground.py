@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import Grey, concentric_rings, hostile_pictures
+from made_images import concentric_rings, hostile_pictures
 
 from fpmatch.image.preprocess.foreground import (
     ALIGNMENT_PX,
@@ -17,7 +17,7 @@ from fpmatch.image.preprocess.foreground import (
 )
 
 
-def page(shape: tuple[int, int], top: int, left: int, noise: float = 0.0) -> Grey:
+def page(shape, top, left, noise=0.0):
     """Return a print of 160 by 160 pixels on a white page, or one with some noise."""
     rings = np.clip(128 + 90 * concentric_rings((160, 160), 9), 0, 255)
     paper = np.full(shape, 250.0)

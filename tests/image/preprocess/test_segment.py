@@ -6,8 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import (
-    Binary,
-    Grey,
     along_and_across,
     as_picture,
     concentric_rings,
@@ -29,14 +27,14 @@ from fpmatch.image.preprocess.segment import (
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 
-def masks_of(picture: Grey) -> tuple[Binary, Binary]:
+def masks_of(picture):
     """Return the mask of a picture by its spectrum, on blocks and on pixels."""
     image = normalize(picture)
     blocks = segment(image, ridge_spectrum(image.pixels))
     return blocks, mask_at_pixels(blocks, picture.shape)
 
 
-def learned_masks_of(picture: Grey) -> tuple[Binary, Binary]:
+def learned_masks_of(picture):
     image = normalize(picture)
     blocks = segment_enhanced(image, enhance_by_network(image.pixels))
     return blocks, mask_at_pixels(blocks, picture.shape)
@@ -45,11 +43,11 @@ def learned_masks_of(picture: Grey) -> tuple[Binary, Binary]:
 both_methods = pytest.mark.parametrize("masks", [masks_of, learned_masks_of])
 
 
-def disc(shape: tuple[int, int], radius: float, at: tuple[float, float] | None = None) -> Binary:
+def disc(shape, radius, at=None):
     return np.hypot(*along_and_across(shape, 0, at)) < radius
 
 
-def print_on_paper(inside: Binary, period: float = 9) -> Grey:
+def print_on_paper(inside, period=9):
     ridges = as_picture(plane_wave(60, period, inside.shape))
     return np.where(inside, ridges, 255).astype(np.uint8)
 

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from made_images import plane_wave, turn_between
 
 from fpmatch.image.preprocess.blocks import BLOCK_PX
-from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX, RidgeSpectrum, ridge_spectrum
+from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX, ridge_spectrum
 
 
-def peak(spectrum: RidgeSpectrum, row: int, column: int) -> tuple[float, float]:
+def peak(spectrum, row, column):
     """Return angle (degrees) and period of the strongest wave of a block."""
     energy = spectrum.energy[row, column]
     a, f = np.unravel_index(energy.argmax(), energy.shape)

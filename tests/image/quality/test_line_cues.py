@@ -5,13 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_images import hostile_pictures
-from numpy.typing import NDArray
 
 from fpmatch.image.quality import line_cues as line_cues_module
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 
 
-def stripes(shape: tuple[int, int] = (160, 160)) -> NDArray[np.float64]:
+def stripes(shape=(160, 160)):
     x = np.broadcast_to(np.arange(shape[1]), shape)
     return 128 + 90 * np.cos(x * 0.7)
 

@@ -18,7 +18,7 @@ from fpmatch.image.quality.print_quality import grade
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.sensor import SENSORS
 
 OPTICAL = SENSORS["optical-388x374"]
 GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)
@@ -30,20 +30,20 @@ finger = cache(lambda: make_master(11, 2))
 
 
 @cache
-def pressed(dryness: float = 0.0, sensor: Sensor = OPTICAL) -> Image:
+def pressed(dryness=0.0, sensor=OPTICAL):
     """Return a careful impression, dry or wet."""
     clean = PRESETS["clean"]
     pressure = replace(clean.pressure, dryness=(dryness, dryness))
     return make_impression(finger(), 1, replace(clean, pressure=pressure), sensor).image
 
 
-def sensor_of(dpi: float) -> Sensor:
+def sensor_of(dpi):
     """Return the optical sensor at another resolution."""
     width, height = (round(side * dpi / 500) for side in (OPTICAL.width, OPTICAL.height))
     return replace(OPTICAL, width=width, height=height, dpi=dpi)
 
 
-def spoilt(fault: str) -> Image:
+def spoilt(fault):
     """Return a picture at 500 dpi with one fault."""
     image = pressed()
     rows, columns = image.shape

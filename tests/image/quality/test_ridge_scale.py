@@ -1,7 +1,5 @@
 """Resolutions that the distance of the ridges contradicts, and those that it does not."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2
@@ -18,7 +16,7 @@ from fpmatch.image.quality.ridge_scale import contradiction, ridge_period_px
 SAMPLES = sorted((Path(__file__).parents[3] / "sample_data").glob("*_[12].tif"))
 
 
-def rings(period: float, shape: tuple[int, int] = (300, 260), noise: float = 12.0) -> np.ndarray:
+def rings(period, shape=(300, 260), noise=12.0):
     """Return grey ridges around the middle of an image."""
     rng = np.random.default_rng(1)
     values = 128 + 90 * concentric_rings(shape, period) + rng.normal(0, noise, shape)
@@ -26,12 +24,12 @@ def rings(period: float, shape: tuple[int, int] = (300, 260), noise: float = 12.
 
 
 @pytest.mark.parametrize("period", [3.5, 5.0, 9.0, 14.0, 20.0])
-def test_the_period_is_measured_in_pixels(period: float) -> None:
+def test_the_period_is_measured_in_pixels(period):
     assert ridge_period_px(rings(period)) == pytest.approx(period, rel=0.05)
 
 
 @pytest.mark.parametrize("dpi", [120, 160, 180, 200, 250, 1000, 1200])
-def test_a_resolution_that_puts_ridges_too_far_apart_or_too_close_is_ignored(dpi: float) -> None:
+def test_a_resolution_that_puts_ridges_too_far_apart_or_too_close_is_ignored(dpi):
     grey = rings(9.0)
     data = saved(grey, "PNG", dpi=(dpi, dpi))
     image = decode_image(data, "print.png", polarity="dark")
@@ -47,7 +45,7 @@ def test_a_resolution_that_puts_ridges_too_far_apart_or_too_close_is_ignored(dpi
 
 @pytest.mark.parametrize("dpi", [180, 250, 300, 400, 700, 1000, 1200])
 @pytest.mark.parametrize("millimetres", [0.33, 0.46, 0.6])
-def test_a_right_resolution_is_kept(dpi: float, millimetres: float) -> None:
+def test_a_right_resolution_is_kept(dpi, millimetres):
     grey = rings(millimetres * dpi / 25.4)
     data = saved(grey, "PNG", dpi=(dpi, dpi))
     image = decode_image(data, "print.png", polarity="dark")
@@ -55,28 +53,26 @@ def test_a_right_resolution_is_kept(dpi: float, millimetres: float) -> None:
 
 
 @pytest.mark.parametrize("dpi", [450, 500, 508, 569, 600])
-def test_usual_resolutions_are_not_questioned(dpi: float) -> None:
+def test_usual_resolutions_are_not_questioned(dpi):
     assert not contradiction(rings(20.0), dpi)
 
 
 @given(st.integers(1, 200), st.integers(1, 200), st.sampled_from([0, 1, 5, 60]), st.integers(0, 9))
 @settings(max_examples=40)
-def test_what_shows_no_ridges_contradicts_nothing(
-    height: int, width: int, noise: float, seed: int
-) -> None:
+def test_what_shows_no_ridges_contradicts_nothing(height, width, noise, seed):
     rng = np.random.default_rng(seed)
     grey = (128 + noise * rng.standard_normal((height, width))).clip(0, 255).astype(np.uint8)
     grey[: height // 2] //= 2
     assert not contradiction(grey, 180)
 
 
-def test_memory_and_time_do_not_grow_with_the_image() -> None:
+def test_memory_and_time_do_not_grow_with_the_image():
     large = np.tile(rings(9.0), (8, 8))
     assert contradiction(large, 180)
 
 
 @pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
-def test_sample_prints_at_right_and_wrong_resolutions(path) -> None:
+def test_sample_prints_at_right_and_wrong_resolutions(path):
     grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     for dpi in (250, 300, 1000):
         side = dpi / 500

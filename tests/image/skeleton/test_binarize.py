@@ -5,16 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import Binary, extremes_too, parts, plane_wave, shapes
+from made_images import extremes_too, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _small_parts_kernel as kernel
 from fpmatch.image.skeleton import binarize as module
 from fpmatch.image.skeleton.binarize import binarize, flip_with_kernel, flip_with_opencv
 
 
-def binarized(
-    ridges: Binary, min_ridge_area: int = 0, min_hole_area: int = 0, mask: Binary | None = None
-) -> Binary:
+def binarized(ridges, min_ridge_area=0, min_hole_area=0, mask=None):
     """Binarize +1 where there are ridges and -1 elsewhere, with other least areas."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "MIN_RIDGE_AREA_PX", min_ridge_area)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import Binary, drawn, extremes_too, shapes
+from made_images import drawn, extremes_too, shapes
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.crossing_number import (
-    SkeletonNodes,
     find_nodes,
     nodes_with_kernel,
     nodes_with_numpy,
@@ -32,13 +31,13 @@ RING = drawn(" ### ", "#   #", "#   #", "#   #", " ### ", margin=1)
 LOLLIPOP = drawn(" ###     ", "#   #    ", "#    ####", "#   #    ", " ###     ", margin=1)
 
 
-def walked(nodes: SkeletonNodes, node: int, branch: int) -> list[tuple[int, int]]:
+def walked(nodes, node, branch):
     """Return the pixels (x, y) of a branch."""
     path = nodes.paths[node, branch, : nodes.steps[node, branch]]
     return [(int(x), int(y)) for y, x in path]
 
 
-def at(nodes: SkeletonNodes) -> list[tuple[int, int, int]]:
+def at(nodes):
     """Return (x, y, crossing number) of all nodes."""
     columns = (nodes.x, nodes.y, nodes.crossing_number)
     return [(int(x), int(y), int(c)) for x, y, c in zip(*columns, strict=True)]
@@ -117,18 +116,16 @@ def test_a_node_has_a_branch_for_each_change_around_it(binary):
 Branch = tuple[list[tuple[int, int]], int]
 
 
-def branches_of(
-    binary: Binary, nodes: dict[tuple[int, int], int], limit: int
-) -> list[list[Branch]]:
+def branches_of(binary, nodes, limit):
     """Walk every branch of every node pixel by pixel: the slow, obvious twin."""
     ridge = {(int(y), int(x)) for y, x in np.argwhere(binary)}
     edges = [(0, 1), (-1, 0), (0, -1), (1, 0)]
     corners = [(-1, 1), (-1, -1), (1, -1), (1, 1)]
 
-    def beside(a: tuple[int, int], b: tuple[int, int]) -> bool:
+    def beside(a, b):
         return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= 1
 
-    def walk(node: int, start: tuple[int, int], first: tuple[int, int]) -> Branch:
+    def walk(node, start, first):
         path, last = [first], start
         while nodes.get(path[-1], node) == node and len(path) < limit:
             here = path[-1]

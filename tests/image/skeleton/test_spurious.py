@@ -1,14 +1,13 @@
 """Drawn spurs, islands, bridges, lakes, breaks, crowds, and borders."""
 
 import tracemalloc
-from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import Binary, extremes_too, lines, shapes, turn_between
+from made_images import extremes_too, lines, shapes, turn_between
 
 from fpmatch.image.skeleton import spurious
 from fpmatch.image.skeleton.crossing_number import SkeletonNodes, find_nodes
@@ -22,7 +21,7 @@ Stroke = tuple[tuple[int, int], tuple[int, int]]
 
 
 @contextmanager
-def limits(**others: float) -> Iterator[None]:
+def limits(**others):
     """Set limits of the module by name, in lower case."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in others.items():
@@ -30,9 +29,7 @@ def limits(**others: float) -> Iterator[None]:
         yield
 
 
-def kept_at(
-    skeleton: Binary, mask: Binary | None = None, branch_px: int = spurious.BRANCH_PX
-) -> set[tuple[int, int]]:
+def kept_at(skeleton, mask=None, branch_px=spurious.BRANCH_PX):
     """Return the places (x, y) of the nodes that `filter_spurious` keeps."""
     nodes = find_nodes(skeleton, branch_px)
     whole = np.ones(skeleton.shape, bool) if mask is None else mask
@@ -105,14 +102,14 @@ def test_the_limit_for_bridges_may_exceed_that_for_directions(limit, count):
         assert len(kept_at(skeleton, branch_px=max(14, limit))) == count
 
 
-def lake(half: int) -> list[Stroke]:
+def lake(half):
     left, right, top, bottom = (50 - half, 40), (50 + half, 40), (50, 40 - half), (50, 40 + half)
     around = [(left, top), (top, right), (left, bottom), (bottom, right)]
     return [((0, 40), left), *around, (right, (99, 40))]
 
 
-def two(first: Stroke, second: Stroke, down: int) -> list[Stroke]:
-    return [first, tuple((x, y + down) for x, y in second)]  # type: ignore[list-item]
+def two(first, second, down):
+    return [first, tuple((x, y + down) for x, y in second)]
 
 
 WHOLE, LEFT, RIGHT = ((0, 30), (99, 30)), ((0, 30), (50, 30)), ((50, 30), (99, 30))
@@ -138,7 +135,7 @@ def test_minutiae_of_known_causes_are_rejected(name):
         assert len(kept_at(lines(SHAPE, *strokes))) == count, strokes
 
 
-def arm(degrees: float) -> Stroke:
+def arm(degrees):
     """Return a line of 45 pixels from (60, 60)."""
     angle = np.radians(degrees)
     return (60, 60), (round(60 + 45 * np.cos(angle)), round(60 - 45 * np.sin(angle)))
@@ -168,12 +165,12 @@ def test_a_direction_takes_no_more_of_the_branch_than_it_may():
     assert np.degrees(directions(nodes, 30)[left]) > 45
 
 
-def unjoined(y: np.ndarray, x: np.ndarray, number: np.ndarray) -> SkeletonNodes:
+def unjoined(y, x, number):
     paths, steps = np.zeros((len(y), 4, 1, 2), np.int32), np.zeros((len(y), 4), np.int32)
     return SkeletonNodes(y, x, number, paths, steps, target=np.full_like(steps, -1))
 
 
-def crowded_or_broken(nodes: SkeletonNodes, angle: np.ndarray, i: int, j: int) -> bool:
+def crowded_or_broken(nodes, angle, i, j):
     """Tell whether two nodes refuse each other: the obvious test of one pair."""
     dx, up = float(nodes.x[j] - nodes.x[i]), float(nodes.y[i] - nodes.y[j])
     distance = np.hypot(dx, up)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import Binary, drawn, extremes_too, holes, parts, plane_wave, shapes
+from made_images import drawn, extremes_too, holes, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _thin_kernel as kernel
 from fpmatch.image.skeleton.thin import (
@@ -22,12 +22,12 @@ from fpmatch.image.skeleton.thin import (
 AROUND = [(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)]
 
 
-def neighbours(binary: Binary, y: int, x: int) -> list[bool]:
+def neighbours(binary, y, x):
     """Return the eight neighbours of a pixel of the padded `binary`."""
     return [bool(binary[y + dy, x + dx]) for dy, dx in AROUND]
 
 
-def needed(skeleton: Binary) -> bool:
+def needed(skeleton):
     """Tell whether each pixel is an end, alone, or holds something together: the obvious test."""
     whole = np.pad(skeleton, 1)
     before = parts(whole), holes(whole)
@@ -81,7 +81,7 @@ def test_the_skeleton_is_thin_connected_as_before_and_final(binary):
     assert np.array_equal(thin(skeleton), skeleton)
 
 
-def thin_pixel_by_pixel(image: np.ndarray) -> None:
+def thin_pixel_by_pixel(image):
     """Thin by Guo and Hall's conditions and a direct count of parts: the slow, obvious twin."""
     changed = True
     while changed:
@@ -103,7 +103,7 @@ def thin_pixel_by_pixel(image: np.ndarray) -> None:
                 changed = True
 
 
-def guo_hall(around: list[bool], odd: bool) -> bool:
+def guo_hall(around, odd):
     """Tell whether Guo and Hall's A1 deletes a pixel with these neighbours in a sub-iteration."""
     p4, p3, p2, p9, p8, p7, p6, p5 = around  # the paper's names: p2 north, on clockwise
     c = (
@@ -118,7 +118,7 @@ def guo_hall(around: list[bool], odd: bool) -> bool:
     return c == 1 and 2 <= min(n1, n2) <= 3 and not side
 
 
-def parts_around(around: list[bool]) -> int:
+def parts_around(around):
     """Count the eight-connected parts among the neighbours of a pixel."""
     block = np.zeros((3, 3), bool)
     for (dy, dx), there in zip(AROUND, around, strict=True):

@@ -1,7 +1,5 @@
 """The affine kernel against numpy: its fits, its refinement, and which triangles it compares."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,13 +13,13 @@ from fpmatch.pointset.triangles._overlay_kernel import refine
 EXAMPLES = 50 if kernel.COMPILED else 10
 
 
-def as_move(transform: AffineTransform) -> np.ndarray:
+def as_move(transform):
     return transform.matrix.reshape(6)
 
 
 @given(seeds, affine_transforms(5.0))
 @settings(max_examples=EXAMPLES)
-def test_a_fit_to_partners_is_that_of_least_squares(seed: int, move: AffineTransform) -> None:
+def test_a_fit_to_partners_is_that_of_least_squares(seed, move):
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (12, 2))
     q = in_columns(move.apply(p) + rng.normal(0, 0.05, p.shape))
@@ -36,7 +34,7 @@ def test_a_fit_to_partners_is_that_of_least_squares(seed: int, move: AffineTrans
 
 
 @pytest.mark.parametrize("pairs", [2, 12])
-def test_too_few_points_or_points_on_a_line_have_no_fit(pairs: int) -> None:
+def test_too_few_points_or_points_on_a_line_have_no_fit(pairs):
     along = np.linspace(0, 1, 12)
     p, move = np.stack([along, 2 * along]), np.zeros(6)
     partner = np.where(np.arange(12) < pairs, np.arange(12), -1).astype(np.int32)
@@ -46,7 +44,7 @@ def test_too_few_points_or_points_on_a_line_have_no_fit(pairs: int) -> None:
 
 @given(seeds, affine_transforms(4.0))
 @settings(max_examples=EXAMPLES)
-def test_refinement_reaches_the_map_from_near_it(seed: int, move: AffineTransform) -> None:
+def test_refinement_reaches_the_map_from_near_it(seed, move):
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (30, 2))
     q = in_columns(move.apply(p))
@@ -64,7 +62,7 @@ def test_refinement_reaches_the_map_from_near_it(seed: int, move: AffineTransfor
         assert near == pytest.approx(as_move(move), abs=1e-8)
 
 
-def test_a_fit_of_triangles_makes_its_move() -> None:
+def test_a_fit_of_triangles_makes_its_move():
     move = AffineTransform.of_parts(2.0, 0.5, 0.3, 1.0, 4.0, -5.0)
     p = np.random.default_rng(1).uniform(0, 1, (6, 2))
     q = move.apply(p)

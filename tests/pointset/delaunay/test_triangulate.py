@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,28 +7,27 @@ from scipy.spatial import Delaunay
 
 from fpmatch.pointset.delaunay._delaunay_kernel import COMPILED
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.delaunay.triangulation import Triangulation
 
 
-def edge_set(mesh: Triangulation) -> set[tuple[int, int]]:
+def edge_set(mesh):
     return {(a, b) for a, b in mesh.edges.tolist()}
 
 
 @pytest.mark.parametrize("n", [20, 60, 1000, 20_000] if COMPILED else [20, 60, 1000])
-def test_agrees_with_qhull(rng: np.random.Generator, n: int) -> None:
+def test_agrees_with_qhull(rng, n):
     for points in (rng.random((n, 2)), rng.normal(0, 1, (n, 2))):
         corners = Delaunay(points).simplices
         sides = np.sort(np.vstack([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]))
         assert edge_set(triangulate(points)) == {(a, b) for a, b in sides.tolist()}
 
 
-def test_hull_runs_counter_clockwise_from_the_smallest_point() -> None:
+def test_hull_runs_counter_clockwise_from_the_smallest_point():
     mesh = triangulate([[4, 4], [2, 1], [0, 4], [4, 0], [0, 0], [2, 0]])
     assert mesh.hull.tolist() == [4, 5, 3, 0, 2]
     assert mesh.interior.tolist() == [False, True, False, False, False, False]
 
 
-def test_first_of_coincident_points_stands_for_the_rest() -> None:
+def test_first_of_coincident_points_stands_for_the_rest():
     mesh = triangulate([[0, 0], [4, 0], [2, 1], [0, 4], [2, 1], [4, 4], [2, 1]])
     assert mesh.interior.nonzero()[0].tolist() == [2]
     assert mesh.one_ring(2).tolist() == [0, 1, 5, 3]
@@ -38,27 +35,27 @@ def test_first_of_coincident_points_stands_for_the_rest() -> None:
     assert {(2, 4), (2, 6)} <= edge_set(mesh)
 
 
-def test_wholly_coincident_points_are_joined_to_the_first() -> None:
+def test_wholly_coincident_points_are_joined_to_the_first():
     mesh = triangulate(np.full((3, 2), 7.5))
     assert mesh.edges.tolist() == [[0, 1], [0, 2]]
     assert mesh.one_ring(0).tolist() == [1, 2]
     assert not mesh.interior.any()
 
 
-def test_co_circular_points_are_fanned_out_from_the_smallest() -> None:
+def test_co_circular_points_are_fanned_out_from_the_smallest():
     octagon = [[1, 0], [2, 0], [3, 1], [3, 2], [2, 3], [1, 3], [0, 2], [0, 1]]
     mesh = triangulate(octagon)
     assert len(mesh.triangles) == 6
     assert (mesh.triangles == 7).any(axis=1).all()
 
 
-def test_result_cannot_be_changed() -> None:
+def test_result_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         triangulate([[0, 0], [1, 0], [0, 1]]).ring[0] = 1
 
 
 @given(seeds, st.integers(0, 30), st.floats(-np.pi, np.pi), st.sampled_from([1e-300, 1.0, 1e300]))
-def test_points_on_any_line_form_a_path(seed: int, n: int, turn: float, size: float) -> None:
+def test_points_on_any_line_form_a_path(seed, n, turn, size):
     rng = np.random.default_rng(seed)
     place = rng.permutation(n).astype(float)
     points = size * np.column_stack([place * np.cos(turn), place * np.sin(turn)])
@@ -75,13 +72,13 @@ def test_points_on_any_line_form_a_path(seed: int, n: int, turn: float, size: fl
 
 
 @pytest.mark.parametrize("flat", [True, False])
-def test_flatter_than_a_billionth_is_a_line(flat: bool) -> None:
+def test_flatter_than_a_billionth_is_a_line(flat):
     points = np.array([[0, 0], [1, 0.9e-9 if flat else 1.1e-9], [2, -1.0e-15], [1.5, 1e-12]])
     points[:, 1] *= 2.0
     assert (len(triangulate(points).triangles) == 0) == flat
 
 
-def test_twins_on_a_line_hang_on_their_first() -> None:
+def test_twins_on_a_line_hang_on_their_first():
     mesh = triangulate([[2, 0], [0, 0], [2, 0], [1, 0]])
     assert mesh.hull.tolist() == [1, 3, 0]
     assert sorted(mesh.edges.tolist()) == [[0, 2], [0, 3], [1, 3]]

@@ -1,7 +1,5 @@
 """The pairing against scipy's assignment on the same costs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 from pointset_strategies import grid_of, moved, places, seeds
 
 from fpmatch.pointset.geometry import _assignment_kernel as kernel
-from fpmatch.pointset.geometry._grid_kernel import CellGrid
 from fpmatch.pointset.geometry.pairing import MAX_CANDIDATES, optimal_pairs
 
 STAY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -20,14 +17,14 @@ pixels = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=MAX_
 """Whole pixels (2, N), often coincident, no more than a point may have candidates."""
 
 
-def gains(p: np.ndarray, grid: CellGrid, move: np.ndarray, tolerance: float) -> np.ndarray:
+def gains(p, grid, move, tolerance):
     """Return t² - d² for every pair, 0 where that is less, shape (N of P, M of Q)."""
     image, q = moved(p, move), places(grid)
     squared = ((image[:, :, None] - q[:, None, :]) ** 2).sum(axis=0)
     return np.maximum(tolerance**2 - squared, 0.0)
 
 
-def best_with_scipy(gain: np.ndarray) -> tuple[float, int]:
+def best_with_scipy(gain):
     """Return the largest gain in all of a one-to-one pairing, and how many pairs gain something."""
     from scipy.optimize import linear_sum_assignment
 
@@ -35,7 +32,7 @@ def best_with_scipy(gain: np.ndarray) -> tuple[float, int]:
     return float(chosen.sum()), int((chosen > 0).sum())
 
 
-def check_with_scipy(p: np.ndarray, q: np.ndarray, move: np.ndarray, tolerance: float) -> None:
+def check_with_scipy(p, q, move, tolerance):
     """Check that pairs are one to one, within the tolerance, and of the largest gain."""
     grid = grid_of(q, tolerance)
     gain = gains(p, grid, move, tolerance)
@@ -50,9 +47,7 @@ def check_with_scipy(p: np.ndarray, q: np.ndarray, move: np.ndarray, tolerance: 
 
 
 @given(seeds, st.integers(0, 24), st.integers(0, 24), st.sampled_from([0.04, 0.2, 0.4]))
-def test_random_points_pair_as_scipy_pairs_them(
-    seed: int, n: int, m: int, tolerance: float
-) -> None:
+def test_random_points_pair_as_scipy_pairs_them(seed, n, m, tolerance):
     rng = np.random.default_rng(seed)
     p, q = rng.uniform(0, 1, (2, n)), rng.uniform(0, 2, (2, m))
     move = np.array([2 * np.cos(0.1), 2 * np.sin(0.1), *rng.uniform(-0.2, 0.2, 2)])
@@ -60,33 +55,31 @@ def test_random_points_pair_as_scipy_pairs_them(
 
 
 @given(pixels, pixels, st.sampled_from([0.3, 1.05, 1.5, 20.5]))
-def test_pixels_pair_as_scipy_pairs_them(p: np.ndarray, q: np.ndarray, tolerance: float) -> None:
+def test_pixels_pair_as_scipy_pairs_them(p, q, tolerance):
     # with these tolerances, no sum of squared pixels is a multiple of t²: ties have as many pairs
     check_with_scipy(p, q, STAY, tolerance)
 
 
-def test_those_in_a_row_move_on_so_that_the_last_has_a_partner() -> None:
+def test_those_in_a_row_move_on_so_that_the_last_has_a_partner():
     p = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
     grid = grid_of(np.array([[0.55, 1.55, 2.55], [0.0, 0.0, 0.0]]), 0.9)
     assert optimal_pairs(p, grid, STAY, 0.9).tolist() == [1, 2, 0]
 
 
-def test_a_pair_just_at_the_tolerance_gains_nothing() -> None:
+def test_a_pair_just_at_the_tolerance_gains_nothing():
     p, grid = np.zeros((2, 1)), grid_of(np.array([[3.0], [4.0]]), 5.0)
     assert optimal_pairs(p, grid, STAY, 5.0).tolist() == [-1]
     assert optimal_pairs(p, grid, STAY, 5.001).tolist() == [0]
 
 
 @pytest.mark.parametrize(("n", "m"), [(0, 0), (0, 3), (3, 0)])
-def test_nothing_pairs_with_nothing(n: int, m: int) -> None:
+def test_nothing_pairs_with_nothing(n, m):
     partner = optimal_pairs(np.zeros((2, n)), grid_of(np.zeros((2, m)), 1.0), STAY, 1.0)
     assert partner.tolist() == [-1] * n
 
 
 @given(seeds, st.integers(1, 4), st.sampled_from([0.1, 0.4, 2.0]))
-def test_candidates_are_the_nearest_within_the_tolerance(
-    seed: int, most: int, tolerance: float
-) -> None:
+def test_candidates_are_the_nearest_within_the_tolerance(seed, most, tolerance):
     rng = np.random.default_rng(seed)
     p, q = rng.uniform(0, 1, (2, 6)), rng.uniform(0, 1, (2, 15))
     grid, move = grid_of(q, tolerance), np.array([0.8, 0.3, 0.0, -0.1])

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -27,11 +25,11 @@ exponents = st.integers(-MAX_EXPONENT + 20, MAX_EXPONENT - 20)
 offsets = st.sampled_from([0.0, -0.5, 1e3])
 
 
-def in_frame_if_needed(points: np.ndarray, name: str = "points") -> UnitFrame:
+def in_frame_if_needed(points, name="points"):
     return frame_if_needed(*points_in_box(points), name)
 
 
-def sized(seed: int, exponent: int, offset: float = 0.0) -> np.ndarray:
+def sized(seed, exponent, offset=0.0):
     """Return ten points of extent 2**exponent or a little less, `offset` extents off the origin."""
     points = np.random.default_rng(seed).uniform(0, 1, (10, 2))
     return np.ldexp(points + np.array([offset, -offset]), exponent)
@@ -48,16 +46,14 @@ def sized(seed: int, exponent: int, offset: float = 0.0) -> np.ndarray:
         [[0.0, 0.0], [0.0, 5e-324]],
     ],
 )
-def test_what_is_beyond_reach_is_refused_by_name(
-    in_frame: FrameOf, points: list[list[float]]
-) -> None:
+def test_what_is_beyond_reach_is_refused_by_name(in_frame, points):
     with pytest.raises(PointSetError, match=r"^their points: .* beyond 2\*\*±300$"):
         in_frame(np.array(points), "their points")
 
 
 @pytest.mark.parametrize("in_frame", [frame_of, in_frame_if_needed])
 @pytest.mark.parametrize("exponent", [-299, -MODERATE_EXPONENT - 2, 0, MODERATE_EXPONENT + 2, 299])
-def test_what_is_within_reach_is_not(in_frame: FrameOf, exponent: int) -> None:
+def test_what_is_within_reach_is_not(in_frame, exponent):
     points = sized(1, exponent)
     unit = in_frame(points).apply(points)
     assert 0.4 < np.ptp(unit, axis=0).max() <= 1
@@ -65,7 +61,7 @@ def test_what_is_within_reach_is_not(in_frame: FrameOf, exponent: int) -> None:
 
 
 @given(any_finite_points)
-def test_the_frame_holds_any_finite_points_in_the_unit_square(points: np.ndarray) -> None:
+def test_the_frame_holds_any_finite_points_in_the_unit_square(points):
     unit = UnitFrame.of(points).apply(points)
     assert unit.shape == points.shape
     assert ((unit >= 0) & (unit < 1)).all()
@@ -77,7 +73,7 @@ def test_the_frame_holds_any_finite_points_in_the_unit_square(points: np.ndarray
         assert frame_of(points) == UnitFrame.of(points)
 
 
-def test_the_frame_is_exact_for_whole_pixels() -> None:
+def test_the_frame_is_exact_for_whole_pixels():
     points = np.array([[3.0, 700.0], [388.0, 12.0], [41.0, 1.0]])
     frame = UnitFrame.of(points)
     unit = frame.apply(points)
@@ -91,35 +87,33 @@ def test_the_frame_is_exact_for_whole_pixels() -> None:
         np.array([[0.0, 0.0], [0.0, 1e-9]]),
     ],
 )
-def test_moderate_points_need_no_frame(points: np.ndarray) -> None:
+def test_moderate_points_need_no_frame(points):
     assert in_frame_if_needed(points) is IDENTITY
     assert IDENTITY.apply(points) is points
 
 
-def test_without_points_or_frame_nothing_moves() -> None:
+def test_without_points_or_frame_nothing_moves():
     move = Similarity(2.0, 0.5, 3.0, -1.0)
     assert frame_of(np.empty((0, 2))) == UnitFrame()
     assert UnitFrame().as_similarity() == Similarity()
     assert between_sets(move, IDENTITY, IDENTITY) is move
 
 
-def test_a_single_place_is_its_own_origin() -> None:
+def test_a_single_place_is_its_own_origin():
     place = np.array([[7.0, -3.0], [7.0, -3.0]])
     assert frame_of(place).apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
     assert frame_of(place).as_similarity().apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
 
 
 @given(seeds, exponents, offsets)
-def test_the_frame_as_a_similarity(seed: int, exponent: int, offset: float) -> None:
+def test_the_frame_as_a_similarity(seed, exponent, offset):
     points = sized(seed, exponent, offset)
     frame = frame_of(points)
     assert frame.as_similarity().apply(points) == pytest.approx(frame.apply(points), abs=1e-12)
 
 
 @given(seeds, similarities(10, 2), exponents, exponents, offsets, st.sampled_from("pq "))
-def test_between_sets_goes_in_moves_and_comes_out(
-    seed: int, move: Similarity, of_p: int, of_q: int, offset: float, without: str
-) -> None:
+def test_between_sets_goes_in_moves_and_comes_out(seed, move, of_p, of_q, offset, without):
     p, q = sized(seed, of_p, offset), sized(seed + 1, of_q, -offset)
     frame_p, frame_q = frame_of(p), frame_of(q)
     if without == "p":  # one set may need no frame

@@ -1,7 +1,5 @@
 """Cells against numpy's look at every point."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -10,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, grid_of, places, seeds, squared_distances
 
-from fpmatch.pointset.geometry._grid_kernel import CellGrid
-from fpmatch.pointset.grid import MAX_CELLS_PER_POINT, sort_into_cells
+from fpmatch.pointset.geometry.points import MAX_CELLS_PER_POINT, sort_into_cells
 
 clouds = st.one_of(
     crowded_pixels.map(lambda points: np.ascontiguousarray(points.T)),
@@ -26,16 +23,14 @@ sides = st.sampled_from([0.01, 0.5, 1.0, 2.0, 1e9])  # pixels lie on the borders
 REACHES = [0.0, 0.5, 1.0, math.sqrt(2.0), 3.0, 1e100, math.inf]
 
 
-def places_to_ask(points: np.ndarray, seed: int) -> np.ndarray:
+def places_to_ask(points, seed):
     """Return places at points, among them, on the borders of pixels and far outside."""
     rng = np.random.default_rng(seed)
     among = rng.uniform(-1, 6, (4, 2))
     return np.vstack([points.T[:3], among, among.round(), [[-1e3, 2.0], [2.0, 1e3]]])
 
 
-def ask_within(
-    grid: CellGrid, place: np.ndarray, reach2: float, most: int, at: int = 0
-) -> tuple[list[int], list[float]]:
+def ask_within(grid, place, reach2, most, at=0):
     """Return the points within reach and their squared distances; nothing else is written."""
     near, distance2 = np.full(at + most + 3, -7, np.int32), np.full(at + most + 3, -7.0)
     end = at + grid.within(*place, reach2, most, near, distance2, at)
@@ -47,7 +42,7 @@ def ask_within(
 
 
 @given(clouds, sides)
-def test_every_point_is_once_in_its_cell_of_not_too_many(points: np.ndarray, side: float) -> None:
+def test_every_point_is_once_in_its_cell_of_not_too_many(points, side):
     grid = grid_of(points, side)
     assert sorted(grid.order) == list(range(points.shape[1]))
     assert places(grid).tolist() == points[:, np.asarray(grid.order)].tolist()
@@ -70,9 +65,7 @@ def test_every_point_is_once_in_its_cell_of_not_too_many(points: np.ndarray, sid
 
 
 @given(clouds, sides, seeds, st.sampled_from(REACHES), st.integers(1, 6))
-def test_nearest_and_within_agree_with_a_look_at_every_point(
-    points: np.ndarray, side: float, seed: int, reach: float, most: int
-) -> None:
+def test_nearest_and_within_agree_with_a_look_at_every_point(points, side, seed, reach, most):
     grid, reach2 = grid_of(points, side), reach * reach
     for place in places_to_ask(points, seed):
         squared = squared_distances(grid, *place)
@@ -85,14 +78,14 @@ def test_nearest_and_within_agree_with_a_look_at_every_point(
         assert len(set(near)) == len(near)
 
 
-def test_reach_excludes_its_end_for_nearest_and_includes_it_for_within() -> None:
+def test_reach_excludes_its_end_for_nearest_and_includes_it_for_within():
     grid = grid_of(np.array([[0.0, 3.0], [0.0, 4.0]]), 1.0)
     assert grid.nearest(0.0, -5.0, 25.0) == -1
     assert grid.nearest(0.0, -5.0, np.nextafter(25.0, 26.0)) == 0
     assert ask_within(grid, np.array([0.0, -5.0]), 25.0, 2) == ([0], [25.0])
 
 
-def test_only_the_points_counted_are_sorted() -> None:
+def test_only_the_points_counted_are_sorted():
     points = np.array([[0.0, 9.0, 1.0, 2.0], [0.0, 9.0, 1.0, 2.0]])
     grid = sort_into_cells(points, 1.0, low=(0, 0), high=(9, 9), count=2)
     assert sorted(grid.order) == [0, 1]
@@ -100,7 +93,7 @@ def test_only_the_points_counted_are_sorted() -> None:
 
 
 @given(seeds, sides)
-def test_points_outside_the_grid_are_found_too(seed: int, side: float) -> None:
+def test_points_outside_the_grid_are_found_too(seed, side):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-20, 20, (2, 25))
     grid = sort_into_cells(points, side, low=(-5, -5), high=(5, 5))
@@ -114,7 +107,7 @@ def test_points_outside_the_grid_are_found_too(seed: int, side: float) -> None:
     "place",
     [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e150), (math.nan, 0.5), (0.5, math.nan)],
 )
-def test_nothing_is_near_a_place_out_of_this_world(place: tuple[float, float]) -> None:
+def test_nothing_is_near_a_place_out_of_this_world(place):
     grid = grid_of(np.random.default_rng(1).uniform(0, 1, (2, 20)), 0.2)
     assert grid.nearest(*place, 0.3) == -1
     if not np.isnan(place).any():

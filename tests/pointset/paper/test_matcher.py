@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from pointset_strategies import (
-    check_sound,
-    seeds,
-    similarities,
-    worn,
-)
+from pointset_strategies import check_sound, seeds, similarities, worn
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.point_match import fewest_above

@@ -1,7 +1,5 @@
 """Triangles and their shapes against complex numbers."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -12,8 +10,6 @@ from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, in_columns, seeds, similarities
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.triangles.descriptors import (
     density_of,
     density_over_hull,
@@ -26,16 +22,14 @@ from fpmatch.pointset.triangles.descriptors import (
 clouds = crowded_pixels | seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 9, (20, 2)))
 
 
-def random_triangles(seed: int, n: int = 12) -> tuple[np.ndarray, np.ndarray]:
+def random_triangles(seed, n=12):
     """Return points (2, N) and the triangles of their mesh."""
     mesh = triangulate(np.random.default_rng(seed).uniform(0, 1, (n, 2)))
     return in_columns(mesh.points), mesh.triangles
 
 
 @given(seeds, st.sampled_from([0.5, 0.8, 1.0]), st.sampled_from([0.0, 0.2, 0.5, 9.0]))
-def test_descriptors_agree_with_complex_numbers(
-    seed: int, near_tie: float, shortest: float
-) -> None:
+def test_descriptors_agree_with_complex_numbers(seed, near_tie, shortest):
     points, triangles = random_triangles(seed)
     found = describe_large(points, triangles, near_tie, shortest)
     place = points[0] + 1j * points[1]
@@ -56,7 +50,7 @@ def test_descriptors_agree_with_complex_numbers(
 
 
 @given(seeds, similarities(1e3, 1e3))
-def test_shapes_stay_when_points_are_turned_scaled_and_shifted(seed: int, move: Similarity) -> None:
+def test_shapes_stay_when_points_are_turned_scaled_and_shifted(seed, move):
     points, triangles = random_triangles(seed)
     there = in_columns(move.apply(points.T))
     one, other = (describe_all(each, triangles, 0.0) for each in (points, there))
@@ -69,9 +63,7 @@ def test_shapes_stay_when_points_are_turned_scaled_and_shifted(seed: int, move: 
 
 
 @given(seeds, st.sampled_from([0.0, 1.0, 20.0]))
-def test_information_is_the_size_times_the_chance_of_an_empty_circle(
-    seed: int, outliers: float
-) -> None:
+def test_information_is_the_size_times_the_chance_of_an_empty_circle(seed, outliers):
     points, triangles = random_triangles(seed)
     found = describe_all(points, triangles, outliers)
     place = (points[0] + 1j * points[1])[found.corner[: found.number]]
@@ -87,18 +79,18 @@ def test_information_is_the_size_times_the_chance_of_an_empty_circle(
 @pytest.mark.parametrize(
     "third", [(0.5, 0.0), (0.5, -1.0), (0.0, 0.0)], ids=["flat", "clockwise", "coincident"]
 )
-def test_triangles_without_an_inside_are_left_out(third: tuple[float, float]) -> None:
+def test_triangles_without_an_inside_are_left_out(third):
     points = np.array([[0.0, 1.0, third[0]], [0.0, 0.0, third[1]]])
     assert describe_all(points, np.array([[0, 1, 2]], np.int32), 1.0).number == 0
 
 
-def test_no_triangles_have_no_descriptors() -> None:
+def test_no_triangles_have_no_descriptors():
     found = describe_all(np.zeros((2, 3)), np.empty((0, 3), np.int32), 1.0)
     assert found.number == 0
     assert len(sort_by_shape(found, 0.1).order) == 0
 
 
-def fans(mesh: Triangulation) -> set[frozenset[int]]:
+def fans(mesh):
     """Return the corners of all triangles, not flat, of a point and two of its neighbours."""
     x, y = mesh.points.T
     found = set()
@@ -110,7 +102,7 @@ def fans(mesh: Triangulation) -> set[frozenset[int]]:
 
 
 @given(clouds)
-def test_ring_triangles_are_all_of_a_point_and_two_neighbours_once(cloud: np.ndarray) -> None:
+def test_ring_triangles_are_all_of_a_point_and_two_neighbours_once(cloud):
     mesh = triangulate(cloud)
     triangles = ring_triangles(mesh, in_columns(mesh.points))
     assert triangles.dtype == np.int32
@@ -121,7 +113,7 @@ def test_ring_triangles_are_all_of_a_point_and_two_neighbours_once(cloud: np.nda
     assert ((b - a)[0] * (c - a)[1] > (b - a)[1] * (c - a)[0]).all()
 
 
-def test_of_a_large_ring_only_neighbours_near_in_it_make_triangles() -> None:
+def test_of_a_large_ring_only_neighbours_near_in_it_make_triangles():
     angle = 2 * np.pi / 24 * np.arange(24)
     wheel = np.vstack([[[0.01, 0.02]], np.column_stack([np.cos(angle), np.sin(angle)])])
     mesh = triangulate(wheel)
@@ -134,9 +126,7 @@ def test_of_a_large_ring_only_neighbours_near_in_it_make_triangles() -> None:
 
 
 @given(seeds, st.floats(0.01, 100))
-def test_density_is_at_least_that_over_the_hull_and_goes_with_the_area(
-    seed: int, scale: float
-) -> None:
+def test_density_is_at_least_that_over_the_hull_and_goes_with_the_area(seed, scale):
     from scipy.spatial import ConvexHull
 
     points = np.random.default_rng(seed).uniform(0, 1, (20, 2))
@@ -148,14 +138,14 @@ def test_density_is_at_least_that_over_the_hull_and_goes_with_the_area(
     assert density_of(larger, in_columns(larger.points)) == pytest.approx(density / scale**2)
 
 
-def test_an_outlier_hardly_changes_the_density() -> None:
+def test_an_outlier_hardly_changes_the_density():
     points = np.random.default_rng(3).uniform(0, 1, (60, 2))
     mesh = triangulate(np.vstack([points, [[1e4, 1e4]]]))
     assert 40 < density_of(mesh, in_columns(mesh.points)) < 90
 
 
 @given(seeds, st.sampled_from([0.001, 0.1, 3.0]))
-def test_shapes_are_found_in_their_bins(seed: int, widest: float) -> None:
+def test_shapes_are_found_in_their_bins(seed, widest):
     points, triangles = random_triangles(seed)
     found = describe_large(points, triangles, 0.8, 0.0)
     bins = sort_by_shape(found, widest)

@@ -1,7 +1,5 @@
 """The overlay against numpy and scipy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -18,14 +16,14 @@ REACHES = 8  # of the kernel: t, t/2, t/4 and so on
 STAY = Similarity()
 
 
-def loose_lattice(seed: int, side: int = 5) -> np.ndarray:
+def loose_lattice(seed, side=5):
     """Return points no two of which are nearer than 0.7, shape (2, side²)."""
     rng = np.random.default_rng(seed)
     lattice = np.argwhere(np.ones((side, side))).T.astype(float)
     return lattice + rng.uniform(-0.15, 0.15, lattice.shape)
 
 
-def some_partners(rng: np.random.Generator, p: int, q: int, count: int) -> np.ndarray:
+def some_partners(rng, p, q, count):
     partner = np.full(p, -1, np.int32)
     partner[rng.permutation(p)[:count]] = rng.permutation(q)[:count]
     return partner
@@ -34,20 +32,20 @@ def some_partners(rng: np.random.Generator, p: int, q: int, count: int) -> np.nd
 class Overlay:
     """The arguments of `refine` and its results."""
 
-    def __init__(self, p: np.ndarray, q: np.ndarray, start: Similarity, margin: float = 1.0):
+    def __init__(self, p, q, start, margin=1.0):
         self.p, self.grid, self.move = p, grid_of(q, 0.5, margin), as_move(start)
         self.owner = np.full(q.shape[1], -1, np.int32)
         self.partner = np.full(p.shape[1], -1, np.int32)
         self.visits = np.zeros(1, np.int64)
         self.distance2 = np.full(p.shape[1], np.nan)
 
-    def refine(self, t: float, rounds: int = 12) -> int:
+    def refine(self, t, rounds=12):
         arrays = (self.owner, self.partner, self.distance2, self.visits, self.move)
         return int(kernel.refine(self.p, self.grid, t * t, rounds, *arrays))
 
 
 @given(seeds)
-def test_a_perturbed_move_is_refined_to_the_true_one(seed: int) -> None:
+def test_a_perturbed_move_is_refined_to_the_true_one(seed):
     rng = np.random.default_rng(seed)
     p, order = loose_lattice(seed), rng.permutation(25)
     truth = Similarity(rng.uniform(0.9, 1.1), rng.uniform(-3, 3), *rng.uniform(-9, 9, 2))
@@ -64,9 +62,7 @@ def test_a_perturbed_move_is_refined_to_the_true_one(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("shift", "inside", "paired"), [(0.27, 25, 25), (0.29, -1, 0)])
-def test_the_first_round_reaches_twice_as_far_in_area(
-    shift: float, inside: int, paired: int
-) -> None:
+def test_the_first_round_reaches_twice_as_far_in_area(shift, inside, paired):
     p = loose_lattice(1)
     overlay = Overlay(p, p.copy(), Similarity(tx=shift))
     assert overlay.refine(0.2) == inside
@@ -74,7 +70,7 @@ def test_the_first_round_reaches_twice_as_far_in_area(
 
 
 @given(seeds)
-def test_pairs_are_nearest_mutual_and_within_reach(seed: int) -> None:
+def test_pairs_are_nearest_mutual_and_within_reach(seed):
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 4, (2, 20))
     q = np.hstack([p[:, :14] + rng.normal(0, 0.05, (2, 14)), rng.uniform(0, 4, (2, 6))])
@@ -92,7 +88,7 @@ def test_pairs_are_nearest_mutual_and_within_reach(seed: int) -> None:
     assert np.count_nonzero(overlay.owner >= 0) == np.count_nonzero(overlay.partner >= 0)
 
 
-def test_points_outside_the_grid_have_no_partner_and_do_not_count() -> None:
+def test_points_outside_the_grid_have_no_partner_and_do_not_count():
     p = loose_lattice(2)
     overlay = Overlay(p, p[:, :15].copy(), STAY, margin=0.01)
     assert overlay.refine(0.2) == int((p[0] <= overlay.grid.x1).sum()) < 25
@@ -101,14 +97,14 @@ def test_points_outside_the_grid_have_no_partner_and_do_not_count() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_fewer_than_three_pairs_determine_no_move(count: int) -> None:
+def test_fewer_than_three_pairs_determine_no_move(count):
     p = loose_lattice(3)
     q = np.hstack([p[:, :count], [[50.0], [50.0]]])
     assert Overlay(p, q, STAY).refine(0.2) == -1
 
 
 @given(seeds, st.integers(2, 12))
-def test_fit_agrees_with_the_similarity_fit(seed: int, pairs: int) -> None:
+def test_fit_agrees_with_the_similarity_fit(seed, pairs):
     rng = np.random.default_rng(seed)
     p, q = rng.uniform(0, 1, (2, 14)), rng.uniform(3, 9, (2, 17))
     grid, move = grid_of(q, 0.5), np.zeros(4)
@@ -128,9 +124,7 @@ def test_fit_agrees_with_the_similarity_fit(seed: int, pairs: int) -> None:
     ],
     ids=["no pair", "one pair", "coincident in P", "coincident in Q"],
 )
-def test_pairs_that_determine_no_transform_leave_the_move(
-    p: list[list[float]], q: list[list[float]], partner: list[int]
-) -> None:
+def test_pairs_that_determine_no_transform_leave_the_move(p, q, partner):
     move = np.array([0.5, 0.25, 3.0, 4.0])
     grid = grid_of(np.array(q, float), 0.5)
     assert not fit_partners(np.array(p, float), grid, np.array(partner, np.int32), move)
@@ -138,9 +132,7 @@ def test_pairs_that_determine_no_transform_leave_the_move(
 
 
 @given(seeds, st.integers(0, 20), st.integers(0, 20), st.floats(-8, 1), st.sampled_from([2, 3]))
-def test_chance_is_a_narrow_bound_of_the_binomial_tail(
-    seed: int, pairs: int, others: int, exponent: float, determined: int
-) -> None:
+def test_chance_is_a_narrow_bound_of_the_binomial_tail(seed, pairs, others, exponent, determined):
     from scipy.stats import binom
 
     rng = np.random.default_rng(seed)
@@ -167,7 +159,7 @@ def test_chance_is_a_narrow_bound_of_the_binomial_tail(
 
 
 @given(seeds, st.integers(0, 12))
-def test_pairs_are_listed_as_they_were_given(seed: int, count: int) -> None:
+def test_pairs_are_listed_as_they_were_given(seed, count):
     rng = np.random.default_rng(seed)
     p, q = rng.uniform(0, 1, (2, 12)), rng.uniform(0, 1, (2, 15))
     grid, turn = grid_of(q, 0.5), Similarity(1.1, 0.3, 0.2, -0.1)

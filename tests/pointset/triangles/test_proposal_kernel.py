@@ -1,9 +1,6 @@
 """The search for proposals against its slow, obvious twin."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -30,7 +27,7 @@ Pairs = list[tuple[int, int]]
 class Search:
     """The arguments of the kernel, made as the matcher makes them, and the state of the search."""
 
-    def __init__(self, p: np.ndarray, q: np.ndarray, **given: float) -> None:
+    def __init__(self, p, q, **given):
         self.mesh, self.p, self.q = triangulate(p), in_columns(p), in_columns(q)
         self.in_p = describe_all(self.p, self.mesh.triangles, 0.5)
         self.in_q = describe_large(self.q, triangulate(q).triangles, 0.8, 0.05)
@@ -50,7 +47,7 @@ class Search:
             *(self.test_length, self.seen, self.neighbours, self.fit, self.visits),
         )
 
-    def proceed(self) -> bool:
+    def proceed(self):
         """Search until a proposal passes; return whether one did."""
         return bool(
             kernel.propose(
@@ -60,7 +57,7 @@ class Search:
             )
         )
 
-    def similar(self) -> Iterator[tuple[int, int]]:
+    def similar(self):
         """Yield the triangles of P and of Q that are similar, in the order of the search."""
         for k in self.order.tolist():
             for j in self.shapes.order:
@@ -68,20 +65,18 @@ class Search:
                 if apart <= self.shape_tolerance / self.in_q.side[j]:
                     yield k, j
 
-    def corners(self, k: int, j: int) -> Pairs:
+    def corners(self, k, j):
         of_p, of_q = self.in_p.corner[k].tolist(), self.in_q.corner[j].tolist()
         return list(zip(of_p, of_q, strict=True))
 
-    def neighbours_of(self, k: int) -> list[int]:
+    def neighbours_of(self, k):
         """Return the other points of P, those fewer steps away in the mesh first."""
         met = self.in_p.corner[k].tolist()
         for i in met:  # which grows as it is walked through
             met += [j for j in self.mesh.one_ring(i).tolist() if j not in met]
         return met[3:]
 
-    def grow(
-        self, pairs: Pairs, neighbours: list[int], reject: float, accept: float
-    ) -> tuple[float, Pairs]:
+    def grow(self, pairs, neighbours, reject, accept):
         """Return the ratio and the pairs of one test, the transform refitted after each pair."""
         pairs, ratio, reach2 = list(pairs), 0.0, self.reach**2
         for i in neighbours:
@@ -108,7 +103,7 @@ class Search:
                     break
         return ratio, pairs
 
-    def passing(self) -> Iterator[tuple[int, Pairs]]:
+    def passing(self):
         """Yield the triangle of P and the pairs of every proposal that passes its test."""
         length = min(self.test_length, len(self.neighbours))
         for k, j in self.similar():
@@ -120,7 +115,7 @@ class Search:
                 yield k, self.grow(corners, grown, -math.inf, math.inf)[1]
 
 
-def two_views(seed: int, n: int = 9) -> tuple[np.ndarray, np.ndarray]:
+def two_views(seed, n=9):
     """Return a set, and a moved and jittered copy of most of it among outliers."""
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (n, 2))
@@ -129,13 +124,13 @@ def two_views(seed: int, n: int = 9) -> tuple[np.ndarray, np.ndarray]:
     return p, np.vstack([q, rng.uniform(q.min(axis=0), q.max(axis=0), (3, 2))])
 
 
-def sums(fit: np.ndarray) -> list[float]:
+def sums(fit):
     """Return number, means and scaled rotation of a fit."""
     number, *means, spread, cosine, sine = fit.tolist()
     return [number, *means, cosine / spread, sine / spread]
 
 
-def expected_sums(search: Search, pairs: Pairs) -> list[float]:
+def expected_sums(search, pairs):
     of_p, of_q = (search.p.T[[a for a, _ in pairs]], search.q.T[[b for _, b in pairs]])
     turn = Similarity.fit(of_p, of_q).matrix[:, 0]
     return [len(pairs), *of_p.mean(axis=0), *of_q.mean(axis=0), *turn]
@@ -143,9 +138,7 @@ def expected_sums(search: Search, pairs: Pairs) -> list[float]:
 
 @given(seeds, st.sampled_from([3, 60]), st.sampled_from([5, 9]))
 @settings(max_examples=25)
-def test_what_passes_and_its_fit_agree_with_a_twin_that_refits(
-    seed: int, test_length: int, grown: int
-) -> None:
+def test_what_passes_and_its_fit_agree_with_a_twin_that_refits(seed, test_length, grown):
     search = Search(*two_views(seed), test_length=test_length, grown=grown)
     for k, pairs in search.passing():
         assert search.proceed()
@@ -156,7 +149,7 @@ def test_what_passes_and_its_fit_agree_with_a_twin_that_refits(
 
 @given(seeds)
 @settings(max_examples=20)
-def test_every_pair_of_similar_triangles_is_tested_once(seed: int) -> None:
+def test_every_pair_of_similar_triangles_is_tested_once(seed):
     search = Search(*two_views(seed), reach=0.0, shape_tolerance=0.1, **ANYTHING_PASSES)
     for count, (k, j) in enumerate(search.similar(), start=1):
         assert search.proceed()
@@ -170,7 +163,7 @@ def test_every_pair_of_similar_triangles_is_tested_once(seed: int) -> None:
 
 @given(seeds, st.integers(0, 12), st.integers(0, 5))
 @settings(max_examples=20)
-def test_no_more_pairs_are_tested_than_allowed(seed: int, most: int, before: int) -> None:
+def test_no_more_pairs_are_tested_than_allowed(seed, most, before):
     everything = dict(ANYTHING_PASSES, shape_tolerance=0.1, max_proposals=before + most)
     search = Search(*two_views(seed), **everything)
     search.state[2] = before  # pairs that an earlier search tested count
@@ -187,7 +180,7 @@ def test_no_more_pairs_are_tested_than_allowed(seed: int, most: int, before: int
 
 @given(seeds)
 @settings(max_examples=20)
-def test_the_transform_of_a_copy_is_proposed(seed: int) -> None:
+def test_the_transform_of_a_copy_is_proposed(seed):
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (14, 2))
     move = Similarity(rng.uniform(0.7, 1.5), rng.uniform(-3, 3), *rng.uniform(-9, 9, 2))
@@ -200,7 +193,7 @@ def test_the_transform_of_a_copy_is_proposed(seed: int) -> None:
     assert search.fit[3:5] == pytest.approx(centre, abs=1e-9)
 
 
-def test_nothing_is_proposed_without_triangles() -> None:
+def test_nothing_is_proposed_without_triangles():
     line = np.column_stack([np.arange(5.0), np.zeros(5)])
     p, q = two_views(2)
     for one, other in ((line, q), (p, line)):
@@ -210,7 +203,7 @@ def test_nothing_is_proposed_without_triangles() -> None:
 
 
 @given(st.floats(1e-6, 2.0), st.floats(0.05, 0.95), st.integers(2, 40))
-def test_hits_have_their_log_likelihood_ratio(expected: float, share: float, steps: int) -> None:
+def test_hits_have_their_log_likelihood_ratio(expected, share, steps):
     gain = np.empty(steps)
     miss = hit_log_likelihoods(expected, share, gain)
     chance = -np.expm1(-expected * np.linspace(1.0, WIDEST, steps))

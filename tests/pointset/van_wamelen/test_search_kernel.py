@@ -1,7 +1,5 @@
 """The kernels against slow, obvious numpy twins."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -11,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import as_move, crowded_pixels, moved, places, seeds, squared_distances
 
-from fpmatch.pointset.geometry._grid_kernel import CellGrid
 from fpmatch.pointset.geometry.frames import UnitFrame
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.random_sets import random_pair
@@ -31,17 +28,15 @@ clouds = st.one_of(
 NO_BOUND = 10**12
 
 
-def sorted_in_frame(points: np.ndarray) -> CellGrid:
+def sorted_in_frame(points):
     return sort_set(points, UnitFrame.of(points)).grid
 
 
-def no_steps() -> np.ndarray:
+def no_steps():
     return np.zeros(1, np.int64)
 
 
-def nearest_with_numpy(
-    grid: CellGrid, x: float, y: float, reach: float, taken: np.ndarray
-) -> tuple[int, float]:
+def nearest_with_numpy(grid, x, y, reach, taken):
     """Return the nearest free point within reach, -1 for none, and its squared distance."""
     squared = np.where(taken > 0, np.inf, squared_distances(grid, x, y))
     nearest = int(squared.argmin())
@@ -50,7 +45,7 @@ def nearest_with_numpy(
 
 
 @given(clouds, seeds)
-def test_nearest_within_agrees_with_its_twin(cloud: np.ndarray, seed: int) -> None:
+def test_nearest_within_agrees_with_its_twin(cloud, seed):
     grid = sorted_in_frame(cloud)
     rng = np.random.default_rng(seed)
     taken = (rng.random(len(cloud)) < 0.3).astype(np.int32)
@@ -65,7 +60,7 @@ def test_nearest_within_agrees_with_its_twin(cloud: np.ndarray, seed: int) -> No
             assert squared_distances(grid, x, y)[found] == squared
 
 
-def test_nothing_is_near_a_point_out_of_this_world() -> None:
+def test_nothing_is_near_a_point_out_of_this_world():
     grid = sorted_in_frame(np.random.default_rng(1).uniform(0, 1, (40, 2)))
     free = np.zeros(40, np.int32)
     for where in ((math.nan, 0.5), (0.5, math.nan), (math.inf, 0.5), (0.5, 1e300)):
@@ -73,7 +68,7 @@ def test_nothing_is_near_a_point_out_of_this_world() -> None:
 
 
 @given(clouds.filter(lambda cloud: len(cloud) > 1), st.integers(1, 12))
-def test_neighbour_lists_agree_with_their_twin(cloud: np.ndarray, k: int) -> None:
+def test_neighbour_lists_agree_with_their_twin(cloud, k):
     grid = sorted_in_frame(cloud)
     k = min(k, len(cloud) - 1)
     for i in range(len(cloud)):
@@ -87,7 +82,7 @@ def test_neighbour_lists_agree_with_their_twin(cloud: np.ndarray, k: int) -> Non
 
 
 @given(clouds)
-def test_hull_area_agrees_with_its_twin(cloud: np.ndarray) -> None:
+def test_hull_area_agrees_with_its_twin(cloud):
     from scipy.spatial import ConvexHull, QhullError
 
     unit = places(sorted_in_frame(cloud)).T
@@ -101,7 +96,7 @@ def test_hull_area_agrees_with_its_twin(cloud: np.ndarray) -> None:
 
 
 @given(seeds)
-def test_a_segment_is_mapped_to_another(seed: int) -> None:
+def test_a_segment_is_mapped_to_another(seed):
     p, q = (
         sorted_in_frame(points) for points in np.random.default_rng(seed).uniform(0, 1, (2, 2, 2))
     )
@@ -114,7 +109,7 @@ def test_a_segment_is_mapped_to_another(seed: int) -> None:
 
 
 @given(seeds, st.sampled_from([0.0, 0.05, 0.2, 0.4]))
-def test_the_local_test_agrees_with_its_twin(seed: int, reach: float) -> None:
+def test_the_local_test_agrees_with_its_twin(seed, reach):
     rng = np.random.default_rng(seed)
     p, q = (sorted_in_frame(rng.uniform(0, 1, (size, 2))) for size in (20, 30))
     near = rng.permutation(20)[:8].astype(np.int32)
@@ -134,7 +129,7 @@ def test_the_local_test_agrees_with_its_twin(seed: int, reach: float) -> None:
 
 
 @given(seeds)
-def test_pairing_agrees_with_its_twin(seed: int) -> None:
+def test_pairing_agrees_with_its_twin(seed):
     rng = np.random.default_rng(seed)
     p, q = (sorted_in_frame(rng.uniform(0, 1, (size, 2))) for size in (20, 30))
     move = np.array([1.0, 0.1, *rng.uniform(-0.1, 0.1, 2)])
@@ -155,7 +150,7 @@ def test_pairing_agrees_with_its_twin(seed: int) -> None:
 
 
 @given(seeds)
-def test_least_squares_agree_with_the_similarity_fit(seed: int) -> None:
+def test_least_squares_agree_with_the_similarity_fit(seed):
     rng = np.random.default_rng(seed)
     p, q = (sorted_in_frame(points) for points in rng.uniform(0, 1, (2, 12, 2)))
     same = sorted_in_frame(np.ones((12, 2)))
@@ -168,7 +163,7 @@ def test_least_squares_agree_with_the_similarity_fit(seed: int) -> None:
     assert not kernel.fit_pairs(p, same, pair, 7, move)
 
 
-def test_the_global_match_grows_from_a_corner_to_the_whole() -> None:
+def test_the_global_match_grows_from_a_corner_to_the_whole():
     pair = random_pair(60, 120, 0.9, 0.1, 0.5, rng=4)
     _, p, order_p, _ = sort_set(pair.p, UnitFrame.of(pair.p))
     _, q, order_q, spacing = sort_set(pair.q, UnitFrame.of(pair.q))
@@ -192,13 +187,13 @@ def test_the_global_match_grows_from_a_corner_to_the_whole() -> None:
             assert len(found & {*zip(*true_pairs.tolist(), strict=True)}) >= 0.8 * 54
 
 
-def test_work_is_counted_and_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_work_is_counted_and_bounded(monkeypatch):
     pair = random_pair(30, 60, 0.2, 0.1, 0.5, rng=4)
     steps = []
 
-    def counted(*arguments: object) -> None:
+    def counted(*arguments):
         kernel.search(*arguments)
-        steps.append(int(arguments[-2][0]))  # type: ignore[index]
+        steps.append(int(arguments[-2][0]))
 
     monkeypatch.setattr(matcher, "kernel", SimpleNamespace(search=counted))
     for most in (0, 20_000):

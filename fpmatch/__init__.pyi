@@ -11,9 +11,9 @@ from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template
 from .gallery.gallery import Gallery as Gallery
 from .gallery.gallery import open_gallery as open_gallery
-from .gallery_api import IdentifiedFinger as IdentifiedFinger
-from .gallery_api import enrol as enrol
-from .gallery_api import identify as identify
+from .gallery.tasks.api import IdentifiedFinger as IdentifiedFinger
+from .gallery.tasks.api import enrol as enrol
+from .gallery.tasks.api import identify as identify
 from .image.assess import AssessedPrint as AssessedPrint
 from .image.assess import assess as assess
 from .image.extract import extract as extract

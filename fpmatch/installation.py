@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.engine.local import available_cores
+from fpmatch.base.threads import available_cores
 from fpmatch.formats.registry import CODECS
 from fpmatch.kernels import build_command, compiled_kernels, outdated_kernels
 from fpmatch.matching.matchers import own_matcher_names

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.synthesis.database import make_database
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 from fpmatch._version import __version__
-from fpmatch.cli.serve import serve
 from fpmatch.installation import CORE, EXTRAS
+from fpmatch.server.cli import serve
 
 ROOT = Path(__file__).resolve().parents[1]
 yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
@@ -147,8 +147,8 @@ def test_the_services_take_options_that_exist_and_are_not_open_to_the_network() 
 
 def test_the_guide_to_a_server_starts_it_with_options_that_exist() -> None:
     pytest.importorskip("anyio", reason="the extra web is not installed")
-    from fpmatch.web.guard import FORM_BYTES, MOST_FILES
-    from fpmatch.web.settings import Limits
+    from fpmatch.server.guard import FORM_BYTES, MOST_FILES
+    from fpmatch.server.settings import Limits
 
     page = (ROOT / "docs/how-to/deploy.md").read_text("utf-8")
     lines = re.findall(r"(?:fpmatch|bin/fpmatch) serve (--[^\n]+)", page.replace("\\\n", ""))

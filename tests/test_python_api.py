@@ -15,8 +15,8 @@ from PIL import Image
 
 import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
-from fpmatch.gallery.enrol import enrol
-from fpmatch.gallery.print_file import PrintFile
+from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.tasks.enrol import enrol
 from fpmatch.matching._local_kernel import COMPILED
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.audit.log import AuditLog
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.rotation import rotate
+from fpmatch.gallery.store.audit_log import AuditLog
+from fpmatch.gallery.tasks.rotation import rotate
 from fpmatch.matching._local_kernel import COMPILED
 from research import outputs
 from research.outputs import documented_outputs, without_times
@@ -28,7 +28,7 @@ NOT_HERE = re.compile(
     r"|--(scores-in|genuine-scores)\b"
 )
 """Files that are not part of the repository."""
-SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/cli/test_serve.py
+SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/server/test_cli.py
 NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before it
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else ("101_2.tif",)))
 """Prints that no command names; uncompiled, each takes seconds."""

@@ -29,9 +29,9 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
     function but do not call it. `args` and `prog_name` are as for `click.Command.main`.
     """
     try:
+        from fpmatch.base.threads import SAFE_PATH
         from fpmatch.cli.group import fpmatch
         from fpmatch.cli.interrupt import repeat_swallowed_interrupts
-        from fpmatch.engine.threads import SAFE_PATH
 
         os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
         atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
@@ -66,7 +66,7 @@ def fast_imports() -> Iterator[None]:
 
     There is no garbage collection meanwhile, nor of these modules later: they leave none.
     """
-    from fpmatch.engine.threads import loaded_single_threaded
+    from fpmatch.base.threads import loaded_single_threaded
 
     gc.disable()
     try:

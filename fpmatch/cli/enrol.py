@@ -35,7 +35,7 @@ from fpmatch.printable import json_text, printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.enrol import Enrolment
+    from fpmatch.gallery.tasks.enrol import Enrolment
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -43,9 +43,9 @@ _WORKERS_NEED: Final = (
     *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
     "cv2",
     "threadpoolctl",
-    "fpmatch.engine.workers",
-    "fpmatch.gallery.entry",
-    "fpmatch.gallery.prints",
+    "fpmatch.gallery.engine.workers",
+    "fpmatch.gallery.listing.entry",
+    "fpmatch.gallery.listing.prints",
     "fpmatch.image.io.registry",
     "fpmatch.image.quality.folder_polarity",
     "fpmatch.reading",
@@ -156,27 +156,27 @@ def enrol(
     impressions of a finger are kept, and probes are compared with all of them together. Prints that
     are added to subjects that existed before are counted, and named where they match none of them.
     """
-    from fpmatch.engine.local import start_fork_server
+    from fpmatch.gallery.engine.local import start_fork_server
 
     check_where(workers, scheduler)
     if scheduler is None:
         start_fork_server(workers, *_WORKERS_NEED)
     with fast_imports():
         from fpmatch.encryption.keys import load_keys
-        from fpmatch.engine.engine import make_engine
-        from fpmatch.gallery import enrol as work
-        from fpmatch.gallery.audit import turn_on
-        from fpmatch.gallery.entry import FVC_PATTERN, NamePattern
+        from fpmatch.gallery.engine.engine import make_engine
         from fpmatch.gallery.gallery import open_gallery
-        from fpmatch.gallery.kinds import kind_of
-        from fpmatch.gallery.prints import (
+        from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
+        from fpmatch.gallery.listing.kinds import kind_of
+        from fpmatch.gallery.listing.prints import (
             extract_opened,
             extract_print,
             find_prints,
             folder_reader,
             open_print,
         )
-        from fpmatch.gallery.transfer import enrol_gallery
+        from fpmatch.gallery.store.audit import turn_on
+        from fpmatch.gallery.tasks import enrol as work
+        from fpmatch.gallery.tasks.transfer import enrol_gallery
         from fpmatch.reading import PrintReader
 
     if encrypt:

@@ -210,19 +210,19 @@ def evaluate(
             f"--baseline: kernels are out of date; run `{build_command()}` first, so that what is "
             "compared is what the files say"
         )
-    from fpmatch.engine.local import start_fork_server
+    from fpmatch.gallery.engine.local import start_fork_server
 
     start_fork_server(workers, *_WORKERS_NEED)
     with fast_imports():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
-        from fpmatch.engine.engine import processes
         from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
         from fpmatch.evaluation.ground_truth.report import format_minutiae, measure_minutiae
         from fpmatch.evaluation.ground_truth.truth import load_truth
         from fpmatch.evaluation.score_file import write_scores
         from fpmatch.evaluation.scores import read_scores
+        from fpmatch.gallery.engine.engine import processes
         from fpmatch.output import check_writable
         from fpmatch.reading import PrintReader
 

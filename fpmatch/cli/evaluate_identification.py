@@ -95,11 +95,11 @@ def evaluate_by_searches(
     """Run the command with the protocol "identification"."""
     _refuse_other_options()
     with fast_imports():
-        from fpmatch.engine.engine import processes
         from fpmatch.evaluation import dataset, extraction, run
         from fpmatch.evaluation.open_set.background import load_background
         from fpmatch.evaluation.open_set.rates import FPIRS
         from fpmatch.evaluation.open_set.run import IdentificationTest, evaluate_identification
+        from fpmatch.gallery.engine.engine import processes
         from fpmatch.matching.matchers import get_matcher
         from fpmatch.reading import PrintReader, group_by_note
 

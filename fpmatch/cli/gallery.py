@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from fpmatch.gallery.entry import Entry, GallerySummary
+    from fpmatch.gallery.listing.entry import Entry, GallerySummary
 
 _ARGUMENT: Final = click.argument("gallery")
 
@@ -151,8 +151,8 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     that share no skin do not match either. Damaged entries, which every command skips, are listed
     with reasons; `fpmatch gallery remove` removes them, and the prints can be enrolled again.
     """
-    from fpmatch.gallery.consistency import check_fingers, find_damaged
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 
     stages = {"read": "reading entries", "check": "comparing"}
     with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
@@ -246,8 +246,8 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
     from fpmatch.cli.extract import OWN_FORMATS
     from fpmatch.formats.registry import codec_of_name
     from fpmatch.formats.sealed import require_key
-    from fpmatch.gallery.export import export_templates
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.export import export_templates
 
     require_key(file_format)
     formats = [codec_of_name(name) for name in OWN_FORMATS.get(file_format, (file_format,))]

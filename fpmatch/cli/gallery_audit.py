@@ -16,8 +16,8 @@ from fpmatch.text_table import count
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.audit.chain import AuditState
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.store.audit_chain import AuditState
 
 _HASH_DIGITS: Final = 64
 _TIMES: Final = click.DateTime(["%Y-%m-%d", "%Y-%m-%dT%H:%M", "%Y-%m-%dT%H:%M:%S"])
@@ -98,7 +98,7 @@ def audit(
     A LOG is a file that `fpmatch serve --audit-log` wrote.
     """
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.kinds import kind_of
+    from fpmatch.gallery.listing.kinds import kind_of
 
     if yes and turn != "off":
         raise click.UsageError("--yes confirms --off")
@@ -118,7 +118,7 @@ def audit(
 
 
 def _turn(gallery: Gallery, *, on: bool, confirmed: bool) -> None:
-    from fpmatch.gallery.audit import turn_off, turn_on
+    from fpmatch.gallery.store.audit import turn_off, turn_on
 
     if not on and not confirmed:
         raise click.UsageError("--off ends the audit, which then shows nothing more: add --yes")
@@ -128,15 +128,15 @@ def _turn(gallery: Gallery, *, on: bool, confirmed: bool) -> None:
 
 
 def _lines(place: str, gallery: Gallery | None) -> Iterator[bytes]:
-    from fpmatch.audit.log import log_lines
-    from fpmatch.gallery.audit import audit_lines
+    from fpmatch.gallery.store.audit import audit_lines
+    from fpmatch.gallery.store.audit_log import log_lines
 
     return log_lines(place) if gallery is None else audit_lines(gallery)
 
 
 def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) -> AuditState:
-    from fpmatch.audit.log import check_audit_log
-    from fpmatch.gallery.audit import check_audit
+    from fpmatch.gallery.store.audit import check_audit
+    from fpmatch.gallery.store.audit_log import check_audit_log
 
     if gallery is None:
         return check_audit_log(place, expect=expect)
@@ -144,7 +144,7 @@ def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) 
 
 
 def _events(place: str, gallery: Gallery | None) -> Iterator[dict[str, Any]]:
-    from fpmatch.audit.chain import follow_chain
+    from fpmatch.gallery.store.audit_chain import follow_chain
 
     for _, _, event in follow_chain(_lines(place, gallery), place):
         if event is not None:

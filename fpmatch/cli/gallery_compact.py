@@ -11,7 +11,7 @@ from fpmatch.cli.options import json_option, key_option
 from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.compaction import Compaction
+    from fpmatch.gallery.tasks.compaction import Compaction
 
 
 @click.command(
@@ -36,8 +36,8 @@ def compact(gallery: str, as_json: bool) -> None:
 
     What versions up to 0.2 removed, which did not overwrite it, is erased.
     """
-    from fpmatch.gallery.compaction import compact_gallery
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.compaction import compact_gallery
 
     with open_gallery(gallery) as opened:
         done, name = compact_gallery(opened), opened.name

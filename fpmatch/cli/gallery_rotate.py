@@ -36,8 +36,8 @@ def rotate(gallery: str, decrypt: bool, as_json: bool) -> int:
     same source. A rotation that was interrupted continues when it is started again.
     """
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.rotation import rotate
-    from fpmatch.gallery.sealing import PLAIN
+    from fpmatch.gallery.store.sealing import PLAIN
+    from fpmatch.gallery.tasks.rotation import rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
         done, name = rotate(opened, decrypt=decrypt, progress=bars.show), opened.name

@@ -231,9 +231,9 @@ def identify(
     prepared by the first search, and by the first one after a change.
     """
     from fpmatch.cli.identify_many import probe_source
-    from fpmatch.engine.engine import make_engine
+    from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.prints import find_prints, folder_reader
+    from fpmatch.gallery.listing.prints import find_prints, folder_reader
     from fpmatch.gallery.search import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name

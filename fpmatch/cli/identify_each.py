@@ -12,14 +12,14 @@ from fpmatch.errors import FpmatchError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.batch.sources import FolderSource
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.listing.entry import Entry
+    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.prints import Reader
     from fpmatch.gallery.prepared_search import Search
-    from fpmatch.gallery.print_file import PrintFile
-    from fpmatch.gallery.prints import Reader
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ def identify_near(
 ) -> Iterator[Found | FpmatchError]:
     """Yield the outcome for each probe, or why it cannot be read."""
     from fpmatch.gallery.candidates import identify_entries
-    from fpmatch.gallery.prints import extract_print
+    from fpmatch.gallery.listing.prints import extract_print
 
     for file in files:
         try:

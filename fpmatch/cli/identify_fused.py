@@ -17,10 +17,10 @@ from fpmatch.text_table import count
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.identify_fused import FusedIdentification
-    from fpmatch.gallery.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import Entry
+    from fpmatch.gallery.listing.print_file import PrintFile
     from fpmatch.matching.calibration import Calibration
 
 
@@ -42,10 +42,10 @@ def identify_by_fingers(
     **limits: Any,
 ) -> int:
     """Run the command with one probe and prints of other fingers; `reading` is of the reader."""
-    from fpmatch.engine.engine import make_engine
     from fpmatch.gallery.candidates import identify_entries_fused
+    from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.prints import extract_print, folder_reader
+    from fpmatch.gallery.listing.prints import extract_print, folder_reader
     from fpmatch.gallery.search import open_search
     from fpmatch.reading import group_by_note
 

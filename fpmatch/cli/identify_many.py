@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.batch.candidates import SearchOptions, SearchSummary
     from fpmatch.evaluation.batch.sources import FolderSource
-    from fpmatch.gallery.print_file import PrintFile
+    from fpmatch.gallery.listing.print_file import PrintFile
 
 STAGES: Final = {"prepare": "preparing prints", "identify": "searching"}
 WORKERS_NEED: Final = (
@@ -58,10 +58,10 @@ def identify_to_file(
     as_json: bool,
 ) -> int:
     """Write the candidates of all probes; return the exit status of the command."""
-    from fpmatch.engine.engine import make_engine
-    from fpmatch.engine.local import start_fork_server
     from fpmatch.evaluation.batch.candidate_rows import check_candidates_format
     from fpmatch.evaluation.batch.candidates import write_candidates
+    from fpmatch.gallery.engine.engine import make_engine
+    from fpmatch.gallery.engine.local import start_fork_server
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.search import open_search
     from fpmatch.output import check_writable

@@ -19,7 +19,7 @@ from fpmatch.printable import json_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.gallery.inspection import Inspection
+    from fpmatch.cli.inspection import Inspection
     from fpmatch.image.io.raw import RawSize
 
 
@@ -54,7 +54,7 @@ def inspect(
     folder is detected from all of them. Where a file contains several prints, what differs between
     them is separated by bars.
     """
-    from fpmatch.gallery.inspection import inspect_file
+    from fpmatch.cli.inspection import inspect_file
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
     from fpmatch.minutiae import check_dpi
     from fpmatch.reading import PrintReader

@@ -149,10 +149,10 @@ def score(
     rows are the same with processes of this machine and with a Dask cluster, whose workers may join
     and leave.
     """
-    from fpmatch.engine.engine import make_engine
     from fpmatch.evaluation.batch import score as scoring
     from fpmatch.evaluation.batch.sources import open_source
-    from fpmatch.gallery.entry import NamePattern
+    from fpmatch.gallery.engine.engine import make_engine
+    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.reading import PrintReader

@@ -166,8 +166,8 @@ def _verify_claim(
         if values[name] is not None:
             option = name.upper() if name == "reference" else f"--{name.replace('_', '-')}"
             raise click.UsageError(f"{option} cannot be combined with --gallery")
-    from fpmatch.gallery.claim import check_claim
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.claim import check_claim
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.matchers import matcher_name
     from fpmatch.matching.verify import DEFAULT_THRESHOLD

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
 from fpmatch.matching.finger import Finger
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.protocol import Pairs
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
@@ -187,7 +187,7 @@ def compare_sets(
     for each database, the reference of a pair to the impressions that are enrolled with it as one
     finger: the similarity is then the score of the finger, and all else that of its most similar
     impression. Raises a `MatcherError` if fingers are enrolled without a calibration. `workers` and
-    `engine` are as for `fpmatch.engine.workers.run_chunks`, and the matcher must pickle.
+    `engine` are as for `fpmatch.gallery.engine.workers.run_chunks`, and the matcher must pickle.
     """
     sides = [
         [[e.template for e in extracted.extractions] for extracted in side]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import Extractor
     from fpmatch.evaluation.report import SetResult
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.gallery.prints import ExtractedPrint
+    from fpmatch.gallery.listing.prints import ExtractedPrint
     from fpmatch.minutiae import Template
 
 

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.evaluation.impression import Impression
 from fpmatch.evaluation.pair_list import listed_impressions, read_pairs
-from fpmatch.gallery.entry import Label, NamePattern, entry_names
-from fpmatch.gallery.folders import prints_below, prints_in
-from fpmatch.gallery.kinds import kind_of
-from fpmatch.gallery.manifest import read_manifest
-from fpmatch.gallery.print_file import number_impressions
-from fpmatch.gallery.prints import find_prints
+from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
+from fpmatch.gallery.listing.folders import prints_below, prints_in
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import read_manifest
+from fpmatch.gallery.listing.print_file import number_impressions
+from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.io.dataset_folder import natural_key, read_dataset_info
 from fpmatch.printable import csv_cell
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.evaluation.protocol import Pairs
-    from fpmatch.gallery.print_file import PrintFile
+    from fpmatch.gallery.listing.print_file import PrintFile
 
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 _TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
@@ -76,7 +76,7 @@ def load_dataset(
     Parameters
     ----------
     place : path-like or str
-        A folder, a manifest (see `fpmatch.gallery.manifest`), or a gallery (file or URL).
+        A folder, a manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL).
     pattern : str or NamePattern, optional
         Finds subject, finger and impression in other names; prints that it does not match are left
         out.

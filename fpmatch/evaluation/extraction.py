@@ -11,11 +11,17 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress, results_of_each
 from fpmatch.errors import DatasetError
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.gallery.print_file import PrintFile, resolution_notes
-from fpmatch.gallery.prints import ExtractedPrint, extract_print
+from fpmatch.gallery.engine.workers import (
+    Attempt,
+    Progress,
+    attempt_all,
+    no_progress,
+    results_of_each,
+)
+from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
+from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.reading import PrintReader
@@ -23,9 +29,9 @@ from fpmatch.reading import PrintReader
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset
     from fpmatch.evaluation.impression import Impression
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.image.io.read import GreyImage
     from fpmatch.minutiae import Template
 
@@ -166,7 +172,7 @@ def extract_datasets(
         the file's own), alone or in an `ExtractedPrint` with notes. By default it is
         `extract_image`, the images of a folder read with one polarity.
     workers, engine, progress, stage
-        As for `fpmatch.engine.workers.attempt_all`, in images.
+        As for `fpmatch.gallery.engine.workers.attempt_all`, in images.
 
     Returns
     -------
@@ -234,8 +240,8 @@ def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPri
 
 def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
     """Return the templates of a database that is a gallery, in the order of its impressions."""
-    from fpmatch.gallery.audit import ranges  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415
+    from fpmatch.gallery.store.audit import ranges  # noqa: PLC0415  (imports a database)
 
     numbers = [i.entry for i in dataset.impressions if i.entry is not None]
     with open_gallery(dataset.place) as gallery:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores import choose_matcher, read_scores
-from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import Extractor
     from fpmatch.evaluation.report import EvaluationReport
     from fpmatch.evaluation.scores_set import Trials
-    from fpmatch.gallery.entry import NamePattern
+    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.result import Matcher
 
 

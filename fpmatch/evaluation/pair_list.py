@@ -25,8 +25,8 @@ import numpy as np
 from fpmatch.errors import ScoringError
 from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.protocol import Pairs
-from fpmatch.gallery.csv_rows import csv_rows, row_error
-from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
+from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.printable import csv_cell, printable
 
 if TYPE_CHECKING:

@@ -6,8 +6,6 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.engine.engine import processes
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import compare_sets
 from fpmatch.evaluation.dataset import Dataset, load_dataset
@@ -15,16 +13,18 @@ from fpmatch.evaluation.enrolment import plan_enrolment, with_impostors
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.score_reports import summarise, summarise_set
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.enrolment import Enrolment
     from fpmatch.evaluation.extraction import ExtractedSet, Extractor
     from fpmatch.evaluation.report import EvaluationReport
-    from fpmatch.gallery.entry import NamePattern
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.result import Matcher
 
 
@@ -176,8 +176,9 @@ def evaluate_templates(
 ) -> EvaluationReport:
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
-    `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`. With an
-    `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are probes too.
+    `engine` is as for `fpmatch.gallery.engine.workers.run_chunks`, `probes` as for `compare_sets`.
+    With an `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are
+    probes too.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     enrolled = None

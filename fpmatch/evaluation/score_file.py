@@ -37,7 +37,7 @@ from fpmatch.errors import DatasetError, OutputError, without_path
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.decision import calibration_of, rho_of
 from fpmatch.evaluation.decision import outcomes as outcomes_of
-from fpmatch.gallery.csv_rows import csv_rows
+from fpmatch.gallery.listing.csv_rows import csv_rows
 from fpmatch.matching.decision import MATCH
 from fpmatch.output import atomic_write, check_writable, reason
 from fpmatch.printable import csv_cell

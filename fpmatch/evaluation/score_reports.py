@@ -26,7 +26,7 @@ from fpmatch.evaluation.report import (
 )
 from fpmatch.evaluation.scores import finger_of_fvc_name, read_genuine_and_impostor, read_scores
 from fpmatch.evaluation.scores_set import scores_of_set
-from fpmatch.gallery.entry import NamePattern
+from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.packed_template import minutiae_digest
 
 if TYPE_CHECKING:
@@ -132,8 +132,8 @@ def evaluate_scores(
     distances : bool
         As for `fpmatch.evaluation.scores.read_scores`.
     pattern : str, optional
-        Finds the fingers in names of prints, as for `fpmatch.gallery.entry.NamePattern`; by default
-        prints are named FFF_M.
+        Finds the fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by
+        default prints are named FFF_M.
 
     Raises
     ------

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.engine.engine import processes
-from fpmatch.engine.workers import attempt_each, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label, NewEntry
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.workers import attempt_each, no_progress
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.rows import pack_entry
-from fpmatch.gallery.tables import ENROLLED
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label, NewEntry
+from fpmatch.gallery.store.rows import pack_entry
+from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.synthesis.database import FIRST_FINGER, finger_numbers
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, Plan, sensors_named
 from fpmatch.synthesis.templates import make_templates
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
 
-    from fpmatch.engine.workers import Progress
-    from fpmatch.gallery.entry import PackedEntry
+    from fpmatch.gallery.engine.workers import Progress
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.listing.entry import PackedEntry
     from fpmatch.synthesis.sensor import Sensor
 
 STAGE: Final = "synth"

@@ -11,10 +11,10 @@ from fpmatch.gallery.identify_fused import identify_fused
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.identify_fused import FusedIdentification
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.prepared_search import Search
     from fpmatch.minutiae import Template
 

@@ -1,4 +1,4 @@
-"""Erasure of what was removed from a gallery: in its file, and in the prepared prints."""
+"""Erasure of what was removed from a gallery: in its file, its prepared prints and its index."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError, GalleryError
-from fpmatch.gallery.index_erasure import erase_from_index
-from fpmatch.gallery.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
-from fpmatch.gallery.prepared import Prepared, load_prepared, prepared_name, save_prepared
-from fpmatch.gallery.tables import TABLES
+from fpmatch.gallery.index.files import IndexFolder
+from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
+from fpmatch.gallery.index.state import IndexState, removals_between
+from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
+from fpmatch.gallery.store.tables import TABLES
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.output import reason
+from fpmatch.output import folder_lock, reason
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.store.reader import GalleryReader
 
 _PATTERNS: Final = (f"*{PREPARED}", "*.prints", "*.npy", ".*.part")
 """Files of prepared prints: of this version, of earlier ones, and unfinished ones."""
@@ -70,7 +71,7 @@ def delete_outdated(gallery: GalleryReader) -> None:
 
     The index is written anew where it has removed prints.
     """
-    erase_from_index(gallery)
+    _erase_from_index(gallery)
     ending = f"-{__version__}-{gallery.content_hash()}{PREPARED}"
     for path in _files(gallery):
         if not path.name.endswith(ending):
@@ -82,6 +83,32 @@ def delete_outdated(gallery: GalleryReader) -> None:
     for folder in kept_folders(gallery):
         with suppress(OSError):
             folder.rmdir()
+
+
+def _erase_from_index(gallery: GalleryReader) -> None:
+    """Write the segments that have removed prints anew, or delete them for the next search."""
+    for path in kept_folders(gallery):
+        names = {one.name.removesuffix(INDEX) for one in path.glob(f"*{INDEX}")}
+        names |= {one.name.partition(".")[0] for one in path.glob(f"*{SEGMENT}")}
+        for name in sorted(names):
+            with suppress(FileNotFoundError), folder_lock(path):
+                _rewrite(gallery, IndexFolder(path, name, gallery.sealing()))
+
+
+def _rewrite(gallery: GalleryReader, folder: IndexFolder) -> None:
+    """Erase what was removed from the index in a folder, which is locked."""
+    now = gallery.revision()
+    try:
+        listed = folder.read_list()
+        removals = removals_between(gallery, listed.revision, now)
+        if removals is None:
+            raise FpmatchError("of another gallery", code="other")
+        state = IndexState.of_list(listed, folder).after(removals, now).rewritten()
+        kept = state.write(folder).base
+    except FpmatchError:
+        folder.delete_list()
+        kept = None
+    folder.delete_others(() if kept is None else kept[1], strict=True)
 
 
 def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Iterator[Path]:

@@ -8,14 +8,13 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import audit
-from fpmatch.gallery.creation import check_or_create
-from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure, PackedEntry
-from fpmatch.gallery.history import keep_history
-from fpmatch.gallery.reader import GalleryReader
-from fpmatch.gallery.rows import pack_entry, to_row
-from fpmatch.gallery.sealed_database import as_keys
-from fpmatch.gallery.tables import (
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
+from fpmatch.gallery.store import audit
+from fpmatch.gallery.store.history import keep_history
+from fpmatch.gallery.store.reader import GalleryReader
+from fpmatch.gallery.store.rows import pack_entry, to_row
+from fpmatch.gallery.store.sealed_database import as_keys, check_or_create
+from fpmatch.gallery.store.tables import (
     ENTRY,
     FAILURE,
     GALLERY,
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     import sqlalchemy as sa
 
     from fpmatch.encryption.keys import KeyRing
-    from fpmatch.gallery.entry import NewEntry
+    from fpmatch.gallery.listing.entry import NewEntry
 
 SOURCES_PER_QUERY: Final = 1000
 

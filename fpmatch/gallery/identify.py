@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError, number_text
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.gallery.prepared_search import (
     EXHAUSTIVE_UP_TO,
     Candidate,
     CandidateListSize,
     Preselection,
 )
-from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.prepared_search import Each, Search
     from fpmatch.gallery.search import ConsolidatedFingers
     from fpmatch.matching.calibration import Calibration
@@ -160,7 +160,7 @@ def identify(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.gallery.entry import Label, NewEntry
+    >>> from fpmatch.gallery.listing.entry import Label, NewEntry
     >>> from fpmatch.gallery.gallery import open_gallery
     >>> from fpmatch.gallery.search import open_search
     >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])

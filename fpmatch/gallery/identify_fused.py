@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError
+from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.identify import identify
-from fpmatch.indexing.loss import DEFAULT_LOSS
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_scores
 from fpmatch.matching.fused_fingers import assign_fingers
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.engine import Engine
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.prepared_search import CandidateListSize, Each, Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template

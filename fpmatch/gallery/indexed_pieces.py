@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.pieces import map_to_all
+from fpmatch.gallery.engine.pieces import map_to_all
+from fpmatch.gallery.index.loss import DEFAULT_LOSS, combined_scores, search_plan
+from fpmatch.gallery.index.stages import preselect, unoriented_share
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.prepared_search import Preselection
 from fpmatch.gallery.search_pieces import by_probe
-from fpmatch.indexing.loss import DEFAULT_LOSS, combined_scores, search_plan
-from fpmatch.indexing.stages import preselect, unoriented_share
 from fpmatch.matching.prepare_compact import prepare_compact
 
 if TYPE_CHECKING:
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.pieces import Pieces
-    from fpmatch.gallery.index_segment import PrintSegment
+    from fpmatch.gallery.engine.pieces import Pieces
+    from fpmatch.gallery.index.loss import SearchPlan
+    from fpmatch.gallery.index.print_segment import PrintSegment
     from fpmatch.gallery.prepared_search import CandidateListSize, Each, Search
-    from fpmatch.gallery.reader import GalleryReader
-    from fpmatch.indexing.loss import SearchPlan
+    from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.result import Matcher
 
     Indices = NDArray[np.intp]
@@ -158,7 +158,7 @@ class HeldIndexedSearch:
                 yield batch
 
     def _choose_by_votes(self, batch: _Batch, voted: Sequence[Any], most: int) -> None:
-        """Keep the prints with the most votes, as `fpmatch.indexing.stages.preselect` does."""
+        """Keep the prints with the most votes, as `fpmatch.gallery.index.stages.preselect` does."""
         segment = np.repeat(np.arange(len(voted)), [len(local) for local, _ in voted])
         local = np.concatenate([np.empty(0, np.intp), *(local for local, _ in voted)])
         votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, votes in voted)])

@@ -1,7 +1,7 @@
 """Search of a large gallery in three stages, by its index.
 
 The terms of the index choose prints whose bit descriptors are compared; these choose the prints
-that are compared whole, by their compact templates (see `fpmatch.indexing`).
+that are compared whole, by their compact templates (see `fpmatch.gallery.index`).
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.index import GalleryIndex
-from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment, prepare_prints
+from fpmatch.gallery.index.gallery_index import GalleryIndex
+from fpmatch.gallery.index.loss import combined_scores, search_plan
+from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
+from fpmatch.gallery.index.stages import preselect
 from fpmatch.gallery.prepared_search import Preselection, Search, parts_of
-from fpmatch.indexing.loss import combined_scores, search_plan
-from fpmatch.indexing.stages import preselect
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.candidate_list import PRINTS_AT_ONCE
 
 if TYPE_CHECKING:
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.index_state import IndexState
+    from fpmatch.gallery.index.state import IndexState
     from fpmatch.gallery.prepared_search import Each
-    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.result import Matcher

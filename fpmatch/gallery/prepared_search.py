@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.candidate_list import candidate_list
 from fpmatch.matching.packed_templates import PackedTemplates
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 

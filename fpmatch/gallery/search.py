@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO, LISTED_UP_TO, Search
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.finger import Finger
@@ -18,10 +18,10 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prepared_search import Candidate, CandidateListSize
-    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
@@ -84,7 +84,7 @@ def open_search(
 
 
 def _prepared(gallery: GalleryReader, matcher: Matcher, **given: Any) -> Search:
-    from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
+    from fpmatch.gallery.index.prepared import prepare_gallery  # noqa: PLC0415
 
     kept = prepare_gallery(gallery, matcher, **given)
     return Search(matcher, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))

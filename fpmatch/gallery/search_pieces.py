@@ -1,9 +1,9 @@
 """Searches for many probes on all cores or machines: each worker holds prints of the gallery.
 
 The prints of a `Search` are divided into ranges, the pieces, which workers hold (see
-`fpmatch.engine.pieces`). A probe is sent to all of them. Their results are put together before it
-is decided which prints are compared, and which fingers are candidates. So the candidates are the
-same as in a search in one process, to the last bit.
+`fpmatch.gallery.engine.pieces`). A probe is sent to all of them. Their results are put together
+before it is decided which prints are compared, and which fingers are candidates. So the candidates
+are the same as in a search in one process, to the last bit.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.engine.engine import serial
-from fpmatch.engine.pieces import hold_pieces, map_to_all
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.pieces import hold_pieces, map_to_all
 from fpmatch.gallery.identify import candidate_list_size
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.gallery.prepared_search import Search
-from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.candidate_list import greatest, prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.engine import Engine
-    from fpmatch.engine.pieces import Pieces
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.engine.pieces import Pieces
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
     from fpmatch.gallery.prepared_search import CandidateListSize, Each
     from fpmatch.minutiae import Template

@@ -16,8 +16,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.engine.workers import no_progress, run_chunks
 from fpmatch.errors import DatasetError, OutputError
+from fpmatch.gallery.engine.workers import no_progress, run_chunks
 from fpmatch.output import atomic_write_bytes, folder_lock, reason, remove_unfinished
 from fpmatch.synthesis.check import fault, is_damaged_copy, read
 from fpmatch.synthesis.master import MasterParameters
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
 
-    from fpmatch.engine.workers import Progress
+    from fpmatch.gallery.engine.workers import Progress
     from fpmatch.synthesis.impression import Impression
     from fpmatch.synthesis.sensor import Sensor
 

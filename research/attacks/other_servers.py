@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.web.app import make_app
-from fpmatch.web.settings import Settings
+from fpmatch.server.app import make_app
+from fpmatch.server.settings import Settings
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

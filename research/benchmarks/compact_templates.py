@@ -23,8 +23,8 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.indexing.segment import Segment
+from fpmatch.gallery.index.segment import Segment
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.candidate_list import prefilter_scores
 from fpmatch.matching.compact_template import CompactTemplates, compact, expand

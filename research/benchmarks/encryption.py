@@ -24,16 +24,16 @@ import repository  # noqa: F401
 from disturbed_prints import disturbed, sample_templates
 
 from fpmatch.encryption.keys import KEY_VARIABLE, KeyRing, new_key
-from fpmatch.engine.engine import serial
 from fpmatch.errors import FpmatchError
 from fpmatch.formats import sealed
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.gallery.database import DamagedRowError
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
+from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import open_search
-from fpmatch.gallery.tables import PACKED
+from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.gallery.store.tables import PACKED
 from research.commands import Command, json_file, write_json
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.indexing.loss import LEAST_PASSED_ON, search_plan, with_votes
-from fpmatch.indexing.segment import MAX_PRINTS, Segment
-from fpmatch.indexing.stages import preselect
-from fpmatch.indexing.terms import probe_terms
+from fpmatch.gallery.index.loss import LEAST_PASSED_ON, search_plan, with_votes
+from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
+from fpmatch.gallery.index.stages import preselect
+from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER

@@ -29,10 +29,10 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.gallery.index_segment import prepare_prints
-from fpmatch.indexing.loss import search_plan, with_votes
-from fpmatch.indexing.stages import preselect
-from fpmatch.indexing.terms import probe_terms
+from fpmatch.gallery.index.loss import search_plan, with_votes
+from fpmatch.gallery.index.print_segment import prepare_prints
+from fpmatch.gallery.index.stages import preselect
+from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.candidate_list import SizeNormalization
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 
     from made_gallery import Rows
 
-    from fpmatch.gallery.index_segment import PrintSegment
-    from fpmatch.indexing.loss import SearchPlan
+    from fpmatch.gallery.index.loss import SearchPlan
+    from fpmatch.gallery.index.print_segment import PrintSegment
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.minutiae import Template
 

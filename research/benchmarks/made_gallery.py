@@ -21,8 +21,8 @@ import repository
 
 from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.index_segment import COLUMNS, PrintSegment
+from fpmatch.gallery.index.print_segment import COLUMNS, PrintSegment
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.templates import make_templates
@@ -37,7 +37,7 @@ PART = 65_536  # prints
 SYNTHESIS = "1"  # another where `make_templates` gives other templates
 # modules that decide what an index holds
 CODE_OF_INDEX = (
-    *(f"indexing/{name}.py" for name in ("terms", "_term_kernel", "segment")),
+    *(f"gallery/index/{name}.py" for name in ("terms", "_term_kernel", "segment")),
     *(f"matching/{name}.py" for name in ("packed_descriptors", "compact_template")),
 )
 ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("bytes",))}

@@ -20,16 +20,16 @@ from typing import TYPE_CHECKING
 
 from disturbed_prints import disturbed, sample_templates
 
-from fpmatch.engine.engine import make_engine
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import StoredTemplate
-from fpmatch.gallery.compact import pack_template
+from fpmatch.gallery.engine.engine import make_engine
+from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.minutiae import Template
 
 MAX_BYTES = 1e9

@@ -28,17 +28,17 @@ from typing import TYPE_CHECKING
 import psutil
 from disturbed_prints import disturbed, sample_templates
 
-from fpmatch.engine.engine import dask, processes, serial
 from fpmatch.evaluation.batch.candidates import SearchOptions, write_candidates
 from fpmatch.evaluation.batch.sources import FolderSource
 from fpmatch.formats.files import save_template
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import dask, processes, serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import find_prints
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.search import open_search
 
 if TYPE_CHECKING:
-    from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prepared_search import Search
     from fpmatch.minutiae import Template

@@ -28,12 +28,12 @@ from unittest.mock import patch
 from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
 from fpmatch import packed_columns
-from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
+from fpmatch.gallery.index import segment
 from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import open_search
-from fpmatch.indexing import segment
 from fpmatch.matching import bit_descriptors, candidate_list, compare, ridge_samples
 from fpmatch.matching.packed_descriptors import PackedDescriptors
 from fpmatch.synthesis.templates import make_templates

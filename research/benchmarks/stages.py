@@ -20,7 +20,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from fpmatch.engine.threads import single_threaded
+from fpmatch.base.threads import single_threaded
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.matchers.unit_circle import MATCHER

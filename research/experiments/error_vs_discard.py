@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.error_vs_discard import (
     FMR,
@@ -19,6 +18,7 @@ from fpmatch.evaluation.error_vs_discard import (
 )
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction, attempt_each_image
 from fpmatch.evaluation.run import evaluate_templates
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.assess import assess
 from fpmatch.image.quality.print_quality import PrintQuality
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import attempt_each_image
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.recorder import StageRecorder

@@ -10,7 +10,7 @@ import click
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.indexing.loss import DEFAULT_LOSS
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from research.commands import PATH, Command, folders, json_file, workers, write_json

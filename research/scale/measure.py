@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.indexing.segment import MAX_PRINTS, Segment
+from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.compact_template import CompactTemplates
 from fpmatch.matching.matchers.unit_circle import MATCHER

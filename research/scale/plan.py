@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.indexing.segment import MAX_PRINTS
+from fpmatch.gallery.index.segment import MAX_PRINTS
 from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import click
 import numpy as np
 
 import fpmatch
-from fpmatch.indexing.loss import LossTable, cost, with_votes
-from fpmatch.indexing.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
-from fpmatch.indexing.segment import MAX_PRINTS, Segment
-from fpmatch.indexing.terms import print_terms, probe_terms
+from fpmatch.gallery.index.loss import LossTable, cost, with_votes
+from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
+from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
+from fpmatch.gallery.index.terms import print_terms, probe_terms
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER

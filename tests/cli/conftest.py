@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.engine.engine import serial
-from fpmatch.gallery.enrol import enrol
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import find_prints
+from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.gallery.tasks.enrol import enrol
 
 Run = Callable[..., Result]
 

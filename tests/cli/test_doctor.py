@@ -9,7 +9,7 @@ import pytest
 
 import fpmatch
 from fpmatch import installation, kernels
-from fpmatch.engine.local import available_cores
+from fpmatch.base.threads import available_cores
 from fpmatch.matching._local_kernel import COMPILED
 
 

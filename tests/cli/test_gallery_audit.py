@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from fpmatch.audit.client import OPERATOR, acting_as
-from fpmatch.gallery.audit import check_audit
-from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.audit import check_audit
+from fpmatch.gallery.store.audit_chain import OPERATOR, acting_as
 from fpmatch.minutiae import Minutiae, Template
 
 
@@ -95,7 +95,7 @@ def test_an_audit_is_verified_with_its_gallery_and_as_a_file(
 
 def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:
     pytest.importorskip("filelock", reason="the extra `web` is not installed")
-    from fpmatch.audit.log import AuditLog
+    from fpmatch.gallery.store.audit_log import AuditLog
 
     log = AuditLog(tmp_path / "audit.jsonl")
     log.append("ada", "POST /verify", {})

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.engine.threads import interrupt_deferred, interrupt_kept_from_children
+from fpmatch.base.threads import interrupt_deferred, interrupt_kept_from_children
 
 ROOT = Path(__file__).parents[2]
 PRINTS = str(ROOT / "sample_data")
@@ -161,7 +161,7 @@ def test_other_errors_in_a_destructor_are_printed_as_usual() -> None:
 
 DEFERRED = """
 import os, signal
-from fpmatch.engine.threads import interrupt_deferred
+from fpmatch.base.threads import interrupt_deferred
 signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     with interrupt_deferred():
@@ -175,7 +175,7 @@ assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 """
 RECEIVED = """
 import os, signal, time
-from fpmatch.engine.threads import interrupt_kept_from_children
+from fpmatch.base.threads import interrupt_kept_from_children
 signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     with interrupt_kept_from_children():

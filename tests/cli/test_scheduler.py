@@ -120,7 +120,7 @@ def test_workers_need_none_of_the_files(run, folder, gallery, tmp_path, cluster)
 def test_without_a_scheduler_it_is_one_line_and_status_2(
     run, gallery, prints, tmp_path, monkeypatch, command
 ):
-    monkeypatch.setattr("fpmatch.engine.cluster.CONNECT_S", 0.3)
+    monkeypatch.setattr("fpmatch.gallery.engine.cluster.CONNECT_S", 0.3)
     place = {"enrol": tmp_path / "new.db", "identify": gallery}[command]
     more = {"enrol": (), "identify": ("-o", tmp_path / "c.csv")}[command]
     words = (command, place, prints / "1_1.png", "--scheduler", "tcp://127.0.0.1:1")

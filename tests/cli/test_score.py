@@ -93,7 +93,7 @@ def test_a_calibration_of_one_s_own(score, tmp_path):
 
 def test_no_scheduler_is_one_line_and_status_2(run, pair, tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-    from fpmatch.engine import cluster
+    from fpmatch.gallery.engine import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
     usual = ("--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv")

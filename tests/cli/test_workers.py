@@ -18,9 +18,9 @@ SAMPLE = Path(__file__).parents[2] / "sample_data"
 COPIES = 8 if COMPILED else 1  # uncompiled, each print takes seconds
 PROGRAM = """
 import signal
-import fpmatch.gallery.enrol
+import fpmatch.gallery.tasks.enrol
 from fpmatch.cli import main
-fpmatch.gallery.enrol.SECONDS_PER_COMMIT = 0.0  # what is done is kept at once
+fpmatch.gallery.tasks.enrol.SECONDS_PER_COMMIT = 0.0  # what is done is kept at once
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
 main(prog_name="fpmatch")
 """

@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from fpmatch.errors import ImageReadError
-from fpmatch.gallery.prints import ExtractedPrint
+from fpmatch.gallery.listing.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity

@@ -17,8 +17,8 @@ from fpmatch.evaluation.impostors import gather_impostors
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.evaluation.score_file import write_scores
 from fpmatch.evaluation.scores import read_scores
-from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
 
 TIMES = ("extract_ms", "match_us", "name")
 

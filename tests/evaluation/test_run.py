@@ -3,13 +3,13 @@ import json
 import numpy as np
 import pytest
 
-from fpmatch.engine import local
 from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import OUTCOME
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import evaluate
+from fpmatch.gallery.engine import local
 
 RATES = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]
 

@@ -5,8 +5,8 @@ import pytest
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation import synthetic_gallery
 from fpmatch.evaluation.synthetic_gallery import make_gallery
-from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.store.compact import pack_template
 from fpmatch.synthesis.templates import make_templates
 
 

@@ -20,7 +20,7 @@ from fpmatch.formats.bounds import (
     check_bounds,
 )
 from fpmatch.formats.files import decode_record
-from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template

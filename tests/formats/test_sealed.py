@@ -8,7 +8,7 @@ from fpmatch.encryption.records import seal
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import is_template_file, load_record, load_template, save_template
 from fpmatch.formats.record import ReadingOptions
-from fpmatch.gallery.folders import prints_in
+from fpmatch.gallery.listing.folders import prints_in
 from fpmatch.reading import PrintReader, decode_print
 
 

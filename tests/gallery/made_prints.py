@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.gallery.entry import Label, NewEntry
-from fpmatch.gallery.print_file import PrintFile
-from fpmatch.gallery.prints import ExtractedPrint
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, Template
 

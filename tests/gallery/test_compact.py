@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
-from fpmatch.gallery.compact import VERSION, pack_template, unpack_template
+from fpmatch.gallery.store.compact import VERSION, pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.packed_template import minutiae_digest, packed_minutiae_digest

@@ -15,20 +15,20 @@ from hypothesis import strategies as st
 from made_prints import FAKE, entry_of, scattered
 
 from fpmatch.cli.group import fpmatch
-from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.candidates import identify_entries
-from fpmatch.gallery.claim import check_claim
-from fpmatch.gallery.compact import pack_template
-from fpmatch.gallery.consistency import check_fingers, find_damaged
-from fpmatch.gallery.entry import Label
-from fpmatch.gallery.export import export_templates
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import ConsolidatedFingers, open_search
+from fpmatch.gallery.store.compact import pack_template
+from fpmatch.gallery.tasks.claim import check_claim
+from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
+from fpmatch.gallery.tasks.export import export_templates
 
 if TYPE_CHECKING:
     from pathlib import Path

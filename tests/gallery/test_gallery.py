@@ -13,11 +13,11 @@ import sqlalchemy as sa
 from made_prints import entry_of, template_at
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import creation, reader, tables
 from fpmatch.gallery import gallery as gallery_module
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
+from fpmatch.gallery.store import reader, sealed_database, tables
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 
 
 def refused(function, *arguments, code, **options):
@@ -162,7 +162,7 @@ def test_an_error_in_the_middle_leaves_nothing(where, monkeypatch):
 
 ENROL = """
 import sys
-from fpmatch.gallery.entry import NewEntry, Label
+from fpmatch.gallery.listing.entry import NewEntry, Label
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
 template = Template(Minutiae([1], [2], [3]), 300, 300)
@@ -190,7 +190,7 @@ def test_nothing_is_made_unless_asked_and_no_other_version_is_opened(where, monk
     refused(open_gallery, where, code="missing")
     open_gallery(where, create=True).close()
     open_gallery(where).close()
-    monkeypatch.setattr(creation, "VERSION", 3)
+    monkeypatch.setattr(sealed_database, "VERSION", 3)
     for create in (False, True):
         refused(open_gallery, where, create=create, code="version")
 

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, template_at
 
-from fpmatch.engine.engine import serial
 from fpmatch.errors import MatcherError
 from fpmatch.gallery import identify_fused as fused_module
 from fpmatch.gallery.candidates import GallerySubjects, identify_entries_fused
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.identify_fused import identify_fused
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.calibration import Calibration, score_to_fmr

@@ -6,17 +6,17 @@ import platformdirs
 import pytest
 from made_prints import entry_of, scattered
 
-from fpmatch.engine.engine import processes, serial
 from fpmatch.gallery import indexed_pieces, indexed_search
 from fpmatch.gallery.candidates import GallerySubjects
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
+from fpmatch.gallery.index import stages
+from fpmatch.gallery.index.loss import SearchPlan
 from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.search_pieces import hold_search
-from fpmatch.indexing import stages
-from fpmatch.indexing.loss import SearchPlan
 
 SIZE = 60
 PROBES = [scattered(k, 30) for k in (3, 17, 44, 1000)]

@@ -13,17 +13,17 @@ from fpmatch import identify as identify_in
 from fpmatch.cli.group import fpmatch
 from fpmatch.cli.identify import identify as identify_command
 from fpmatch.encryption.key_text import make_keys
-from fpmatch.engine.engine import serial
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery import indexed_search as module
 from fpmatch.gallery.candidates import identify_entries
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
+from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
 from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import ConsolidatedFingers, open_search
-from fpmatch.indexing.loss import DEFAULT_LOSS, SearchPlan
 from fpmatch.matching.calibration import load_calibration
 
 SIZE = 40
@@ -125,8 +125,8 @@ def test_candidates_do_not_depend_on_the_segments(large, monkeypatch):
         for path in large.file.with_name(f"{large.file.name}.prepared").iterdir():
             path.unlink()
         with monkeypatch.context() as patch:
-            patch.setattr("fpmatch.gallery.index.MOST_PRINTS", most)
-            patch.setattr("fpmatch.gallery.index_state.MOST_OF_A_SIZE", 1000)
+            patch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", most)
+            patch.setattr("fpmatch.gallery.index.state.MOST_OF_A_SIZE", 1000)
             search = opened(large)
         assert len(search.state.parts) == -(-SIZE // most)
         assert [repr(identify(search, print_of(k)).candidates) for k in range(5)] == expected
@@ -145,7 +145,7 @@ def test_an_open_search_follows_the_gallery_and_so_does_that_of_another_server(f
 
 
 def test_the_server_continues_the_index_of_its_last_search(filled, monkeypatch):
-    from fpmatch.web import gallery as served
+    from fpmatch.server import gallery as served
 
     monkeypatch.setattr(served, "_kept", {})
     first = served._search(filled, "unit-circle")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.entry import FVC_PATTERN, Label, NamePattern
+from fpmatch.gallery.listing.entry import FVC_PATTERN, Label, NamePattern
 
 FOLDERS = r"(?P<subject>\w+)/((?P<finger>\w+)-)?(?P<impression>\d+)"
 SOCOFING = r"(?P<subject>\d+)__[MF]_(?P<finger>\w+)_finger"

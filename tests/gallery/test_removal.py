@@ -20,16 +20,16 @@ from made_prints import entry_of
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.encryption.key_text import make_keys
-from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import database
-from fpmatch.gallery.compact import pack_template
-from fpmatch.gallery.compaction import compact_gallery
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index_segment import PrintSegment
-from fpmatch.gallery.prepared import prepare_gallery
+from fpmatch.gallery.index.prepared import prepare_gallery
+from fpmatch.gallery.index.print_segment import PrintSegment
+from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import open_search
+from fpmatch.gallery.store import database
+from fpmatch.gallery.store.compact import pack_template
+from fpmatch.gallery.tasks.compaction import compact_gallery
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -120,7 +120,7 @@ def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("fpmatch.gallery.search.LISTED_UP_TO", 2)
-    monkeypatch.setattr("fpmatch.gallery.index.MOST_PRINTS", 4)
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
     prepared = [(1, 1, entry.template, MATCHER.prepare(entry.template)) for entry in entries]
     single = [PrintSegment.build([row]) for row in prepared]
@@ -279,7 +279,7 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
 COMPACT = """
 import resource, signal, sys
 from pathlib import Path
-from fpmatch.gallery.compaction import compact_gallery
+from fpmatch.gallery.tasks.compaction import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
 most = int(sys.argv[2])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

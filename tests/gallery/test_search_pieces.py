@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, scattered, template_at
 
-from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import MatcherError
 from fpmatch.gallery import search_pieces
+from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared_search import Search

@@ -11,18 +11,18 @@ from made_prints import entry_of, scattered
 
 from fpmatch import identify as identify_in
 from fpmatch.cli.group import fpmatch
-from fpmatch.engine import in_threads
-from fpmatch.engine.engine import serial
-from fpmatch.engine.in_threads import Threads
 from fpmatch.formats.files import save_template
 from fpmatch.gallery import indexed_search, prepared_search
 from fpmatch.gallery.candidates import identify_entries, identify_entries_fused
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.engine import in_threads
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.index.loss import SearchPlan
 from fpmatch.gallery.indexed_search import IndexedSearch
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import open_search
-from fpmatch.indexing.loss import SearchPlan
 from fpmatch.matching import candidate_list
-from fpmatch.web import gallery as served
+from fpmatch.server import gallery as served
 
 SIZE = 40
 PROBES = [scattered(k, 10 + k % 25) for k in (3, 17, 100)]

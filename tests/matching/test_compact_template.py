@@ -13,7 +13,7 @@ from packed_cases import assert_damaged, from_file
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.bounds import check_bounds
-from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.compact_template import COLUMNS, CompactTemplates, compact, expand
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.ridge_samples import sample_ridges

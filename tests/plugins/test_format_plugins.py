@@ -10,7 +10,7 @@ from fpmatch import load_template, save_template
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import is_template_file
 from fpmatch.formats.registry import CODECS, codec_of_name, known_codecs
-from fpmatch.gallery.prints import find_prints
+from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.plugins import FORMATS, forget_plugins
 
 GUIDE = "add_a_format.md"

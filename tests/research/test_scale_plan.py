@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import FpmatchError
-from fpmatch.indexing.loss import DEFAULT_LOSS
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from research.commands import research
 from research.scale.command import search_times
 from research.scale.constants import STAGES, Assumptions, Constants

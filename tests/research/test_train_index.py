@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fpmatch.indexing.model import TERMS
+from fpmatch.gallery.index.model import TERMS
 from research.training.index import model_of_edges
 
 

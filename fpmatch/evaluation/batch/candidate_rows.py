@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Identification
+    from fpmatch.gallery.listing.entry import Entry
 
 OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),

@@ -12,17 +12,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from fpmatch._version import __version__
-from fpmatch.engine.engine import serial
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.evaluation.batch.candidate_rows import ProbeRows, candidate_file
 from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.gallery.candidates import identify_entries
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.identify import candidate_list_size, check_limits
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.gallery.search import ConsolidatedFingers
 from fpmatch.gallery.search_pieces import batch_size, hold_search, searched_in_stages
-from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.reading import group_by_note
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Generator, Iterator, Mapping, Sequence
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.batch.sources import FolderSource, StoredTemplate
-    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.prepared_search import CandidateListSize, Search
     from fpmatch.gallery.search_pieces import HeldSearch
     from fpmatch.matching.calibration import Calibration

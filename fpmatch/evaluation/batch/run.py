@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.engine import Engine
-    from fpmatch.engine.workers import Progress
     from fpmatch.evaluation.batch.plan import PairChunk, Plan
     from fpmatch.evaluation.batch.sources import PrintSource
     from fpmatch.evaluation.batch.store import Position, Store
-    from fpmatch.gallery.entry import Label
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.engine.workers import Progress
+    from fpmatch.gallery.listing.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template

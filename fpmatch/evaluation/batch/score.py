@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch._version import __version__
-from fpmatch.engine.engine import serial
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError, number_text
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
 from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs, find_identical_pairs
@@ -20,6 +18,8 @@ from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.pair_list import print_names
 from fpmatch.evaluation.score_file import check_format
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import check_writable
@@ -28,9 +28,9 @@ from fpmatch.reading import group_by_note
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.batch.plan import Plan
     from fpmatch.evaluation.batch.sources import PrintSource
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from fpmatch.engine.workers import attempt_each
 from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
-from fpmatch.gallery.audit import ranges
-from fpmatch.gallery.compact import unpack_template
-from fpmatch.gallery.entry import entry_names
+from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.kinds import kind_of
-from fpmatch.gallery.print_file import resolution_notes
-from fpmatch.gallery.prints import extract_opened, find_prints, folder_reader, open_print
+from fpmatch.gallery.listing.entry import entry_names
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.print_file import resolution_notes
+from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
+from fpmatch.gallery.store.audit import ranges
+from fpmatch.gallery.store.compact import unpack_template
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.packed_template import minutiae_digest, packed_minutiae_digest
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Generator, Mapping, Sequence
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.gallery.entry import Label, NamePattern
-    from fpmatch.gallery.print_file import PrintFile
-    from fpmatch.gallery.prints import OpenedPrint
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.listing.entry import Label, NamePattern
+    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.prints import OpenedPrint
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
 
@@ -100,8 +100,8 @@ def open_source(
     Parameters
     ----------
     place : path-like or str
-        A folder of prints, a manifest (see `fpmatch.gallery.manifest`), or a gallery: a file or
-        the URL of a database.
+        A folder of prints, a manifest (see `fpmatch.gallery.listing.manifest`), or a gallery: a
+        file or the URL of a database.
     dpi : float, optional
         Resolution of all images of a folder (default: that in a manifest or ``dataset.toml``, else
         each file's own).
@@ -110,7 +110,7 @@ def open_source(
         `fpmatch.image.quality.folder_polarity.find_polarities`.
     pattern, by_folder
         Where the names or subfolders of a folder contain the fingers, as for
-        `fpmatch.gallery.prints.find_prints`.
+        `fpmatch.gallery.listing.prints.find_prints`.
 
     Raises
     ------

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import dataset_reader, extract_datasets, extractor_of
@@ -16,9 +15,10 @@ from fpmatch.evaluation.impression import finger_numbers
 from fpmatch.evaluation.open_set.enrolled import search_of
 from fpmatch.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import Background
-from fpmatch.gallery.entry import Label
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.search import open_search
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.prepared_search import Search
     from fpmatch.matching.result import Matcher
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
 from fpmatch.evaluation.impression import finger_numbers
@@ -16,6 +15,7 @@ from fpmatch.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rate
 from fpmatch.evaluation.open_set.report import IdentificationReport, IdentificationRow
 from fpmatch.evaluation.open_set.roles import GROUPS, Roles, group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import search_all
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.text_table import count

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.evaluation.open_set.enrolled import EnrolledSubjects, search_of
+from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO

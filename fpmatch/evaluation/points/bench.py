@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.engine.threads import interrupt_deferred, safe_import_path
+from fpmatch.base.threads import interrupt_deferred, safe_import_path
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.matchers import StoppedError, matcher_named
 from fpmatch.evaluation.points.results import PointCell, SkippedCell

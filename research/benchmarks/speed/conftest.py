@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from fpmatch.engine.threads import single_threaded
+from fpmatch.base.threads import single_threaded
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 

@@ -14,8 +14,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.engine.engine import serial
 from fpmatch.gallery import search as search_module
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.search import open_search

@@ -12,8 +12,8 @@ from unittest.mock import patch
 
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS
-from fpmatch.web import app as web
-from fpmatch.web.settings import Limits, Settings
+from fpmatch.server import app as web
+from fpmatch.server.settings import Limits, Settings
 from research.fuzzing.mutators.text import CELLS, NUMBERS, json_value
 from research.fuzzing.targets.stores import PROBE, gallery_file, templates
 from research.fuzzing.targets.target import Reader, Target, scratch
@@ -103,7 +103,7 @@ def form_value(rng: random.Random, data: bytes) -> bytes:
 
 
 class _InThisProcess:
-    """Stand for `fpmatch.web.pool.Pool`, and do the work of requests at once."""
+    """Stand for `fpmatch.server.pool.Pool`, and do the work of requests at once."""
 
     def __init__(self, *_: object) -> None:
         pass

@@ -23,16 +23,16 @@ from unittest.mock import patch
 import numpy as np
 
 from fpmatch.array_file import read_arrays, write_arrays
-from fpmatch.engine.engine import serial
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import pack, unpack
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.prepared import load_prepared
+from fpmatch.gallery.index.prepared import load_prepared
+from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import open_search
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.compact_template import CompactTemplates, compact, expand

@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.audit.log import AuditLog, check_audit_log
 from fpmatch.encryption.keys import load_keys, new_key
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.evaluation.pair_list import read_pairs
 from fpmatch.evaluation.points.results import read_results
 from fpmatch.evaluation.score_reports import evaluate_scores
 from fpmatch.evaluation.scores import read_genuine_and_impostor, read_scores
-from fpmatch.gallery.manifest import is_manifest, read_manifest
+from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
+from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.pointset.points_csv import load_points
+from fpmatch.server.access import load_clients
 from fpmatch.synthesis.check import fault
 from fpmatch.synthesis.database import FIRST_FINGER, make_database
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
-from fpmatch.web.access import load_clients
 from research.fuzzing.mutators.containers import npy_header
 from research.fuzzing.mutators.text import JSON, TABLE, TOML, json_line, table_cell, toml_line
 from research.fuzzing.targets.target import Reader, Target, scratch, written

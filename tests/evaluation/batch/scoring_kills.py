@@ -14,9 +14,9 @@ from pathlib import Path
 
 from scoring_fakes import Line, Near
 
-from fpmatch.engine.workers import no_progress
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
+from fpmatch.gallery.engine.workers import no_progress
 
 REFERENCES = Line([3.0 * n for n in range(9)], "reference")
 PROBES = Line([5.0, None, 8.5, 20.0], "probe")

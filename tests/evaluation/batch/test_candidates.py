@@ -16,7 +16,6 @@ from pathlib import Path
 import platformdirs
 import pytest
 
-from fpmatch.engine.engine import dask, processes
 from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
 from fpmatch.evaluation.batch import candidates
 from fpmatch.evaluation.batch.candidate_rows import COLUMNS
@@ -26,10 +25,11 @@ from fpmatch.formats.files import save_template
 from fpmatch.gallery import identify as identify_module
 from fpmatch.gallery import indexed_pieces, indexed_search, search_pieces
 from fpmatch.gallery.candidates import identify_entries
+from fpmatch.gallery.engine.engine import dask, processes
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import find_prints
+from fpmatch.gallery.index.loss import SearchPlan
+from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.search import open_search
-from fpmatch.indexing.loss import SearchPlan
 
 sys.path.append(str(Path(__file__).parents[2] / "gallery"))  # of `made_prints`
 

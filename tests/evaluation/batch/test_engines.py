@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.engine.engine import dask, processes
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
+from fpmatch.gallery.engine.engine import dask, processes
 
 FOLDER = Path(__file__).parent
 sys.path.insert(0, str(FOLDER))

@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 from fpmatch import extract, verify
-from fpmatch.engine.engine import serial
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import (
@@ -20,9 +19,10 @@ from fpmatch.evaluation.batch.sources import (
     unpack,
 )
 from fpmatch.evaluation.batch.store import Store
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.minutiae import Minutiae, Template
 
 

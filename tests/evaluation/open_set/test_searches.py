@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fpmatch.engine.engine import serial
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
@@ -17,9 +16,10 @@ from fpmatch.evaluation.open_set.run import (
     load_subjects,
 )
 from fpmatch.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, search_all
-from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
+from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.fused_fingers import fuse_fingers

@@ -1,0 +1,158 @@
+"""Batches on an engine: all chunks of a list, and one attempt at each item."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from contextlib import closing, nullcontext
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
+
+from fpmatch.base.threads import available_cores
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.engine import processes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+
+    from fpmatch.gallery.engine.engine import Engine
+
+Shared = TypeVar("Shared")
+Chunk = TypeVar("Chunk")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+ITEMS_PER_CHUNK: Final = 2
+
+
+class Progress(Protocol):
+    """Receives how far a stage of a batch has come."""
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        """Note that `done` of `total` items of `stage` are finished."""
+
+
+def no_progress(stage: str, done: int, total: int) -> None:
+    """Ignore progress."""
+
+
+def run_chunks(
+    work: Callable[[Shared, Chunk], Result],
+    shared: Shared,
+    chunks: Sequence[Chunk],
+    *,
+    workers: int | None = None,
+    engine: Engine | None = None,
+    finished: Callable[[Chunk], None] = lambda _: None,
+) -> list[Result]:
+    """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
+
+    The parameters are those of `fpmatch.gallery.engine.engine.Engine.map` and of `processes`, or an
+    `engine` to work on instead, which is not released here. `finished` is called with each chunk,
+    in order, once its result is there.
+    """
+    results = []
+    with (
+        _engine_for(len(chunks), workers, engine) as place,
+        closing(place.map(work, shared, chunks)) as stream,
+    ):
+        for result, chunk in zip(stream, chunks, strict=True):
+            results.append(result)
+            finished(chunk)
+    return results
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt(Generic[Result]):
+    """The result of the work on one item, and its CPU time in milliseconds.
+
+    `result` is None if the work raised an `FpmatchError`, whose message is then the `reason`.
+    """
+
+    result: Result | None
+    reason: str
+    cpu_ms: float
+
+
+def attempt_each(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item]
+) -> Generator[tuple[Item, Attempt[Result]], None, None]:
+    """Yield each item with what the work on it gave; an item that is refused stops nothing.
+
+    `work` is a function at the top of a module, or a `functools.partial` of one, called as
+    ``work(item)``. Items are drawn as they are needed, and sent to a worker a few at a time.
+
+    Examples
+    --------
+    >>> from fpmatch.gallery.engine.engine import serial
+    >>> [attempt.result for _, attempt in attempt_each(serial(), abs, [-1, 2, -3])]
+    [1, 2, 3]
+    """
+    sent: deque[list[Item]] = deque()
+
+    def chunks() -> Iterator[list[Item]]:
+        iterator = iter(items)
+        while chunk := list(islice(iterator, ITEMS_PER_CHUNK)):
+            sent.append(chunk)
+            yield chunk
+
+    with closing(engine.map(_attempt_chunk, work, chunks())) as results:
+        for attempts in results:
+            yield from zip(sent.popleft(), attempts, strict=True)
+
+
+def results_of_each(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item]
+) -> Iterator[Result | None]:
+    """Yield ``work(item)`` for each item, as `map` does, None for items that are refused."""
+    return (attempt.result for _, attempt in attempt_each(engine, work, items))
+
+
+def attempt_all(
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    *,
+    stage: str,
+    workers: int | None = None,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+) -> list[Attempt[Result]]:
+    """Return the attempts of `attempt_each` at a list of items; other parameters as `run_chunks`.
+
+    `progress` is called with `stage` and the number of items that are done.
+    """
+    attempts: list[Attempt[Result]] = []
+    progress(stage, 0, len(items))
+    chunks = -(-len(items) // ITEMS_PER_CHUNK)
+    with (
+        _engine_for(chunks, workers, engine) as place,
+        closing(attempt_each(place, work, items)) as stream,
+    ):
+        for _, attempt in stream:
+            attempts.append(attempt)
+            progress(stage, len(attempts), len(items))
+    return attempts
+
+
+def _engine_for(
+    chunks: int, workers: int | None, engine: Engine | None
+) -> Engine | nullcontext[Engine]:
+    """Return the engine given, which stays open, or one of no more processes than chunks."""
+    if engine is not None:
+        return nullcontext(engine)
+    return processes(min(available_cores() if workers is None else workers, max(1, chunks)))
+
+
+def _attempt_chunk(work: Callable[[Item], Result], chunk: list[Item]) -> list[Attempt[Result]]:
+    return [_attempt(work, item) for item in chunk]
+
+
+def _attempt(work: Callable[[Item], Result], item: Item) -> Attempt[Result]:
+    start = time.process_time()
+    result, reason = None, ""
+    try:
+        result = work(item)
+    except FpmatchError as error:
+        reason = str(error)
+    return Attempt(result, reason, 1000.0 * (time.process_time() - start))

@@ -1,0 +1,98 @@
+# mypy: ignore-errors
+"""Kernel: votes of a probe's terms for the prints of a segment, and for how to move the probe.
+
+Each posting that a probe's term finds votes for a print, and for the rotation and the shift that
+map the probe's edge onto that of the print. Votes are counted in cells: 4 by 4 of shifts, of 64 by
+64 pixels, which repeat after 256, by 16 of rotation. What a print has is the greatest sum of four
+cells: two adjacent ones along x by two of rotation, so that votes for nearly the same movement are
+added up although they lie in two cells.
+"""
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.fpmatch.gallery.index._vote_cells import (
+        AHEAD,
+        CELLS,
+        MOST,
+        PRINT_BITS,
+        PRINTS,
+        TURN,
+        WORDS,
+        most_votes,
+        prefetch,
+    )
+    from cython.cimports.libc.string import memset
+
+
+def count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes):
+    """Fill `votes` with the greatest sum of the votes of each print in four cells.
+
+    The postings of a term are ``posting[start[term]:start[term + 1]]``, in the order of the prints:
+    the number of the print in the upper half, the pose in the lower one. `term`, `weight` and
+    `reading` are the probe's; ``shift[r, k]`` belongs to a reading, and to a print's edge of
+    direction k: the place x, y of the probe's edge after the rotation onto it, as poses are
+    quantised, and the cell of the rotation in the higher bits. A quarter of `factor` multiplies the
+    votes of each print. `cursor` and `table` are room: one number a term, and 64 for 4,096 prints.
+    Other threads may run meanwhile.
+    """
+    with cython.nogil:
+        _count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes)
+    return 0
+
+
+@cython.locals(at=cython.uint, votes_each=cython.uint)
+def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes):
+    """Do what `count_votes` does."""
+    for q in range(term.shape[0]):
+        cursor[q] = start[term[q]]
+    cells = cython.cast(cython.p_uchar, cython.address(table[0]))
+    first = 0
+    while first < votes.shape[0]:
+        last = min(first + PRINTS, votes.shape[0])
+        memset(cells, 0, (last - first) * CELLS)
+        limit: cython.uint = (cython.cast(cython.ulonglong, last) << 16) - 1
+        for q in range(term.shape[0]):
+            at, end, votes_each = cursor[q], start[term[q] + 1], weight[q]
+            place = cython.address(shift[reading[q], 0])
+            if q + AHEAD < term.shape[0]:
+                prefetch(cython.address(posting[0]) + cursor[q + AHEAD])
+                prefetch(cython.address(posting[0]) + cursor[q + AHEAD] + 16)
+            while at < end:
+                found = posting[at]
+                if found > limit:
+                    break
+                at += 1
+                own: cython.uint = place[found >> 10 & TURN]
+                # the highest two bits of x and of y, without a carry from y to x
+                cell: cython.uint = (((found | 31) - own) >> 2 & 192) + ((found - own) >> 3 & 3)
+                cell += own >> 8 & 60
+                counted = cython.address(cells[(found >> 8 & PRINT_BITS) + cell])
+                count = counted[0] + votes_each
+                counted[0] = count if count < MOST else MOST
+            cursor[q] = at
+        for p in range(first, last):
+            here = cython.address(table[(p - first) * WORDS])
+            votes[p] = most_votes(here) * factor[p] >> 2
+        first = last
+    return 0
+
+
+@cython.locals(k=cython.Py_ssize_t)
+def lists_ascend(start, posting, prints):
+    """Return whether the prints of each list ascend, and are among so many; `start` ascends."""
+    for t in range(start.shape[0] - 1):
+        before: cython.uint = 0
+        for k in range(start[t], start[t + 1]):
+            p: cython.uint = posting[k] >> 16
+            if p < before or p >= prints:
+                return False
+            before = p
+    return True
+
+
+if not cython.compiled:
+    from fpmatch.gallery.index import numpy_forms
+
+    count_votes = numpy_forms.count_votes
+    lists_ascend = numpy_forms.lists_ascend

@@ -1,0 +1,204 @@
+"""Files of an index: segments, which never change, and a list of them, which is replaced whole.
+
+A killed process leaves the list of before or the one of after; segments that are not on it are
+deleted by the next one that writes. Both are files of arrays (see `fpmatch.array_file`), whose
+checksums are checked when they are read: the list when a gallery is opened, a segment when it is
+used first.
+"""
+
+from __future__ import annotations
+
+import secrets
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch._version import __version__
+from fpmatch.array_file import Column, read_arrays, write_arrays
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.index.print_segment import COLUMNS, MOST_PRINTS, PrintSegment, parameters
+from fpmatch.gallery.store.history import Revision
+from fpmatch.gallery.store.kept_files import INDEX, SEGMENT, STALE_S, seal_of, unseal_of
+from fpmatch.output import make_folder, reason, remove_unfinished
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.store.sealing import Sealing
+
+NAME_BYTES: Final = 8
+MOST_STATE: Final = 200  # bytes of the state of a gallery
+LIST_COLUMNS: Final = {
+    "state": Column("|u1", ("state",)),
+    "revision": Column("<i8", (2,)),
+    "name": Column("|u1", ("segment", NAME_BYTES)),
+    "prints": Column("<i8", ("segment", 3)),
+    "removed": Column("<i8", ("removed",)),
+    "renumbered": Column("<i8", ("renumbered", 2)),
+    "damaged": Column("<i8", ("damaged",)),
+}
+
+
+def _no_numbers() -> NDArray[np.int64]:
+    return np.empty(0, np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """State which file has a segment, how many prints, and the first and last of their numbers."""
+
+    name: str
+    prints: int
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IndexList:
+    """The parts of an index: its segments, and the changes since they were written.
+
+    All entries of the gallery at `revision` are in the `segments`, but those that are `damaged`;
+    some of the prints in these have been `removed`. Fingers are numbered by their first entries:
+    where that was removed, `renumbered` has the number in a segment, and the present one. Numbers
+    ascend.
+    """
+
+    revision: Revision
+    segments: tuple[Listed, ...]
+    removed: NDArray[np.int64] = field(default_factory=_no_numbers)
+    renumbered: NDArray[np.int64] = field(default_factory=lambda: _no_numbers().reshape(0, 2))
+    damaged: NDArray[np.int64] = field(default_factory=_no_numbers)
+
+
+@dataclass(frozen=True, slots=True)
+class IndexFolder:
+    """Read and write the files of the index of a gallery, for a matcher, in one folder."""
+
+    path: Path
+    matcher: str
+    sealing: Sealing | None = None
+
+    def read_list(self) -> IndexList:
+        """Return the list; raise FpmatchError with the codes of `read_arrays`."""
+        path = self._list
+        about = self._about(path)
+        arrays = read_arrays(path, LIST_COLUMNS, about, unseal=unseal_of(self.sealing))
+        try:
+            return _as_list(arrays)
+        except ValueError as error:  # of bytes that are no text, too
+            raise FpmatchError("damaged", path=path, code="damaged") from error
+
+    def write_list(self, listed: IndexList) -> None:
+        """Replace the list; raise OutputError if that is impossible."""
+        revision, segments = listed.revision, listed.segments
+        arrays = {
+            "state": np.frombuffer(revision.state.encode(), np.uint8),
+            "revision": np.array([revision.last, revision.removals]),
+            "name": np.array([list(bytes.fromhex(one.name)) for one in segments], np.uint8),
+            "prints": np.array([(one.prints, one.first, one.last) for one in segments], np.int64),
+            "removed": listed.removed,
+            "renumbered": listed.renumbered,
+            "damaged": listed.damaged,
+        }
+        arrays["name"] = arrays["name"].reshape(-1, NAME_BYTES)
+        arrays["prints"] = arrays["prints"].reshape(-1, 3)
+        self._write(self._list, arrays, LIST_COLUMNS)
+
+    def read_segment(self, listed: Listed) -> PrintSegment:
+        """Return a segment, mapped; raise FpmatchError with the codes of `read_arrays`."""
+        path = self._segment(listed.name)
+        arrays = read_arrays(path, COLUMNS, self._about(path), unseal=unseal_of(self.sealing))
+        try:
+            segment = PrintSegment.of_arrays(arrays)
+        except FpmatchError as error:
+            raise FpmatchError("damaged", path=path, code="damaged") from error
+        numbers = segment.numbers
+        if (len(segment), *numbers[[0, -1]]) != (listed.prints, listed.first, listed.last):
+            raise FpmatchError("another segment", path=path, code="other")
+        return segment
+
+    def write_segment(self, segment: PrintSegment) -> Listed:
+        """Write a segment that is not empty; raise OutputError if that is impossible."""
+        make_folder(self.path, narrow=True)
+        name = secrets.token_hex(NAME_BYTES)
+        self._write(self._segment(name), segment.arrays(), COLUMNS)
+        return listed_as(segment, name)
+
+    def has(self, listed: Listed) -> bool:
+        """Return whether there is a file of a segment."""
+        return bool(listed.name) and self._segment(listed.name).is_file()
+
+    def delete_list(self) -> None:
+        """Delete the list; raise FpmatchError if that is impossible."""
+        _delete(self._list, strict=True)
+
+    def delete_others(self, kept: Collection[Listed], *, strict: bool = False) -> None:
+        """Delete all segments but those that are kept, and old unfinished files.
+
+        With `strict`, raise FpmatchError if one cannot be deleted.
+        """
+        names = {self._segment(one.name).name for one in kept}
+        with suppress(OSError):
+            remove_unfinished(self.path, older_than_s=STALE_S)
+        for path in self.path.glob(f"{self.matcher}.*{SEGMENT}"):
+            if path.name not in names:
+                _delete(path, strict=strict)
+
+    @property
+    def _list(self) -> Path:
+        return self.path / f"{self.matcher}{INDEX}"
+
+    def _segment(self, name: str) -> Path:
+        return self.path / f"{self.matcher}.{name}{SEGMENT}"
+
+    def _about(self, path: Path) -> dict[str, str]:
+        return {"name": path.name, "index": parameters(), "version": __version__}
+
+    def _write(
+        self, path: Path, arrays: dict[str, NDArray[Any]], columns: dict[str, Column]
+    ) -> None:
+        write_arrays(path, arrays, columns, self._about(path), seal=seal_of(self.sealing))
+
+
+def _delete(path: Path, *, strict: bool) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        if strict:
+            raise FpmatchError(f"{path.name}: cannot be deleted: {reason(error)}") from error
+
+
+def listed_as(segment: PrintSegment, name: str = "") -> Listed:
+    """Return how a segment is listed."""
+    return Listed(name, len(segment), int(segment.numbers[0]), int(segment.numbers[-1]))
+
+
+def _as_list(arrays: dict[str, NDArray[Any]]) -> IndexList:
+    """Return the list in the arrays of a file; ValueError if it is not one that was written."""
+    state = arrays["state"].tobytes()
+    last, removals = arrays["revision"].tolist()
+    rows = arrays["prints"].tolist()
+    names = [name.tobytes().hex() for name in arrays["name"]]
+    if len(state) > MOST_STATE or last < 0 or removals < -1 or len(set(names)) < len(names):
+        raise ValueError("no list of segments")
+    before = 0
+    for prints, first, end in rows:
+        if not (0 < prints <= MOST_PRINTS and before < first <= end):
+            raise ValueError("impossible segments")
+        before = end
+    if any((np.diff(arrays[name]) <= 0).any() for name in ("removed", "damaged")):
+        raise ValueError("numbers that do not ascend")
+    if len(arrays["removed"]) > sum(row[0] for row in rows):
+        raise ValueError("more removed prints than prints")
+    if (np.diff(arrays["renumbered"]) <= 0).any():
+        raise ValueError("a finger with a lower number than before")
+    return IndexList(
+        Revision(state.decode(), last, removals),
+        tuple(Listed(name, *row) for name, row in zip(names, rows, strict=True)),
+        *(arrays[name] for name in ("removed", "renumbered", "damaged")),
+    )

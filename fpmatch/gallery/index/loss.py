@@ -1,0 +1,187 @@
+"""How many prints each stage of a search passes on, for a wanted loss.
+
+The loss is the share of the mates that comparing all prints would find and a search in stages does
+not. What it takes is measured on synthetic mates by ``python -m research train index``: with each
+budget of postings, the share of other prints that the first stage ranks before a mate, by its
+votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
+fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
+reach a threshold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import ceil
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError, number_text
+from fpmatch.gallery.index.model import MODEL_FILE
+from fpmatch.matching.candidate_list import size_normalized
+from fpmatch.parsing import parse_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+DEFAULT_LOSS: Final = 0.01
+VOTE_WEIGHT: Final = 1 / 256
+"""What a vote adds to the normalized score of the bit descriptors."""
+
+# Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
+# more by the budget; of one in the second stage, and in the third.
+COST: Final = (0.02, 0.14, 3.2, 190.0)
+LEAST_PASSED_ON: Final = (1000, 20)
+
+
+@dataclass(frozen=True, slots=True)
+class SearchPlan:
+    """The numbers by which a gallery is searched in stages.
+
+    Parameters
+    ----------
+    loss : float
+        Share of the mates that the search is expected to lose.
+    budget : float
+        Postings a print that the first stage visits, for each minutia of the probe.
+    by_terms, by_descriptors : int
+        How many prints the first stage passes on to the second, and this to the comparison.
+    """
+
+    loss: float
+    budget: float
+    by_terms: int
+    by_descriptors: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LossTable:
+    """The shares of a gallery that have to be passed on.
+
+    Parameters
+    ----------
+    prints : ndarray of float64, shape (N,)
+        Sizes of galleries, ascending.
+    budgets : ndarray of float64, shape (B,)
+        Postings a print, for each minutia of the probe.
+    losses : ndarray of float64, shape (L,)
+        Shares of mates, ascending.
+    by_terms, by_descriptors : ndarray of float64, shape (N, B, L)
+        The shares of the prints that the first and the second stage pass on, in a gallery of this
+        size and with this budget, so that both together lose that share of the mates.
+    """
+
+    prints: NDArray[np.float64]
+    budgets: NDArray[np.float64]
+    losses: NDArray[np.float64]
+    by_terms: NDArray[np.float64]
+    by_descriptors: NDArray[np.float64]
+
+    @classmethod
+    def of_document(cls, document: Mapping[str, Any]) -> LossTable:
+        """Return the table in the document of a model; raise MatcherError if it has none."""
+        try:
+            table = document["loss"]
+            made = cls(**{name: np.array(table[name], np.float64) for name in cls.__slots__})
+        except (LookupError, TypeError, ValueError) as error:
+            raise MatcherError("no table of losses", code="malformed") from error
+        axes = made.prints, made.budgets, made.losses
+        shares = made.by_terms, made.by_descriptors
+        rise = all(a.ndim == 1 and a.size and (np.diff(a, prepend=0) > 0).all() for a in axes)
+        shape = tuple(map(np.size, axes))
+        if not (rise and all(s.shape == shape and (np.abs(s - 0.5) <= 0.5).all() for s in shares)):
+            raise MatcherError("no table of losses", code="malformed")
+        return made
+
+    def document(self, digits: int = 3) -> dict[str, Any]:
+        """Return the table as it stands in the document of a model, with rounded numbers."""
+        rounded = np.vectorize(lambda value: float(f"{value:.{digits}g}"), otypes=[np.float64])
+        return {name: rounded(getattr(self, name)).tolist() for name in self.__slots__}
+
+    def plan(self, loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
+        """Return the fastest plan of a loss; see `search_plan`."""
+        if not 0 < loss < 1:
+            raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
+        as_of = max(prints, 10 ** (0.1 * threshold))
+        row = max(int(np.searchsorted(self.prints, as_of, "right")) - 1, 0)
+        plans = []
+        for budget, *stages in zip(
+            self.budgets.tolist(), self.by_terms[row], self.by_descriptors[row], strict=True
+        ):
+            counts = [
+                min(max(ceil(self._share(loss, shares) * prints), least), prints)
+                for shares, least in zip(stages, LEAST_PASSED_ON, strict=True)
+            ]
+            counts[1] = min(counts)
+            plan = SearchPlan(loss, budget, *counts)
+            plans.append((cost(budget, counts[0], counts[1], prints), plan))
+        return min(plans, key=lambda plan: plan[0])[1]
+
+    def _share(self, loss: float, shares: NDArray[np.float64]) -> float:
+        """Return the share of prints for a loss: all, where none is lost of the measured mates."""
+        if loss < self.losses[0]:
+            return 1.0
+        return float(np.exp(np.interp(np.log(loss), np.log(self.losses), np.log(shares + 1e-9))))
+
+
+def cost(budget: float, by_terms: float, by_descriptors: float, prints: float) -> float:
+    """Return about how many microseconds a search of so many prints takes."""
+    each, visited, looked_at, compared = COST
+    return prints * (each + visited * budget) + looked_at * by_terms + compared * by_descriptors
+
+
+@cache
+def loss_table() -> LossTable:
+    """Return the table of the package."""
+    return LossTable.of_document(parse_json(MODEL_FILE.read_bytes()))
+
+
+def search_plan(loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
+    """Return how a gallery of so many prints is searched, with a loss of at most this share.
+
+    Parameters
+    ----------
+    loss : float
+        Share of the mates that comparing all prints would find, and that the search may miss.
+    prints : int
+        Size of the gallery.
+    threshold : float
+        Score that a candidate has to reach: only mates above it can be missed, and these are easier
+        to find than those that reach the first rank in a gallery.
+
+    Raises
+    ------
+    MatcherError
+        If the loss is not between 0 and 1.
+
+    Examples
+    --------
+    >>> careful, quick = (search_plan(loss, 1_000_000) for loss in (0.005, 0.05))
+    >>> careful.by_terms > quick.by_terms > search_plan(0.05, 1_000_000, threshold=75).by_terms
+    True
+    """
+    return loss_table().plan(loss, prints, threshold)
+
+
+def combined_scores(
+    descriptors: NDArray[np.integer],
+    sizes: NDArray[np.integer],
+    votes: NDArray[np.uint16],
+    probe_size: int,
+) -> NDArray[np.float64]:
+    """Return the scores of the second stage: those of the bit descriptors, normalized, and votes.
+
+    Either finds mates that the other loses: votes need a mesh that both prints have, descriptors
+    the ridges around the minutiae. `sizes` are those of the prints, in minutiae: all that the first
+    stage passed on, to which scores are normalized.
+    """
+    return with_votes(size_normalized(descriptors, sizes, probe_size), votes)
+
+
+def with_votes(normalized: NDArray[np.float64], votes: NDArray[np.uint16]) -> NDArray[np.float64]:
+    """Return the scores of the second stage, given the normalized ones of the descriptors."""
+    combined: NDArray[np.float64] = normalized + VOTE_WEIGHT * votes
+    return combined

@@ -1,0 +1,233 @@
+"""Enrolled impressions, and their labels, which the names of files contain."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.errors import GalleryError
+from fpmatch.printable import csv_cell, printable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from fpmatch.minutiae import Template
+
+MOST_LETTERS: Final = 255
+"""Of a subject, a finger or an impression."""
+_NAMES: Final = ("subject", "finger", "impression")
+FVC_PATTERN: Final = r"(?P<subject>\d+)_(?P<impression>\d+)"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Label:
+    """Identify one impression in a gallery, by three names together.
+
+    `subject` is, in FVC's names, where each finger counts as a subject, the finger; `finger` and
+    `impression` are "" where that is not known.
+
+    Examples
+    --------
+    >>> str(Label("101", impression="3")), str(Label("ada", "right-index", "1"))
+    ('101_3', 'ada_right-index_1')
+    """
+
+    subject: str
+    finger: str = ""
+    impression: str = ""
+
+    @property
+    def of_finger(self) -> Label:
+        """The label without its impression, common to all impressions of the finger."""
+        return Label(self.subject, self.finger)
+
+    def check(self) -> None:
+        """Raise GalleryError (code "label") unless the names are ones that a gallery may hold."""
+        for name in _NAMES:
+            text = getattr(self, name)
+            if printable(text) != text:
+                raise GalleryError(f"{name}: must be text of one line: {text!r}", code="label")
+            if len(text) > MOST_LETTERS:
+                raise GalleryError(f"{name}: longer than {MOST_LETTERS} characters", code="label")
+            if (text or name == "subject") and not text.strip():
+                raise GalleryError(f"{name}: is blank", code="label")
+
+    def prefixed(self, prefix: str) -> Label:
+        """Return the label with a text before the subject."""
+        return replace(self, subject=prefix + self.subject) if prefix else self
+
+    def __str__(self) -> str:
+        return "_".join(part for part in (self.subject, self.finger, self.impression) if part)
+
+
+def check_prefix(prefix: str) -> None:
+    """Raise GalleryError unless a text can stand before subjects; "" stands for none."""
+    if prefix:
+        try:
+            Label(prefix).check()
+        except GalleryError as error:
+            why = error.detail.removeprefix("subject: ")
+            raise GalleryError(f"prefix of subjects: {why}", code="label") from error
+
+
+@dataclass(frozen=True, slots=True)
+class NamePattern:
+    """Find labels in paths by a regular expression, by default that of FVC's names, ``101_3.tif``.
+
+    It has a group named ``subject`` and, where names contain them, ``finger`` and ``impression``;
+    raises GalleryError for another. It must match the end of the path, without the extension, from
+    the beginning of a name in it on: one with a ``/`` matches folders, too.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fpmatch.gallery.listing.entry import NamePattern
+    >>> NamePattern().label(Path("prints/101_3.tif"))
+    Label(subject='101', finger='', impression='3')
+    >>> by_folder = NamePattern("(?P<subject>[^/]+)/(?P<finger>[a-z]+)-(?P<impression>[0-9]+)")
+    >>> by_folder.label(Path("prints/ada/index-2.png"))
+    Label(subject='ada', finger='index', impression='2')
+    >>> NamePattern().label(Path("holiday.jpg")) is None
+    True
+    """
+
+    text: str = FVC_PATTERN
+
+    def __post_init__(self) -> None:
+        try:
+            groups = re.compile(self.text).groupindex
+        except (re.error, OverflowError, RecursionError) as error:
+            why = f"not a regular expression: {error}"
+            raise GalleryError(f"pattern {self.text!r}: {why}") from error
+        if not {"subject"} <= set(groups) <= {"subject", "finger", "impression"}:
+            raise GalleryError(
+                f"pattern {self.text!r}: it must have a group (?P<subject>...), may have "
+                "(?P<finger>...) and (?P<impression>...), and no other named one"
+            )
+
+    def label(self, path: Path) -> Label | None:
+        """Return the label in a path, None where the pattern does not match."""
+        text = printable(path.absolute().with_suffix("")).replace(os.sep, "/")
+        expression = re.compile(self.text)
+        start = len(text)
+        while start > 0:
+            start = text.rfind("/", 0, start)
+            match = expression.fullmatch(text, start + 1)
+            if match is not None and match["subject"]:
+                return Label(**match.groupdict(""))
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class EnrolmentRequest:
+    """The label, the file and the resolution of a print whose template is not yet extracted.
+
+    `content` is the SHA-256 of its file, by which it is recognised under any name; `dpi` is None
+    for the resolution in the file. Raises GalleryError as `Label.check` does.
+    """
+
+    label: Label
+    content: bytes
+    dpi: float | None = None
+
+    def __post_init__(self) -> None:
+        self.label.check()
+
+
+@dataclass(frozen=True, slots=True)
+class NewEntry:
+    """An impression to be enrolled; `source` is the name of its file."""
+
+    label: Label
+    source: str
+    content: bytes
+    template: Template
+
+
+@dataclass(frozen=True, slots=True)
+class PackedEntry:
+    """An impression to be enrolled whose template is packed, as a gallery stores it.
+
+    `content` is the SHA-256 of the file `source`; `dpi` and `minutiae`, their number, are those of
+    the template.
+    """
+
+    label: Label
+    source: str
+    content: bytes
+    dpi: float
+    minutiae: int
+    template: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One enrolled impression without its template.
+
+    `id` is never given twice, and later entries have greater ones. `content` is the SHA-256 of the
+    file `source`; `minutiae` is the number of minutiae.
+    """
+
+    id: int
+    label: Label
+    source: str
+    content: bytes
+    dpi: float
+    minutiae: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return its values as JSON has them."""
+        return {
+            "id": self.id,
+            **asdict(self.label),
+            "source": self.source,
+            "sha256": self.content.hex(),
+            "dpi": self.dpi,
+            "minutiae": self.minutiae,
+        }
+
+
+def entry_names(entries: Sequence[Entry]) -> list[str]:
+    """Return the labels of entries as cells of CSV, with the number where several are the same."""
+    labels = [csv_cell(str(entry.label)) for entry in entries]
+    times = Counter(labels)
+    return [
+        label if times[label] == 1 else f"{label}#{entry.id}"
+        for label, entry in zip(labels, entries, strict=True)
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """The file of a print that could not be enrolled, or does not match, and why."""
+
+    source: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class GallerySummary:
+    """Counts and sizes of a gallery; `dpi` counts impressions by resolution.
+
+    `damaged` is the number of entries that are no impressions: a column of them is impossible.
+    `keys` are the ids of the keys in use, that of new entries first; none if it is not encrypted.
+    """
+
+    version: int
+    impressions: int
+    subjects: int
+    minutiae: int
+    template_bytes: int
+    dpi: dict[float, int]
+    failures: int
+    damaged: int = 0
+    keys: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the JSON values that ``fpmatch gallery info --json`` prints."""
+        by_dpi = [{"dpi": dpi, "impressions": count} for dpi, count in self.dpi.items()]
+        return asdict(self) | {"dpi": by_dpi}

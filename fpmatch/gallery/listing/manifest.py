@@ -1,0 +1,154 @@
+r"""Manifests: CSV files that list prints with their subjects and fingers.
+
+An example::
+
+    path,subject,finger,impression,dpi
+    scans/0001.png,ada,right index,1,500
+    scans/0002.png,ada,right index,2,1000
+
+The first row names the columns; only ``path`` and ``subject`` are needed, and columns of other
+names are ignored. A relative path is relative to the manifest; bytes of names that are not UTF-8,
+and control characters, may be written as fpmatch prints them, ``101_\xff_1.tif``.
+Impressions without a name are numbered from 1 on, for each finger. Where ``dpi`` is empty, the
+resolution comes from a ``dataset.toml`` in the folder of the print, else from the file itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import DatasetError, GalleryError, ResolutionError
+from fpmatch.formats.codec import read_head
+from fpmatch.gallery.listing.csv_rows import DELIMITERS, csv_rows, row_error
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.listing.print_file import PrintFile, number_impressions
+from fpmatch.minutiae import check_dpi
+from fpmatch.printable import as_file_name
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator
+
+COLUMNS: Final = ("path", "subject", "finger", "impression", "dpi")
+NEEDED: Final = COLUMNS[:2]
+_at: Final = partial(row_error, DatasetError)
+_FORM: Final = "a manifest has the columns path and subject, and may have finger, impression, dpi"
+
+
+def is_manifest(path: str | os.PathLike[str]) -> bool:
+    """Return whether the first row of a file names a column ``path``."""
+    if not Path(path).is_file():
+        return False
+    head = read_head(Path(path)).decode("utf-8", "replace").removeprefix("\ufeff").lstrip()
+    first = head.partition("\n")[0]
+    for mark in DELIMITERS:
+        first = first.replace(mark, "\n")
+    return "path" in {cell.strip().strip('"').casefold() for cell in first.split("\n")}
+
+
+def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
+    r"""Read a manifest, in the form that this module describes.
+
+    Raises
+    ------
+    DatasetError
+        If the file cannot be read, lacks a column, lists nothing, or a row is malformed, comes
+        twice or lists a file that is missing; the message names file, line and column.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.gallery.listing.manifest import read_manifest
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     Path(folder, "a.png").touch()
+    ...     manifest = Path(folder, "manifest.csv")
+    ...     _ = manifest.write_text("path,subject,finger\na.png,ada,right index\n")
+    ...     (print_,) = read_manifest(manifest)
+    >>> print_.name, str(print_.label)
+    ('a.png', 'ada_right index_1')
+    """
+    source = Path(path)
+    lines: list[int] = []
+    prints: list[PrintFile] = []
+    for line, values in _rows(source):
+        lines.append(line)
+        try:
+            prints.append(_print_file(source, values))
+        except DatasetError as error:
+            raise _at(source, line, str(error)) from error
+    if not prints:
+        raise DatasetError("the manifest lists no prints", path=path, code="empty")
+    _check_different(source, lines, prints)
+    labels = number_impressions([file.label for file in prints if file.label is not None])
+    return [replace(file, label=label) for file, label in zip(prints, labels, strict=True)]
+
+
+def _rows(source: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield line and values of each row, by the names of `COLUMNS`."""
+    rows = csv_rows(source, DatasetError)
+    line, head = next(rows, (1, []))
+    names = [cell.casefold() for cell in head]
+    for name in COLUMNS:
+        if names.count(name) > 1:
+            raise _at(source, line, f"more than one column {name}")
+        if name in NEEDED and name not in names:
+            raise _at(source, line, f"no column {name}; {_FORM}")
+    for line, cells in rows:
+        if len(cells) > len(names) and any(cells[len(names) :]):
+            raise _at(source, line, f"{len(cells)} values, of {len(names)} columns")
+        given = dict(zip(names, cells, strict=False))
+        yield line, {name: given.get(name, "") for name in COLUMNS}
+
+
+def _print_file(source: Path, values: dict[str, str]) -> PrintFile:
+    """Return the print of a row; raise a DatasetError that names the column."""
+    for name in NEEDED:
+        if not values[name]:
+            raise DatasetError(f"column {name}: is empty")
+    label = Label(values["subject"], values["finger"], values["impression"])
+    try:
+        label.check()
+    except GalleryError as error:
+        raise DatasetError(f"column {error}") from error
+    try:
+        dpi = check_dpi(float(values["dpi"])) if values["dpi"] else None
+    except ValueError as error:
+        raise DatasetError(f"column dpi: {values['dpi']!r} is not a number") from error
+    except ResolutionError as error:
+        raise DatasetError(f"column dpi: {error}") from error
+    names = (values["path"], as_file_name(values["path"]))
+    file = next((file for name in names if _is_file(file := source.parent / name)), None)
+    if file is None:
+        raise DatasetError(f"column path: {values['path']}: no such file")
+    return PrintFile(file, dpi, label, values["path"])
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no system accepts
+        return False
+
+
+def _check_different(source: Path, lines: list[int], prints: list[PrintFile]) -> None:
+    """Raise a DatasetError for a file or an impression that comes twice, or half-named fingers."""
+    paths: dict[Path, int] = {}
+    impressions: dict[Label, int] = {}
+    named: dict[str, tuple[int, bool]] = {}
+    for line, file in zip(lines, prints, strict=True):
+        first = paths.setdefault(file.path.resolve(), line)
+        if first != line:
+            raise _at(source, line, f"column path: {file.name} is on line {first}, too")
+        label = file.label
+        assert label is not None
+        if label.impression and (first := impressions.setdefault(label, line)) != line:
+            raise _at(source, line, f"column impression: {label} is on line {first}, too")
+        first, has_finger = named.setdefault(label.subject, (line, bool(label.finger)))
+        if has_finger != bool(label.finger):
+            one, other = ("is empty", "is named") if has_finger else ("is named", "is empty")
+            why = f"column finger: {one}, but {other} for {label.subject} on line {first}"
+            raise _at(source, line, why)

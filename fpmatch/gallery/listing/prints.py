@@ -1,0 +1,209 @@
+"""Find the prints, images or templates, in files and folders, and extract their templates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fpmatch.errors import (
+    FpmatchError,
+    ImageError,
+    ImageReadError,
+    QualityError,
+    TemplateError,
+)
+from fpmatch.formats.record import TemplateRecord
+from fpmatch.gallery.engine.workers import results_of_each
+from fpmatch.gallery.listing.folders import prints_below, prints_by_folder, prints_in
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import read_manifest
+from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.quality.print_quality import why_no_minutiae
+from fpmatch.minutiae import check_dpi
+from fpmatch.reading import ASSUMED_DPI, PrintReader, make_given_print
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterable
+
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.listing.entry import NamePattern
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.folder_polarity import PolarityReader
+    from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.minutiae import Template
+
+    Reader = Callable[[Path], GreyImage | TemplateRecord]
+    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
+
+
+@dataclass(frozen=True, slots=True)
+class ExtractedPrint:
+    """The template of a print, whether its resolution was assumed, and notes on reading it.
+
+    `quality` is that of the image, 0 to 100; None where it was not measured. `why_empty` is the
+    reason for a template without minutiae, where one is known.
+    """
+
+    template: Template
+    dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
+    quality: int | None = None
+    why_empty: str = ""
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """The notes, with one on the resolution where it was assumed."""
+        return (*self.notes, ASSUMED_DPI) if self.dpi_assumed else self.notes
+
+
+if TYPE_CHECKING:
+    Extractor = Callable[[PrintFile], ExtractedPrint]
+
+
+def find_prints(
+    places: Iterable[str | os.PathLike[str]],
+    dpi: float | None = None,
+    *,
+    pattern: NamePattern | None = None,
+    by_folder: bool = False,
+) -> list[PrintFile]:
+    """Find the prints of some files, folders and manifests, each once, those of a folder by name.
+
+    Those of a folder are its images or, where it has none, its templates; of templates whose names
+    differ in the suffix only, one is taken: JSON before CSV before others. Where a folder has
+    neither, or if `by_folder`, they are those of its subfolders, one a finger, or one a subject
+    with one a finger in it. `dpi` is the resolution of all (default: that in a manifest, else that
+    in the ``dataset.toml`` beside a file or in the place, else the file's own).
+
+    Labels are those of a manifest, else by a `pattern`, with which subfolders may lie deeper, else
+    of the subfolders.
+
+    Raises
+    ------
+    ImageReadError
+        If one of `places` is missing, or is a folder without images and templates.
+    DatasetError
+        If a folder cannot be listed, its ``dataset.toml`` or a manifest is malformed, or its
+        subfolders are not of one finger each.
+    ResolutionError
+        If `dpi` is outside 100 to 4000.
+    """
+    if dpi is not None:
+        check_dpi(dpi)
+    folder_dpi = cache(lambda folder: read_dataset_info(folder).dpi)
+    by_path: dict[Path, PrintFile] = {}
+    for place in map(Path, places):
+        base = place if place.is_dir() else place.parent
+        for file in _files(place, pattern, by_folder=by_folder):
+            own = dpi or file.dpi or folder_dpi(file.path.parent) or folder_dpi(base)
+            above = None if place in {file.path, file.path.parent} else place
+            by_path.setdefault(file.path.absolute(), replace(file, dpi=own, place=above))
+    return list(by_path.values())
+
+
+def folder_reader(
+    prints: Iterable[PrintFile],
+    *,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
+    reader: Callable[..., GreyImage | TemplateRecord] | None = None,
+    engine: Engine | None = None,
+) -> PolarityReader[GreyImage | TemplateRecord]:
+    """Return a reader of prints that reads the images of a folder with one polarity.
+
+    `polarity`, `dpi` and `reader` are as for
+    `fpmatch.image.quality.folder_polarity.find_polarities` (default reader: `PrintReader`); an
+    `engine` looks at the images (default: this process).
+    """
+    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
+
+    read, files = reader or PrintReader(), list(prints)
+    polarities = find_polarities(
+        [file.path for file in files],
+        polarity=polarity,
+        dpi=dpi,
+        reader=read,
+        each=map if engine is None else partial(results_of_each, engine),
+        places={file.path.parent: file.place for file in files if file.place is not None},
+    )
+    return PolarityReader(read, polarities, dpi)
+
+
+def extract_print(
+    file: PrintFile,
+    reader: Reader | None = None,
+    min_quality: int = 0,
+    *,
+    graded: bool = False,
+) -> ExtractedPrint:
+    """Return the template of a print: extracted from an image, or read from a template file.
+
+    `reader` reads the file (default: `PrintReader`), and an image is `graded` with its quality.
+    Raises TemplateError, ImageReadError or
+    ImageError if it cannot be read, cannot contain a fingerprint, has no minutiae, or contains
+    several prints; QualityError if the quality of an image, 0 to 100, is below `min_quality`.
+    """
+    content = (reader or PrintReader())(file.path)
+    if isinstance(content, TemplateRecord) and len(content.views) > 1:
+        raise TemplateError(
+            f"contains {len(content.views)} prints, and one is expected (fpmatch convert --view "
+            "takes one out)",
+            path=file.path,
+            code="several prints",
+        )
+    given = make_given_print(content, str(file.path), dpi=file.dpi)
+    if min_quality and given.quality is not None and given.quality.score < min_quality:
+        why = f"{given.quality} ({min_quality} is required)"
+        raise QualityError(why, path=file.path)
+    if not len(given.template.minutiae):
+        why = why_no_minutiae(given.quality)
+        raise ImageError(why, path=file.path, code="no minutiae")
+    quality = given.quality.score if graded and given.quality is not None else None
+    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, content.notes, quality)
+
+
+def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:
+    """Read a print here, for workers that see none of the files; an error is kept, too."""
+    try:
+        return file, reader(file.path)
+    except FpmatchError as error:
+        return file, error
+
+
+def extract_opened(
+    opened: OpenedPrint, min_quality: int = 0, *, graded: bool = False
+) -> ExtractedPrint:
+    """Return the template of a print that `open_print` has read, as `extract_print` does."""
+    file, content = opened
+    if isinstance(content, FpmatchError):
+        raise content
+    return extract_print(file, lambda _: content, min_quality, graded=graded)
+
+
+def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iterable[PrintFile]:
+    kind = kind_of(place)
+    if kind == "manifest":
+        return read_manifest(place)
+    if kind != "folder":
+        return _labelled([PrintFile(place)], pattern)
+    if not place.exists():
+        raise ImageReadError("no such file or folder", path=place, code="missing")
+    if not place.is_dir():  # a pipe, say
+        return [PrintFile(place)]
+    if not by_folder and (paths := prints_in(place)):
+        return _labelled(map(PrintFile, paths), pattern)
+    if pattern is None:
+        return prints_by_folder(place, certain=by_folder)
+    if files := prints_below(place):
+        return _labelled(files, pattern)
+    raise ImageReadError("the folder holds no images", path=place, code="empty folder")
+
+
+def _labelled(files: Iterable[PrintFile], pattern: NamePattern | None) -> list[PrintFile]:
+    if pattern is None:
+        return list(files)
+    return [replace(file, label=pattern.label(file.path)) for file in files]

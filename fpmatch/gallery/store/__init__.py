@@ -1,0 +1,1 @@
+"""The database of a gallery: rows, history, encryption at rest, audit."""

@@ -1,0 +1,304 @@
+"""Reading of a gallery: entries, templates and counts; damaged entries are skipped."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import sqlalchemy as sa
+
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.listing.entry import Failure, GallerySummary
+from fpmatch.gallery.store import history
+from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.gallery.store.history import UNKNOWN
+from fpmatch.gallery.store.rows import as_entry, as_packed, as_packed_entry, as_template
+from fpmatch.gallery.store.sealed_database import SealedDatabase
+from fpmatch.gallery.store.tables import (
+    ABOUT,
+    ENTRY,
+    FAILURE,
+    GALLERY,
+    PACKED,
+    PRINTS_PER_QUERY,
+    is_sound,
+)
+from fpmatch.packed_template import packed_minutiae_digest
+from fpmatch.printable import as_text, printable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Sequence
+    from typing import Self
+
+    from fpmatch.gallery.listing.entry import Entry, PackedEntry
+    from fpmatch.gallery.store.history import Removal, Revision
+    from fpmatch.minutiae import Template
+
+Converted = TypeVar("Converted")
+
+ROWS_PER_READ: Final = 1000
+_COUNT: Final = sa.select(sa.func.count())
+_OTHER: Final = ENTRY.alias()
+_FINGERS: Final = sa.select(
+    ENTRY.c.id,
+    sa.select(sa.func.min(_OTHER.c.id))
+    .where(_OTHER.c.subject == ENTRY.c.subject, _OTHER.c.finger == ENTRY.c.finger)
+    .scalar_subquery(),
+)
+
+
+class GalleryReader(SealedDatabase):
+    """Read a gallery in transactions short enough to block no one for long.
+
+    Methods raise GalleryError where the database cannot be read. Those that yield skip entries that
+    are damaged; `damaged` has the reason of each, by its number.
+    """
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"Gallery({self.name!r})"
+
+    def __len__(self) -> int:
+        """Return the number of impressions."""
+        with self.reading() as connection:
+            return int(connection.scalar(_COUNT.select_from(ENTRY)) or 0)
+
+    def has_over(self, count: int) -> bool:
+        """Return whether there are more than some impressions, in a time that grows with these."""
+        some = sa.select(sa.literal(1)).select_from(ENTRY).limit(count + 1).subquery()
+        with self.reading() as connection:
+            return int(connection.scalar(_COUNT.select_from(some)) or 0) > count
+
+    def summary(self) -> GallerySummary:
+        """Count what is in the gallery."""
+        of_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
+        totals = sa.select(
+            sa.func.count(),
+            sa.func.count(ENTRY.c.subject.distinct()),
+            sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0),
+            sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
+        ).select_from(ENTRY)
+        with self.reading() as connection:
+            sealing = self.sealing(connection)
+            sound = is_sound(connection.dialect.name)
+            version = int(connection.scalar(sa.select(GALLERY.c.version)) or 0)
+            impressions, subjects, minutiae, size = map(
+                int, connection.execute(totals.where(sound)).one()
+            )
+            damaged = int(connection.scalar(_COUNT.select_from(ENTRY)) or 0) - impressions
+            by_dpi = {float(dpi): count for dpi, count in connection.execute(of_dpi.where(sound))}
+            failures = int(connection.scalar(_COUNT.select_from(FAILURE)) or 0)
+        sizes = impressions, subjects, minutiae, size, by_dpi
+        keys = () if sealing is None else sealing.keys
+        return GallerySummary(version, *sizes, failures, damaged, keys)
+
+    def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
+        """Yield the entries, or those of one subject, by ascending number.
+
+        A subject from the name of a file may be given as in that name, or as it is printed.
+        """
+        query = sa.select(*ABOUT)
+        if subject is not None:
+            query = query.where(_is_of(subject))
+        yield from self._rows(query, as_entry)
+
+    def numbers_of(self, subject: str) -> list[int]:
+        """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
+        query = sa.select(ENTRY.c.id).where(_is_of(subject)).order_by(ENTRY.c.id)
+        with self.reading() as connection:
+            numbers = list(connection.scalars(query))
+        if not numbers:
+            raise self.error(f"no impression of subject {subject}", "unknown")
+        return numbers
+
+    def contents_of(self, subjects: Collection[str]) -> list[tuple[int, str, bytes]]:
+        """Return number, subject and content of the entries of some subjects, by number."""
+        query = sa.select(ENTRY.c.id, ENTRY.c.subject, ENTRY.c.content)
+        with self.reading() as connection:
+            rows = connection.execute(query.where(ENTRY.c.subject.in_(subjects))).all()
+        return sorted((row.id, row.subject, row.content) for row in rows)
+
+    def enrolled_contents(self, contents: Collection[bytes]) -> set[bytes]:
+        """Return those of some contents that entries have."""
+        given, enrolled = list(contents), set[bytes]()
+        for k in range(0, len(given), PRINTS_PER_QUERY):
+            some = ENTRY.c.content.in_(given[k : k + PRINTS_PER_QUERY])
+            with self.reading() as connection:
+                enrolled.update(connection.scalars(sa.select(ENTRY.c.content).where(some)))
+        return enrolled
+
+    def subjects(self) -> int:
+        """Return the number of subjects."""
+        query = sa.select(sa.func.count(ENTRY.c.subject.distinct())).select_from(ENTRY)
+        with self.reading() as connection:
+            return int(connection.scalar(query) or 0)
+
+    def entries_of_subjects(self, numbers: Sequence[int]) -> Iterator[Entry]:
+        """Yield all entries of the subjects that the entries of some numbers are of."""
+        yielded: set[int] = set()
+        for k in range(0, len(numbers), PRINTS_PER_QUERY):
+            some = ENTRY.c.id.in_(numbers[k : k + PRINTS_PER_QUERY])
+            theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(some))
+            for entry in self._rows(sa.select(*ABOUT).where(theirs), as_entry):
+                if entry.id not in yielded:
+                    yielded.add(entry.id)
+                    yield entry
+
+    def entry(self, number: int) -> Entry:
+        """Return the entry of a number; GalleryError (code "unknown") if there is none."""
+        if self.encrypted:  # what is shown is what was enrolled
+            return self._one(PACKED, number, lambda row: as_entry(self.opened(row)))
+        return self._one(sa.select(*ABOUT), number, as_entry)
+
+    def template(self, number: int) -> Template:
+        """Return the template of an entry; GalleryError if there is none or it is damaged."""
+        return self._one(PACKED, number, lambda row: as_template(self.opened(row)))[1]
+
+    def find_entry(self, number: int) -> Entry | None:
+        """Return the entry of a number; None for one that is damaged, which is skipped."""
+        return self._unless_damaged(self.entry, number)
+
+    def find_template(self, number: int) -> Template | None:
+        """Return the template of an entry; None for one that is damaged, which is skipped."""
+        return self._unless_damaged(self.template, number)
+
+    def packed_templates(self, *, after: int | None = None) -> Iterator[tuple[int, bytes]]:
+        """Yield number and packed template of all entries, or of those of numbers over `after`."""
+        yield from self._rows(PACKED, lambda row: as_packed(self.opened(row)), after=after)
+
+    def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
+        """Yield number and template of all entries, or of those of numbers over `after`."""
+        yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
+
+    def minutiae_digests(self, counts: Collection[int]) -> Iterator[tuple[int, bytes]]:
+        """Yield number and digest of the minutiae of the entries with some numbers of minutiae."""
+        query = PACKED.where(ENTRY.c.minutiae.in_(counts))
+        for number, data in self._rows(query, lambda row: as_packed(self.opened(row))):
+            yield number, packed_minutiae_digest(data)
+
+    def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
+        """Yield number and content of all entries; each template was read once to check it."""
+        yield from self._rows(PACKED, lambda row: (row.id, as_packed_entry(self.opened(row))))
+
+    def fingers(self, *, after: int | None = None) -> dict[int, int]:
+        """Return for the number of each entry the lowest number of an entry of its finger.
+
+        Those of numbers over `after` take a time that does not depend on the size of the gallery.
+        """
+        if after is not None:
+            return dict(self._rows(_FINGERS, lambda row: (row[0], row[1]), after=after))
+        # with a column that is in no index: a damaged index would give other fingers
+        columns = (ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.minutiae)
+        first: dict[tuple[object, object], int] = {}
+        with self.reading() as connection:
+            rows = connection.execute(sa.select(*columns).order_by(ENTRY.c.id))
+            return {row[0]: first.setdefault((row[1], row[2]), row[0]) for row in rows}
+
+    def revision(self) -> Revision:
+        """Return the present revision, in a time that does not depend on the size of the gallery.
+
+        A gallery that an earlier version made, and that was not changed since, has no history: the
+        time grows with its size, and of later revisions the changes are not known.
+        """
+        with self.reading() as connection:
+            return _revision_of(connection)
+
+    def removals_since(self, before: Revision) -> list[Removal] | None:
+        """Return what was removed since a revision, in order; None if that is not known.
+
+        It is not known of a revision of another gallery, or of a copy that was changed since. The
+        entries that were added are those of numbers over ``before.last``.
+        """
+        with self.reading() as connection:
+            removals = history.removals_since(connection, before)
+        return [] if removals is None and before == self.revision() else removals
+
+    def failures(self) -> list[Failure]:
+        """Return what could not be enrolled, by source."""
+        with self.reading() as connection:
+            rows = connection.execute(sa.select(FAILURE).order_by(FAILURE.c.source)).all()
+        return [Failure(str(row.source), str(row.reason)) for row in rows]
+
+    def content_hash(self) -> str:
+        """Return a hash that differs whenever the entries have changed."""
+        with self.reading() as connection:
+            return content_of(connection)
+
+    def unknown(self, number: int) -> GalleryError:
+        """Return the error about a number that no entry has."""
+        return self.error(f"no entry has the number {number}", "unknown")
+
+    def _one(
+        self, query: sa.Select[Any], number: int, convert: Callable[[Any], Converted]
+    ) -> Converted:
+        """Return the row of a number."""
+        with self.reading() as connection:
+            row = connection.execute(query.where(ENTRY.c.id == number)).first()
+            if row is None:
+                raise self.unknown(number)
+            try:
+                return convert(row)
+            except DamagedRowError as error:
+                self.damaged[number] = error.why
+                raise
+
+    def _unless_damaged(self, read: Callable[[int], Converted], number: int) -> Converted | None:
+        try:
+            return read(number)
+        except GalleryError as error:
+            if error.code != "damaged" or number not in self.damaged:
+                raise
+            return None
+
+    def _rows(
+        self,
+        query: sa.Select[Any],
+        convert: Callable[[Any], Converted],
+        *,
+        after: int | None = None,
+    ) -> Iterator[Converted]:
+        """Yield rows by number, in transactions short enough to block no one for long.
+
+        Damaged ones are skipped.
+        """
+        query = query.order_by(ENTRY.c.id).limit(ROWS_PER_READ)
+        while True:
+            further = query if after is None else query.where(ENTRY.c.id > after)
+            with self.reading() as connection:
+                rows = connection.execute(further).all()
+            for row in rows:
+                try:
+                    converted = convert(row)
+                except DamagedRowError as error:
+                    self.damaged[row.id] = error.why
+                    continue
+                yield converted
+            if len(rows) < ROWS_PER_READ:
+                return
+            after = rows[-1].id
+
+
+def content_of(connection: sa.Connection) -> str:
+    """Return the content hash of a gallery within a transaction."""
+    revision = _revision_of(connection)
+    removals = () if revision.removals == UNKNOWN else (revision.removals,)
+    values = (revision.state, revision.last or None, *removals)
+    return hashlib.sha256(" ".join(map(str, values)).encode()).hexdigest()[:32]
+
+
+def _revision_of(connection: sa.Connection) -> Revision:
+    stored = history.revision(connection)
+    if stored.removals != UNKNOWN:
+        return stored
+    count = connection.scalar(_COUNT.select_from(ENTRY))
+    return replace(stored, state=f"{stored.state} {count}")
+
+
+def _is_of(subject: str) -> sa.ColumnElement[bool]:
+    return ENTRY.c.subject.in_({as_text(subject), printable(subject)})

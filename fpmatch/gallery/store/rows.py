@@ -1,0 +1,111 @@
+"""Rows of entries: the one place where templates are packed for a row, and read from one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.bounds import MOST_MINUTIAE
+from fpmatch.gallery.listing.entry import Entry, Failure, Label, PackedEntry
+from fpmatch.gallery.store.compact import check_packed, pack_template, unpack_template
+from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.minutiae import MAX_DPI, MIN_DPI
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.listing.entry import NewEntry
+    from fpmatch.minutiae import Template
+
+_KINDS: Final = {
+    **dict.fromkeys(("id", "minutiae"), int),
+    **dict.fromkeys(("subject", "finger", "impression", "source"), str),
+    **{"content": bytes, "dpi": float},
+}
+_DPI_ROUNDING: Final = 0.001  # of a packed template
+
+
+def check_storable(template: Template) -> bytes:
+    """Return a template as its row will hold it; it can be read from there, and prepared.
+
+    Raises TemplateError if it cannot be stored. That what is within the bounds can be prepared is
+    tested, not tried here.
+    """
+    packed = pack_template(template)
+    unpack_template(packed)
+    return packed
+
+
+def pack_entry(entry: NewEntry) -> PackedEntry | Failure:
+    """Return a new entry as its row will hold it, or why it cannot be stored."""
+    try:
+        packed = check_storable(entry.template)
+    except TemplateError as error:
+        return Failure(entry.source, str(error))
+    template = entry.template
+    about = (entry.label, entry.source, entry.content, template.dpi, len(template.minutiae))
+    return PackedEntry(*about, packed)
+
+
+def as_packed_entry(row: Any) -> PackedEntry:
+    """Return a row of `PACKED` as an entry for another gallery, or raise DamagedRowError."""
+    entry = as_entry(row)
+    as_template(row)
+    label, source, content = entry.label, entry.source, entry.content
+    return PackedEntry(label, source, content, entry.dpi, entry.minutiae, row.template)
+
+
+def to_row(entry: PackedEntry) -> dict[str, Any]:
+    """Return the columns of a new entry."""
+    return {
+        "subject": entry.label.subject,
+        "finger": entry.label.finger,
+        "impression": entry.label.impression,
+        "source": entry.source,
+        "content": entry.content,
+        "dpi": entry.dpi,
+        "minutiae": entry.minutiae,
+        "template": entry.template,
+    }
+
+
+def as_entry(row: Any) -> Entry:
+    """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
+    for name, kind in _KINDS.items():
+        if not isinstance(getattr(row, name), kind):
+            raise DamagedRowError(row.id, f"its {name} is of another type")
+    _check_numbers(row)
+    label = Label(row.subject, row.finger, row.impression)
+    return Entry(row.id, label, row.source, row.content, row.dpi, row.minutiae)
+
+
+def as_packed(row: Any) -> tuple[int, bytes]:
+    """Return number and packed template of a row of `PACKED`, or raise DamagedRowError.
+
+    The checksum is right then, and the template has the minutiae and the dpi of the row.
+    """
+    if not isinstance(row.template, bytes):
+        raise DamagedRowError(row.id, "it has no template")
+    try:
+        minutiae, dpi = check_packed(row.template)
+    except TemplateError as error:
+        raise DamagedRowError(row.id, str(error)) from error
+    _check_numbers(row)
+    if minutiae != row.minutiae or abs(dpi - row.dpi) > _DPI_ROUNDING:
+        raise DamagedRowError(row.id, "its minutiae or dpi are not those of its template")
+    return row.id, row.template
+
+
+def as_template(row: Any) -> tuple[int, Template]:
+    """Return number and template of a row of `PACKED`, or raise DamagedRowError."""
+    number, data = as_packed(row)
+    try:
+        return number, unpack_template(data)
+    except TemplateError as error:
+        raise DamagedRowError(number, str(error)) from error
+
+
+def _check_numbers(row: Any) -> None:
+    """Raise DamagedRowError unless the numbers of a row are possible."""
+    if not (isinstance(row.dpi, float) and MIN_DPI <= row.dpi <= MAX_DPI):
+        raise DamagedRowError(row.id, f"its dpi is no number from {MIN_DPI:g} to {MAX_DPI:g}")
+    if not (isinstance(row.minutiae, int) and 0 <= row.minutiae <= MOST_MINUTIAE):
+        raise DamagedRowError(row.id, "its number of minutiae is impossible")

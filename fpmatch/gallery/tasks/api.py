@@ -1,0 +1,192 @@
+"""The public functions that enrol prints in a gallery and search it."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.api import as_template
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.listing.entry import Label
+    from fpmatch.gallery.tasks.enrol import Enrolment
+    from fpmatch.matching.result import Matcher
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedFinger:
+    """One enrolled finger that may be the probe's.
+
+    `score` is ``-10·log10(fmr)``, 0 to 100, of all impressions of the finger together; `number` is
+    the entry of the most similar one.
+    """
+
+    label: Label
+    number: int
+    score: float
+    fmr: float
+
+
+def identify(
+    gallery: str | os.PathLike[str] | Gallery,
+    probe: Any,
+    *,
+    count: int = 10,
+    threshold: float = 0.0,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    dpi: float | None = None,
+    loss: float | None = None,
+    workers: int | None = None,
+) -> list[IdentifiedFinger]:
+    """Find the enrolled fingers that a print matches best.
+
+    For many probes, `fpmatch.gallery.search.open_search` prepares a gallery once.
+
+    Parameters
+    ----------
+    gallery : str, path-like or Gallery
+        The file or URL of a gallery that `fpmatch enrol` made, or the gallery, open.
+    probe : Template, str, path-like, GreyImage, ndarray or PIL image
+        The print, as for `as_template`.
+    count : int
+        Largest number of fingers.
+    threshold : float
+        Smallest score of a finger.
+    matcher : str or Matcher
+        The matcher, or its name.
+    dpi : float, optional
+        Resolution of an image (default: that in the file, else 500).
+    loss : float, optional
+        Share of the mates, of those that comparing all prints would find, that the search of a
+        gallery of more than 20,000 prints may miss: it is searched by an index (default: 0.01 where
+        there are more than 100,000 prints, else a candidate list).
+    workers : int, optional
+        Processes that prepare prints, and threads that search (default: one a core).
+
+    Returns
+    -------
+    list of IdentifiedFinger
+        Best first. Entries that are damaged are skipped, each with a warning.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read.
+    MatcherError
+        If the matcher is unknown or not calibrated, or `count`, `threshold` or `loss` is out of
+        range.
+    """
+    from fpmatch.gallery.candidates import identify_entries  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
+    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
+    from fpmatch.gallery.search import open_search  # noqa: PLC0415
+
+    template = as_template(probe, dpi=dpi)
+    if not isinstance(gallery, Gallery):
+        with open_gallery(gallery) as opened:
+            return identify(
+                opened,
+                template,
+                count=count,
+                threshold=threshold,
+                matcher=matcher,
+                loss=loss,
+                workers=workers,
+            )
+    search = open_search(gallery, matcher, engine=processes(workers), loss=loss)
+    limits: dict[str, Any] = {
+        "workers": workers,
+        "count": count,
+        "threshold": threshold,
+        "loss": DEFAULT_LOSS if loss is None else loss,
+    }
+    result, entries = identify_entries(gallery, search, template, **limits)
+    for number, why in gallery.damaged.items():
+        warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)
+    given = Path(probe) if isinstance(probe, str | os.PathLike) else None
+    gallery.record("identify", probe=given, candidates=[one.number for one in result.candidates])
+    return [
+        IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
+        for one, entry in zip(result.candidates, entries, strict=True)
+    ]
+
+
+def enrol(
+    gallery: str | os.PathLike[str] | Gallery,
+    prints: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    *,
+    pattern: str | None = None,
+    by_folder: bool = False,
+    prefix: str = "",
+    dpi: float | None = None,
+    workers: int | None = None,
+    strict: bool = False,
+) -> Enrolment:
+    """Enrol prints in a gallery, those that are not in it.
+
+    `fpmatch.gallery.tasks.enrol.enrol` has more parameters.
+
+    Parameters
+    ----------
+    gallery : str, path-like or Gallery
+        The file or URL of a gallery, made where it is missing, or the gallery, open.
+    prints : path, or iterable of paths
+        Folders, manifests, and files of images and templates.
+    pattern : str, optional
+        Regular expression with groups ``subject``, ``finger``, ``impression`` that gets labels
+        from paths (default: FVC's names, ``101_3.tif``).
+    by_folder : bool
+        Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
+        folder has no prints itself).
+    prefix : str
+        Text before each subject.
+    dpi : float, optional
+        Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
+        else 500).
+    workers : int, optional
+        Processes to use (default: one a core).
+    strict : bool
+        Whether to refuse prints that match no other impression of their finger.
+
+    Returns
+    -------
+    Enrolment
+        Numbers of prints enrolled now and before, the prints that failed, with reasons, and those
+        that were added to subjects that existed before and match nothing of their finger.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read or written, or `pattern` or `prefix` is malformed.
+    ImageReadError, DatasetError
+        If a file or folder is missing, or a manifest is malformed.
+
+    Examples
+    --------
+    >>> from fpmatch import enrol
+    >>> done = enrol("prints.db", "sample_data")  # doctest: +SKIP
+    >>> done.enrolled, done.failures  # doctest: +SKIP
+    (16, ())
+    """
+    from fpmatch.gallery import enrol as enrolling  # noqa: PLC0415
+    from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
+    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
+    from fpmatch.gallery.listing.entry import NamePattern  # noqa: PLC0415
+    from fpmatch.gallery.listing.prints import find_prints  # noqa: PLC0415
+
+    names = None if pattern is None else NamePattern(pattern)
+    places = [prints] if isinstance(prints, str | os.PathLike) else prints
+    files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
+    options: dict[str, Any] = {"pattern": names, "prefix": prefix, "strict": strict}
+    if not isinstance(gallery, Gallery):
+        with open_gallery(gallery, create=True) as opened:
+            return enrolling.enrol(opened, files, engine=processes(workers), **options)
+    return enrolling.enrol(gallery, files, engine=processes(workers), **options)

@@ -1,0 +1,115 @@
+"""Verification of a claimed identity: a probe against the impressions of a subject or finger."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.matching.finger import verify_finger
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
+from fpmatch.printable import printable
+from fpmatch.text_table import count
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.listing.entry import Entry
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.finger import FingerVerification
+    from fpmatch.matching.result import Matcher
+    from fpmatch.matching.verify import Identity
+    from fpmatch.minutiae import Template
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedClaim:
+    """The decision on a claimed identity, and the impressions enrolled under it.
+
+    `damaged` is the number of those that could not be read, which are not among `entries`.
+    """
+
+    entries: tuple[Entry, ...]
+    result: FingerVerification
+    damaged: int = 0
+
+    @property
+    def best(self) -> Entry:
+        """The most similar impression."""
+        return self.entries[self.result.best]
+
+    @property
+    def identical(self) -> Identity | None:
+        """What of the probe and of the most similar impression is the same."""
+        verification = self.result.verification
+        return find_identity((verification.probe, verification.reference))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what was compared as JSON values."""
+        label = self.best.label
+        return {
+            "subject": label.subject,
+            "impressions": len(self.entries),
+            "compared": len(self.result.compared),
+            "damaged": self.damaged,
+            "identical": self.identical,
+            "best": {
+                "id": self.best.id,
+                "finger": label.finger,
+                "impression": label.impression,
+                "source": self.best.source,
+                "score": self.result.best_score,
+            },
+        }
+
+    def in_words(self) -> str:
+        """Return what was compared as a sentence."""
+        enrolled, compared = len(self.entries), len(self.result.compared)
+        of_them = f", {compared} of them compared" if compared < enrolled else ""
+        of_them += f", {self.damaged} more damaged" if self.damaged else ""
+        return printable(
+            f"{count(enrolled, 'impression')} of subject {self.best.label.subject}"
+            f"{of_them}; the most similar is {self.best.label}, entry {self.best.id}, by itself "
+            f"{self.result.best_score:.1f}"
+        )
+
+
+def check_claim(
+    gallery: Gallery,
+    probe: Template,
+    subject: str,
+    finger: str | None = None,
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    threshold: float = DEFAULT_THRESHOLD,
+    calibration: Calibration | None = None,
+    dpi_assumed: bool = False,
+) -> CheckedClaim:
+    """Decide whether a probe comes from the claimed subject of an open gallery.
+
+    `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
+    Impressions that are damaged are skipped. `dpi_assumed` is true where nothing states the
+    resolution of the probe. Other parameters, and the errors, are as for
+    `fpmatch.matching.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
+    nothing of the subject or finger is enrolled, or all of it is damaged.
+    """
+    before = len(gallery.damaged)
+    entries = [
+        entry
+        for entry in gallery.entries(subject=subject)
+        if finger is None or entry.label.finger == finger
+    ]
+    templates = [(entry, gallery.find_template(entry.id)) for entry in entries]
+    damaged = len(gallery.damaged) - before
+    sound = {entry: template for entry, template in templates if template is not None}
+    if not sound:
+        claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
+        if damaged:
+            raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
+        raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
+    result = verify_finger(
+        probe, list(sound.values()), matcher=matcher, threshold=threshold, calibration=calibration
+    )
+    if dpi_assumed:
+        verification = replace(result.verification, dpi_assumed=("probe",))
+        result = replace(result, verification=verification)
+    return CheckedClaim(tuple(sound), result, damaged)

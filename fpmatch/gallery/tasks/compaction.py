@@ -1,0 +1,59 @@
+"""Compaction of a gallery: free its unused space, and delete its outdated prepared prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.gallery.erasure import delete_outdated, size_of_prepared
+from fpmatch.gallery.store.tables import TABLES
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.gallery import Gallery
+
+
+@dataclass(frozen=True, slots=True)
+class Compaction:
+    """Sizes in bytes before and after: of the database, and of the prepared prints."""
+
+    database_before: int
+    database_after: int
+    prepared_before: int
+    prepared_after: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the sizes as JSON values."""
+        return {
+            "database": {"before": self.database_before, "after": self.database_after},
+            "prepared": {"before": self.prepared_before, "after": self.prepared_after},
+        }
+
+
+def compact_gallery(gallery: Gallery) -> Compaction:
+    """Rewrite the database of a gallery without free space, and delete outdated prepared prints.
+
+    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``.
+
+    Raises
+    ------
+    GalleryError
+        If another program holds the gallery, the disk is full, or a file cannot be deleted; the
+        gallery is as before.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.gallery.gallery import open_gallery
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with open_gallery(Path(folder, "prints.db"), create=True) as gallery:
+    ...         sizes = compact_gallery(gallery)
+    >>> sizes.database_after <= sizes.database_before, sizes.prepared_after
+    (True, 0)
+    """
+    before = gallery.size(TABLES), size_of_prepared(gallery)
+    gallery.record("compact")
+    gallery.vacuum(TABLES)
+    delete_outdated(gallery)
+    after = gallery.size(TABLES), size_of_prepared(gallery)
+    return Compaction(before[0], after[0], before[1], after[1])

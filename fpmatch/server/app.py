@@ -1,0 +1,149 @@
+"""The server as an ASGI application."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from fastapi.staticfiles import StaticFiles
+from starlette.exceptions import HTTPException
+
+from fpmatch._version import __version__
+from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.printable import printable
+from fpmatch.server.auditor import route_of
+from fpmatch.server.errors import ClientGoneError, NotReadyError, RequestError, status_of
+from fpmatch.server.guard import Guard
+from fpmatch.server.logs import Incidents
+from fpmatch.server.observer import Observer
+from fpmatch.server.pool import Pool
+from fpmatch.server.routes import gallery_router, operations_router, router
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from starlette.types import Scope
+
+    from fpmatch.server.settings import Settings
+
+STATIC: Final = Path(__file__).with_name("static")
+_DESCRIPTION: Final = (
+    "Two images of fingerprints in; a decision, its certainty and the recovered transform out. "
+    'Errors are `{"error": "one sentence"}`.'
+)
+_INTERNAL: Final = 500
+_GONE: Final = 499  # the client has closed the connection
+_NOT_FOUND: Final = 404
+_NO_METHOD: Final = 405
+_FAULTS: Final = {  # of the server, by the code of the error
+    "missing key": "the gallery is encrypted, and the server has not its key",
+    "plug-in": "a matcher or format of another package cannot be loaded",
+}
+_UNKNOWN: Final = "internal error"
+_log: Final = logging.getLogger(__name__)
+
+
+class _Page(StaticFiles):
+    """The files of the web interface, where no route has the address of a request."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return a file; status 404 where there is none, 405 where it is not to be read."""
+        response = await super().get_response(path, {**scope, "method": "GET"})
+        if scope["method"] != "GET":
+            raise HTTPException(_NO_METHOD, headers={"Allow": "GET, HEAD"})
+        return response
+
+
+def make_app(settings: Settings) -> Observer:
+    """Return the server as an ASGI application behind its guard, with metrics and logs."""
+    pool = Pool(settings.workers, settings.limits.seconds)
+
+    @asynccontextmanager
+    async def started(_: FastAPI) -> AsyncIterator[None]:
+        async with pool.running():
+            yield
+
+    app = FastAPI(
+        title="fpmatch",
+        version=__version__,
+        description=_DESCRIPTION,
+        lifespan=started,
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
+    )
+    app.state.pool, app.state.settings = pool, settings
+    app.state.incidents = Incidents(_log)
+    app.include_router(operations_router)
+    app.include_router(router)
+    if settings.gallery is not None:
+        app.include_router(gallery_router)
+    app.router.default = _Page(directory=STATIC, html=True)
+    app.openapi()  # requests are checked by it
+    for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
+        app.add_exception_handler(kind, _on_error)
+    return Observer(Guard(app, settings), settings)
+
+
+async def _on_error(request: Request, error: Exception) -> Response:
+    """Return the response to an error: its status and one sentence.
+
+    What is wrong with the server, such as its gallery, is only in its log: it names files and
+    hosts. The response contains the identifier under which the log has it.
+    """
+    match error:
+        case NotReadyError():
+            why = "the gallery cannot be opened, or no worker answers"
+            return _incident(request, why, str(error), 503)
+        case RequestError():
+            status, text = error.status, str(error)
+        case FpmatchError() if status_of(error) == _INTERNAL:
+            other = "the gallery cannot be used" if isinstance(error, GalleryError) else _UNKNOWN
+            why = _FAULTS.get(error.code, other)
+            return _incident(request, why, str(error), _INTERNAL)
+        case FpmatchError():
+            status, text = status_of(error), str(error)
+        case RequestValidationError():
+            first = error.errors()[0]
+            where = ".".join(map(str, first["loc"][1:])) or "request"
+            status, text = 422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+        case HTTPException() if error.status_code == _NO_METHOD:
+            return _no_method(request, error)
+        case HTTPException():
+            status, text = error.status_code, str(error.detail)
+            text = "there is nothing at this address" if status == _NOT_FOUND else text
+        case ClientGoneError():
+            return Response(status_code=_GONE)
+        case _:
+            kind = type(error).__name__
+            return _incident(request, _UNKNOWN, kind, _INTERNAL, error)
+    return JSONResponse({"error": " ".join(text.split())}, status)
+
+
+def _no_method(request: Request, error: HTTPException) -> Response:
+    """Return the response to a method that an address does not take: it names those that it does.
+
+    Several routes may have the address.
+    """
+    described = request.app.openapi()["paths"].get(route_of(request.scope))
+    stated = (error.headers or {})["Allow"].split(", ")
+    methods = {method.upper() for method in described or stated}
+    allowed = ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
+    text = f"this address takes {allowed}, not {printable(request.method)}"
+    return JSONResponse({"error": text}, _NO_METHOD, headers={"Allow": allowed})
+
+
+def _incident(
+    request: Request, sentence: str, reason: str, status: int, error: Exception | None = None
+) -> Response:
+    """Log why a request failed; return the response that contains the identifier of the reason."""
+    incidents: Incidents = request.app.state.incidents
+    where = f"{request.method} {route_of(request.scope)}"
+    number = incidents.report(f"{where}: {' '.join(reason.split())}", error)
+    text = f"{sentence}: the log of the server has the reason under {number}"
+    return JSONResponse({"error": text, "id": number}, status)

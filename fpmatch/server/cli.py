@@ -1,0 +1,199 @@
+"""`fpmatch serve`: web interface and HTTP API."""
+
+from __future__ import annotations
+
+import importlib.util
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, Literal
+
+import click
+
+from fpmatch.cli.notes import say_damaged, say_note, say_slow_kernels, show_line
+from fpmatch.cli.options import (
+    file_option,
+    key_option,
+    old_names,
+    workers_option,
+)
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.errors import FpmatchError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_PACKAGES: Final = (
+    "fastapi",
+    "filelock",
+    "prometheus_client",
+    "python_multipart",
+    "pythonjsonlogger",
+    "uvicorn",
+)
+
+
+class _MissingExtraError(FpmatchError):
+    """The packages of the extra `web` are not installed."""
+
+
+@click.command(
+    context_settings=old_names(name="allowed-host"),
+    epilog="""\b
+Token:
+  On a host that other machines can reach, every request needs a token. The address that is
+  printed contains it; programs send it in a header: Authorization: Bearer TOKEN. Requests are not
+  encrypted: use a TLS proxy or an SSH tunnel.
+
+\b
+Clients:
+  A table of FILE.toml is a client, with a role (read: the state of the server; verify: compare and
+  identify too; enrol: enrol too; admin: remove too) and its token, or the token's SHA-256:
+    [reception]
+    role = "verify"
+    token = "WNfOYJvW3B3A0nUqVYxw"
+
+\b
+Examples:
+  fpmatch serve
+  fpmatch serve --gallery prints.db --port 9000
+  fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
+  fpmatch serve --gallery prints.db --clients clients.toml --audit-log audit.jsonl --log json
+
+Ctrl-C or SIGTERM stops the server; requests have 5 seconds to end.
+
+Exit status: 0 when it was stopped, 2 when it could not start.
+""",
+)
+@click.option(
+    "--gallery", metavar="GALLERY", help="Gallery to search and to enrol in; made if missing."
+)
+@click.option("--host", default="127.0.0.1", help="Name or address to listen on.")
+@click.option("--port", type=int, default=8000, help="0 chooses a free one.")
+@click.option(
+    "--token",
+    envvar="FPMATCH_TOKEN",
+    help="Token of requests.  [default: random on hosts that other machines can reach]",
+)
+@file_option(
+    "--clients",
+    metavar="FILE.toml",
+    help="Names, roles and tokens of several clients, see below.",
+)
+@file_option(
+    "--audit-log",
+    metavar="FILE",
+    help="Append who requested what of whom to this file, a line an event.",
+)
+@click.option(
+    "--log",
+    type=click.Choice(["none", "text", "json"]),
+    default="none",
+    help="Log every request on stderr.",
+)
+@click.option(
+    "--wait",
+    "wait_seconds",
+    type=click.FloatRange(min=0),
+    default=30.0,
+    help="Seconds that a request waits for its turn before it is refused.",
+)
+@click.option(
+    "--upload-seconds",
+    type=click.FloatRange(min=0, min_open=True),
+    default=60.0,
+    help="Seconds that an upload may take; one without progress for 10 seconds ends sooner.",
+)
+@click.option(
+    "--connections",
+    type=click.IntRange(1),
+    default=512,
+    help="Connections of all clients at once; fewer where the limit of open files is low.",
+)
+@click.option(
+    "--connections-per-client",
+    type=click.IntRange(1),
+    default=64,
+    help="Connections of one address at once; of 127.0.0.1, a proxy here, all may be.",
+)
+@click.option(
+    "--allowed-host",
+    "allowed_hosts",
+    metavar="NAME",
+    multiple=True,
+    help="Another name of this server in requests; may be repeated.",
+)
+@click.option(
+    "--pattern",
+    metavar="REGEX",
+    help="Pattern of file names with subject, finger and impression, as for enrol.",
+)
+@workers_option
+@key_option
+def serve(
+    gallery: str | None,
+    host: str,
+    port: int,
+    token: str | None,
+    clients: Path | None,
+    audit_log: Path | None,
+    log: Literal["none", "text", "json"],
+    wait_seconds: float,
+    upload_seconds: float,
+    connections: int,
+    connections_per_client: int,
+    allowed_hosts: tuple[str, ...],
+    pattern: str | None,
+    workers: int | None,
+) -> None:
+    """Serve a web interface to compare prints, and an HTTP API.
+
+    No uploaded file is kept; of a print that is enrolled in the gallery, the template is.
+    """
+    missing = [name for name in _PACKAGES if not importlib.util.find_spec(name)]
+    if missing:
+        raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
+    from fpmatch.base.threads import available_cores
+    from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
+    from fpmatch.server.access import load_clients
+    from fpmatch.server.server import bind_server
+    from fpmatch.server.server import serve as serve_requests
+    from fpmatch.server.settings import Limits, Settings
+
+    settings = Settings(
+        gallery=gallery,
+        audit_log=None if audit_log is None else str(audit_log),
+        clients={} if clients is None else load_clients(clients),
+        limits=replace(
+            Limits(),
+            wait_seconds=wait_seconds,
+            upload_seconds=upload_seconds,
+            connections=connections,
+            connections_per_client=connections_per_client,
+        ),
+        pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
+        workers=workers or available_cores(),
+    )
+    server = bind_server(host, port, settings, token=token, allowed_hosts=allowed_hosts)
+
+    def say_ready() -> None:
+        show_line(f"fpmatch serves {server.address}")
+        click.echo("Ctrl-C stops it", err=True)
+
+    say_slow_kernels()
+    with server.listener, suppress(KeyboardInterrupt):
+        if gallery is not None:
+            _prepare(gallery, workers)
+        serve_requests(server, log=log, ready=say_ready)
+
+
+def _prepare(gallery: str, workers: int | None) -> None:
+    """Make the gallery where it is missing, and prepare its prints for searches."""
+    from fpmatch.gallery.engine.engine import processes
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.search import open_search
+
+    bars = ProgressBars({"prepare": "preparing prints"})
+    with open_gallery(gallery, create=True) as opened, bars:
+        opened.check_keys()
+        open_search(opened, engine=processes(workers), progress=bars.show, note=say_note)
+        say_damaged(opened.name, opened.damaged)

@@ -1,0 +1,254 @@
+"""Work on the gallery of a server; no response contains where it is on this machine."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import time
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from fpmatch.errors import EncryptionError, GalleryError, TemplateError
+from fpmatch.gallery.candidates import identify_entries
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Label, NamePattern, NewEntry
+from fpmatch.gallery.search import open_search
+from fpmatch.gallery.store.rows import check_storable
+from fpmatch.gallery.store.tables import ENROLLED
+from fpmatch.gallery.tasks.claim import check_claim
+from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.server.errors import RequestError
+from fpmatch.server.prints import open_upload, open_upload_with_minutiae
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.pair import PairOptions
+    from fpmatch.server.prints import PrintOptions, Upload
+
+_DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")
+_log: Final = logging.getLogger(__name__)
+# The latest search of this worker process by gallery and matcher, with the content of the gallery.
+_kept: dict[tuple[str, str], tuple[str, Search]] = {}
+
+
+@contextmanager
+def open_served_gallery(where: str) -> Iterator[Gallery]:
+    """Open a gallery as `open_gallery` does; whatever it cannot do is a GalleryError.
+
+    Its message is for the log of the server only, but for those with the code "unknown" or "label",
+    whose `detail` is about the request.
+    """
+    try:
+        with open_gallery(where) as gallery:
+            yield gallery
+    except EncryptionError as error:  # the source of the keys cannot be read
+        raise GalleryError(str(error), path=short_name(where), code="missing key") from error
+    except (OSError, SQLAlchemyError) as error:
+        raise GalleryError(str(error), path=short_name(where)) from error
+
+
+@contextmanager
+def _not_found() -> Iterator[None]:
+    """Answer with status 404 what a gallery does not contain."""
+    try:
+        yield
+    except GalleryError as error:
+        if error.code == "unknown":
+            raise RequestError(error.detail, status=404) from error
+        raise
+
+
+def short_name(place: str) -> str:
+    """Return the last part of a path or URL, without its host and options.
+
+    Examples
+    --------
+    >>> short_name("/home/ada/prints.db"), short_name("postgresql://ada@host/prints?port=99")
+    ('prints.db', 'prints')
+    >>> short_name("postgresql://ada:secret@host")
+    'gallery'
+    """
+    if "://" in place:
+        return PurePosixPath(urlsplit(place).path).name or "gallery"
+    return PurePosixPath(place.replace("\\", "/")).name or place
+
+
+def describe_gallery(where: str) -> dict[str, Any]:
+    """Return what ``fpmatch gallery info --json`` prints."""
+    with open_served_gallery(where) as gallery:
+        return {"gallery": short_name(gallery.name), **gallery.summary().as_dict()}
+
+
+def check_gallery(where: str | None) -> None:
+    """Open a gallery, if there is one; raise GalleryError if it cannot be opened."""
+    if where is not None:
+        with open_served_gallery(where):
+            pass
+
+
+def list_prints(where: str, subject: str) -> list[dict[str, Any]]:
+    """Return the enrolled prints of a subject, as ``fpmatch gallery list --json`` prints them."""
+    with open_served_gallery(where) as gallery:
+        gallery.record("list", subject=subject, failures=False)
+        return [
+            entry.as_dict() | {"source": short_name(entry.source)}
+            for entry in gallery.entries(subject=subject)
+        ]
+
+
+def remove_print(where: str, number: int) -> None:
+    """Remove one entry."""
+    with open_served_gallery(where) as gallery, _not_found():
+        gallery.remove([number])
+
+
+def remove_subject(where: str, subject: str) -> list[int]:
+    """Remove all entries of a subject, and return their numbers."""
+    with open_served_gallery(where) as gallery, _not_found():
+        numbers = gallery.numbers_of(subject)
+        gallery.remove(numbers)
+    return numbers
+
+
+def verify_claim(
+    upload: Upload,
+    reading: PrintOptions,
+    where: str,
+    subject: str,
+    finger: str | None,
+    options: PairOptions,
+) -> dict[str, Any]:
+    """Return the decision on a claimed subject (None: any finger), and what was compared."""
+    threshold = options.decision_score()
+    probe = open_upload(upload, reading)
+    with open_served_gallery(where) as gallery, _not_found():
+        checked = check_claim(
+            gallery,
+            probe.template,
+            subject,
+            finger,
+            matcher=options.matcher,
+            threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
+            dpi_assumed=probe.dpi_assumed,
+        )
+        match, best = checked.result.verification.match, checked.best.id
+        claim = {"subject": subject, "finger": finger, "best": best, "match": match}
+        gallery.record("verify", probe=upload.data, **claim)
+    result, document = checked.result.verification, checked.as_dict()
+    best = document["best"]
+    return {
+        **{name: getattr(result, name) for name in _DECISION},
+        **document,
+        "best": best | {"source": short_name(best["source"])},
+        "notes": list(probe.notes),
+    }
+
+
+def identify_print(
+    upload: Upload, reading: PrintOptions, where: str, matcher: str, count: int, threshold: float
+) -> dict[str, Any]:
+    """Return what ``fpmatch identify --transform --json`` prints of one probe."""
+    most = reading.limits.candidates
+    if count > most:
+        raise RequestError(f"at most {most} candidates can be listed, not {count}")
+    given = open_upload_with_minutiae(upload, reading)
+    with open_served_gallery(where) as gallery:
+        search = _search(gallery, matcher)
+        start = time.perf_counter()
+        result, entries = identify_entries(
+            gallery,
+            search,
+            given.template,
+            count=count,
+            threshold=threshold,
+            transforms=True,
+            workers=1,
+        )
+        seconds = time.perf_counter() - start
+        numbers = [candidate.number for candidate in result.candidates]
+        gallery.record("identify", probe=upload.data, candidates=numbers)
+        name, damaged = short_name(gallery.name), len(gallery.damaged)
+    candidates = result.candidate_dicts(entries)
+    return {
+        "gallery": name,
+        "matcher": matcher,
+        "enrolled": result.enrolled,
+        "damaged": damaged,
+        "compared": result.compared,
+        "loss": result.loss,
+        "passed_on": list(result.passed_on),
+        "probe": given.name,
+        "notes": list(given.notes),
+        "seconds": round(seconds, 4),
+        "candidates": [one | {"source": short_name(one["source"])} for one in candidates],
+    }
+
+
+def enrol_print(
+    upload: Upload, reading: PrintOptions, where: str, label: Label | None, pattern: str
+) -> dict[str, Any]:
+    """Enrol one print in a gallery, by default under the label that `pattern` finds in its name.
+
+    In what is returned, ``enrolled`` is false where the same file was enrolled before, and
+    ``unmatched`` is the reason where the print matches no other of its finger.
+    """
+    # not in the working folder of the server, whose name would become a label
+    used = label or NamePattern(pattern).label(Path("/", upload.name))
+    if used is None:
+        raise RequestError(
+            "its name does not contain the subject (as 101_3.tif does); give subject and "
+            "impression",
+            path=upload.name,
+        )
+    used.check()
+    given = open_upload_with_minutiae(upload, reading)
+    try:
+        check_storable(given.template)
+    except TemplateError as error:
+        raise RequestError(error.detail, path=upload.name, status=400) from error
+    content = hashlib.sha256(upload.data).digest()
+    with open_served_gallery(where) as gallery:
+        request = EnrolmentRequest(used, content, given.template.dpi)
+        (conflict,) = gallery.find_conflicts([request])
+        if conflict is None:
+            (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
+        if conflict not in {None, ENROLLED}:
+            # the command shows the whole path of the other file
+            why, already, source = conflict.partition(" already (")
+            shown = f"{why}{already}{short_name(source)}"
+            raise RequestError(shown, path=upload.name, status=409)
+        new = {used} if conflict is None else set[Label]()
+        added = find_added(gallery, {one.subject for one in new}, {content}.intersection)
+        _, unmatched = check_added(gallery, new, added)
+        copies = find_copies(gallery, new, {len(given.template.minutiae)})
+    return {
+        "enrolled": conflict is None,
+        "name": upload.name,
+        **asdict(used),
+        "minutiae": len(given.template.minutiae),
+        "subject_existed": bool(added),
+        "unmatched": unmatched[0].reason if unmatched else None,
+        "notes": [*given.notes, *(f"the same print as {other}" for _, other in copies)],
+    }
+
+
+def _search(gallery: Gallery, matcher: str) -> Search:
+    """Return the search of a gallery as it is now, the kept one where it is unchanged."""
+    key, content = (gallery.name, matcher), gallery.content_hash()
+    kept = _kept.get(key)
+    if kept is None or kept[0] != content:
+        _kept.clear()
+        before = None if kept is None else kept[1]
+        search = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
+        _kept[key] = content, search
+    return _kept[key][1]

@@ -1,0 +1,181 @@
+"""Two prints of one request: their verification, and all that the web interface shows of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.case_report.page import CaseFile, CaseMark, case_report, settings_of
+from fpmatch.drawing.files import data_url, png_bytes, webp_bytes
+from fpmatch.drawing.ink import ridge_picture, shrunk
+from fpmatch.drawing.overlay.draw import View, overlay_file
+from fpmatch.drawing.overlay.page import Print, ink_of
+from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
+from fpmatch.drawing.scene.placement import zoomed
+from fpmatch.drawing.words import odds
+from fpmatch.errors import GalleryError
+from fpmatch.pair import compare_pair
+from fpmatch.reading import GivenPrint
+from fpmatch.report import as_rows
+from fpmatch.server.errors import RequestError
+from fpmatch.server.gallery import open_served_gallery
+from fpmatch.server.prints import Upload, open_upload
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene.items import Ink
+    from fpmatch.minutiae import Template
+    from fpmatch.pair import ComparedPair, PairOptions
+    from fpmatch.server.prints import PrintOptions
+
+LARGEST_SIDE_SHOWN: Final = 1600  # pixels of a print
+INKED: Final = 96  # smallest coverage that counts as ink
+
+
+@dataclass(frozen=True, slots=True)
+class EnrolledPrint:
+    """Identify the enrolled print that a probe is to be compared with."""
+
+    gallery: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class PairRequest:
+    """Two prints, how each is to be read, and how they are to be compared."""
+
+    probe: Upload
+    reference: Upload | EnrolledPrint
+    readings: tuple[PrintOptions, PrintOptions]
+    options: PairOptions
+
+    def compare(self) -> ComparedPair:
+        """Return the two prints and the decision."""
+        probe = open_upload(self.probe, self.readings[0])
+        if isinstance(self.reference, Upload):
+            reference = open_upload(self.reference, self.readings[1])
+        else:
+            reference = _open_enrolled(self.reference, self.probe.data)
+        return compare_pair(probe, reference, self.options)
+
+
+def verify_pair(request: PairRequest) -> dict[str, Any]:
+    """Return the object that ``fpmatch verify --json`` prints."""
+    return request.compare().as_dict()
+
+
+def draw_pair(request: PairRequest, file_format: str, view: View) -> bytes:
+    """Return the overlay of two prints as the content of a "png" or "svg" file."""
+    pair = request.compare()
+    pixels = pixels_of(pair.probe), pixels_of(pair.reference)
+    return overlay_file(f".{file_format}", *pixels, pair.verification, view)
+
+
+def report_pair(
+    request: PairRequest,
+    notes: str,
+    marks: list[dict[str, Any]],
+    warp: bool = False,
+    case_number: str = "",
+) -> str:
+    """Return the case report of two uploads, with what an examiner noted and marked."""
+    pair = request.compare()
+    uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
+    probe, reference = (CaseFile.of(upload.name, upload.data) for upload in uploads)
+    first, second = request.readings
+    settings = settings_of(request.options, pair, (first.dpi, second.dpi), first.enhance)
+    return case_report(
+        pair,
+        (probe, reference),
+        settings=settings,
+        case_number=case_number,
+        notes=notes,
+        marks=[CaseMark(**mark) for mark in marks],
+        warp=warp,
+    )
+
+
+def show_pair(request: PairRequest) -> dict[str, Any]:
+    """Return all that the web interface shows of a verification: a `models.Shown`."""
+    pair = request.compare()
+    v = pair.verification
+    rows = as_rows(v, pair.quality, identical=pair.identical)
+    return {
+        "result": pair.as_dict(),
+        "odds": odds(v.fmr),
+        "rows": [{"label": label, "words": text} for label, text in rows],
+        "smallest_measured_fmr": v.smallest_measured_fmr,
+        "pairs": v.pairs.reshape(-1, 2).tolist(),
+        "probe": _shown_print(pair.probe, PROBE_INK),
+        "reference": _shown_print(pair.reference, REFERENCE_INK),
+    }
+
+
+def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
+    """Return one print for the web interface; a minutia is x, y, angle, kind, quality."""
+    template, pixels = given.template, pixels_of(given)
+    m = template.minutiae
+    factor = min(1.0, LARGEST_SIDE_SHOWN / max(pixels.shape))
+    ink = ink_of(Print(pixels, template), zoomed(factor, (-0.5, -0.5), (-0.5, -0.5)), colour, "")
+    return {
+        "name": given.name,
+        "kind": "template" if given.image is None else "image",
+        "width": template.width,
+        "height": template.height,
+        "dpi": template.dpi,
+        "notes": list(given.notes),
+        "extent": _extent(template, ink, factor),
+        "minutiae": [
+            [round(float(x), 2), round(float(y), 2), round(float(angle), 4), int(kind), int(q)]
+            for x, y, angle, kind, q in zip(m.x, m.y, m.angle, m.kind, m.quality, strict=True)
+        ],
+        "picture": data_url(webp_bytes(shrunk(pixels, factor), 85), "webp"),
+        "ink": _encoded_ink(ink, colour),
+    }
+
+
+def _encoded_ink(ink: Ink | None, colour: Colour) -> str | None:
+    """Return an ink as a picture; None where there is none, as of a template without ridges."""
+    if ink is None or not ink.coverage.any():
+        return None
+    return data_url(png_bytes(rgba(ink.coverage, colour)), "png")
+
+
+def pixels_of(given: GivenPrint) -> NDArray[np.uint8]:
+    """Return the pixels of an image, or the ridges that a template contains."""
+    return ridge_picture(given.template) if given.image is None else given.pixels
+
+
+def _extent(template: Template, ink: Ink | None, factor: float) -> list[int]:
+    """Return left, top, right and bottom of the ridges, or minutiae, in pixels of the print."""
+    inked = np.zeros((1, 1), bool) if ink is None else ink.coverage > INKED
+    columns, rows = np.flatnonzero(inked.any(axis=0)), np.flatnonzero(inked.any(axis=1))
+    if not columns.size and not len(template.minutiae):
+        return [0, 0, template.width, template.height]
+    if not columns.size:
+        xy = template.minutiae.xy
+        return [round(float(end)) for end in (*xy.min(axis=0), *xy.max(axis=0))]
+    ends = (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1)
+    return [round(float(end) / factor) for end in ends]
+
+
+def _open_enrolled(enrolled: EnrolledPrint, probe: bytes) -> GivenPrint:
+    with open_served_gallery(enrolled.gallery) as gallery:
+        try:
+            entry = gallery.entry(enrolled.number)
+        except GalleryError as error:
+            if error.code != "unknown":
+                raise
+            unknown = f"no print is enrolled under the number {enrolled.number}"
+            raise RequestError(unknown, status=404) from error
+        gallery.record("compare", probe=probe, entries=[enrolled.number])
+        return GivenPrint(str(entry.label), gallery.template(enrolled.number))
+
+
+def rgba(coverage: NDArray[np.uint8], colour: Colour) -> NDArray[np.uint8]:
+    """Return an ink as RGB and opacity, shape (H, W, 4)."""
+    return np.dstack([np.full((*coverage.shape, 3), colour, np.uint8), coverage])

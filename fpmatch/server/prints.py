@@ -1,0 +1,96 @@
+"""An uploaded print, its template, and its pixels."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import ImageError
+from fpmatch.formats.record import TemplateRecord
+from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.quality.print_quality import why_no_minutiae
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.reading import decode_print, make_given_print
+
+if TYPE_CHECKING:
+    from fpmatch.image.recorder import Recorder
+    from fpmatch.reading import GivenPrint
+    from fpmatch.server.settings import Limits
+
+LONGEST_NAME: Final = 80
+_SEPARATORS: Final = re.compile(r"[/\\]")
+
+
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """An uploaded file: its name, which is only shown and never made a path, and its bytes."""
+
+    name: str
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class PrintOptions:
+    """The options for reading an upload, and the sizes that are refused."""
+
+    limits: Limits
+    dpi: float | None = None
+    enhance: str = "learned"
+
+
+def shown_name(given: str | None, otherwise: str) -> str:
+    r"""Return the last part of a client's file name on one short line, or another name.
+
+    Examples
+    --------
+    >>> shown_name("C:\\prints\\ada.tif", "probe"), shown_name("../..", "probe")
+    ('ada.tif', 'probe')
+    """
+    last = _SEPARATORS.split(given or "")[-1]
+    printable = "".join(letter for letter in last if letter.isprintable()).strip()
+    if not printable.strip("."):
+        return otherwise
+    if len(printable) > LONGEST_NAME:
+        return f"{printable[: LONGEST_NAME - 1]}…"
+    return printable
+
+
+def open_upload(
+    upload: Upload, options: PrintOptions, recorder: Recorder | None = None
+) -> GivenPrint:
+    """Return the print in an upload; `recorder` is as for `make_given_print`."""
+    limits, dpi = options.limits, options.dpi
+    if dpi is not None:
+        check_dpi(dpi)
+    bounds = ImageLimits(max_megapixels=limits.megapixels, max_file_megabytes=limits.file_megabytes)
+    content = decode_print(upload.data, upload.name, bounds)
+    if isinstance(content, TemplateRecord):
+        first = content.views[0].template
+        width, height, own_dpi = first.width, first.height, first.dpi
+    else:
+        (height, width), own_dpi = content.pixels.shape, content.dpi or STANDARD_DPI
+    _check_size(upload.name, width, height, dpi or own_dpi, limits)
+    return make_given_print(
+        content, upload.name, dpi=dpi, enhance=options.enhance, recorder=recorder
+    )
+
+
+def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPrint:
+    """Return the print in an upload, as `open_upload` does, but refuse one without minutiae."""
+    given = open_upload(upload, options)
+    if not len(given.template.minutiae):
+        why = why_no_minutiae(given.quality)
+        raise ImageError(why, path=given.name, code="no minutiae")
+    return given
+
+
+def _check_size(name: str, width: int, height: int, dpi: float, limits: Limits) -> None:
+    """Refuse a print that would occupy a worker for long."""
+    megapixels = width * height * (STANDARD_DPI / dpi) ** 2 / 1e6
+    if megapixels > limits.megapixels_at_500_dpi or width * height > limits.megapixels * 1e6:
+        raise ImageError(
+            f"{width} x {height} pixels at {dpi:g} dpi are more than this server accepts: "
+            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi",
+            path=name,
+        )

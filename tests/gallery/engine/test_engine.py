@@ -1,0 +1,365 @@
+"""`fpmatch.gallery.engine`: the same results in the same order, wherever the work is done."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import closing
+from functools import partial
+from itertools import count, islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+
+from fpmatch.errors import EngineError, ImageError
+from fpmatch.gallery.engine import cluster, task
+from fpmatch.gallery.engine.engine import make_engine, processes
+from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT, Serial
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER))
+
+import chunk_work  # noqa: E402  (spawned workers must find it by this name)
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])}
+needs_dask = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
+)
+
+
+@pytest.fixture(scope="module")
+def workers_find_the_work():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", ENVIRONMENT["PYTHONPATH"])
+        yield
+
+
+@pytest.fixture(scope="module")
+def scheduler(workers_find_the_work):
+    """Return the address of a cluster of two workers on this machine."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=2,
+        host="127.0.0.1",
+        dashboard_address=":0",
+        silence_logs=60,
+    ) as started:
+        yield started.scheduler_address
+
+
+@pytest.fixture(
+    params=["serial", "processes", pytest.param("dask", marks=[needs_dask, pytest.mark.slow])]
+)
+def engine(request, workers_find_the_work):
+    scheduler = request.getfixturevalue("scheduler") if request.param == "dask" else None
+    workers = {"serial": 1, "processes": 2, "dask": None}[request.param]
+    with make_engine(workers, scheduler) as made:
+        yield made
+
+
+@pytest.mark.parametrize("count", [0, 40])
+def test_results_come_in_order(engine, count):
+    with closing(engine.map(chunk_work.add, 10, iter(range(count)))) as results:
+        assert list(results) == list(range(10, 10 + count))
+
+
+def test_chunks_are_drawn_as_they_are_needed(engine):
+    drawn = count()
+    with closing(engine.map(chunk_work.add, 0, drawn)) as results:
+        assert list(islice(results, 5)) == [0, 1, 2, 3, 4]
+    assert next(drawn) <= 5 + 2 * CHUNKS_IN_FLIGHT
+
+
+def test_a_worker_keeps_its_copy_of_what_is_shared(engine):
+    seen = {}
+    for worker, before in engine.map(chunk_work.count, [], range(30)):
+        seen.setdefault(worker, []).append(before)
+    assert all(sorted(order) == list(range(len(order))) for order in seen.values())
+    assert 1 <= len(seen) <= 2
+
+
+def test_an_error_of_the_work_comes_through(engine):
+    with pytest.raises(ImageError, match="too small"):
+        list(engine.map(chunk_work.fail, ImageError("too small"), range(3)))
+    with pytest.raises(TimeoutError, match="late"):
+        list(engine.map(chunk_work.fail, TimeoutError("late"), range(3)))
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
+    with processes(2) as engine:
+        first = set(engine.map(chunk_work.process, None, range(8)))
+        again = set(engine.map(chunk_work.process, None, range(8)))
+        # how many of the two get work is a matter of time
+        assert 1 <= len(first | again) <= 2
+        assert all(_is_there(process) for process in first)
+    assert not any(_is_there(process) for process in first | again)
+    not_held = set(engine.map(chunk_work.process, None, range(8)))
+    assert (first | again).isdisjoint(not_held)
+    assert not any(_is_there(process) for process in not_held)
+
+
+def test_an_engine_is_held_until_the_outermost_block_ends(engine):
+    with engine:
+        before = {pid for pid, _ in engine.map(chunk_work.count, [], range(30))}
+    after = {pid for pid, _ in engine.map(chunk_work.count, [], range(30))}
+    assert len(before | after) <= 2
+
+
+@pytest.fixture
+def tasks(tmp_path, monkeypatch):
+    """Return the folder in which tasks are told."""
+    folder = tmp_path / "tasks"
+    folder.mkdir()
+    monkeypatch.setattr(task, "TemporaryDirectory", partial(TemporaryDirectory, dir=folder))
+    return folder
+
+
+def test_two_works_in_turn_keep_what_is_theirs(engine):
+    with (
+        closing(engine.map(chunk_work.count, [], count())) as first,
+        closing(engine.map(chunk_work.add, 10, count())) as second,
+    ):
+        seen = {}
+        for number in range(12):
+            worker, before = next(first)
+            seen.setdefault(worker, []).append(before)
+            assert next(second) == 10 + number
+        # what waits to be taken is in nobody's way
+        assert list(engine.map(chunk_work.add, 10, range(20))) == list(range(10, 30))
+        assert next(second) == 22
+    assert all(sorted(order) == list(range(len(order))) for order in seen.values())
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
+    with processes(2) as engine:
+        with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
+            assert next(left_off) == 0
+            assert next(left_off) == 1
+            assert len(list(tasks.iterdir())) == 1
+        assert list(tasks.iterdir()) == []
+        assert list(engine.map(chunk_work.add, 10, range(3))) == [10, 11, 12]
+    assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
+    with processes(2) as engine:
+        with pytest.raises(EngineError, match="a worker process ended before its work was done"):
+            list(engine.map(chunk_work.die_once, tmp_path, range(8)))
+        assert list(tasks.iterdir()) == []
+        assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
+
+
+def test_what_is_larger_than_a_pipe_comes_through(engine):
+    large = bytes(300_000)
+    found = list(engine.map(chunk_work.back_and_forth, large, [large] * 12))
+    assert found == [2 * large] * 12
+
+
+def test_results_before_an_error_come_first(engine, request):
+    found = []
+    with pytest.raises(ValueError, match="3") as raised:
+        found.extend(engine.map(chunk_work.fail_at, 3, range(8)))
+    assert found == [0, 1, 2]
+    if "processes" in request.node.name:
+        assert "chunk_work.py" in str(raised.value.__cause__)  # where it was raised
+
+
+def _is_there(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_workers_end_with_the_process_that_started_them(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from pathlib import Path; import chunk_work\n"
+        "from fpmatch.gallery.engine.engine import processes\n"
+        "if __name__ == '__main__':\n"
+        f"    list(processes(2).map(chunk_work.sleep_long, Path({str(tmp_path)!r}), range(2)))"
+    )
+    with TemporaryDirectory() as temporary:  # of a short name, as fork servers need it
+        environment = {**ENVIRONMENT, "TMPDIR": temporary}
+        with subprocess.Popen([sys.executable, script], env=environment) as main:
+            while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
+                assert main.poll() is None
+                time.sleep(0.01)
+            assert len(list(Path(temporary).glob("fpmatch-*"))) == 1
+            main.send_signal(signal.SIGKILL)
+        while any(_is_there(worker) for worker in workers):
+            time.sleep(0.01)
+        assert list(Path(temporary).glob("fpmatch-*")) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
+def test_what_workers_need_is_imported_before_they_start(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import os, signal; import chunk_work\n"
+        "from fpmatch.gallery.engine.engine import processes\n"
+        "from fpmatch.gallery.engine.local import start_fork_server\n"
+        "if __name__ == '__main__':\n"
+        "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"
+        "    start_fork_server(1, 'no.such.module')\n"
+        "    start_fork_server(2, 'no.such.module', 'colorsys')\n"
+        "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
+        "    assert all(processes(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
+        "    assert not any(processes(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
+        "    assert all(processes(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script], env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@needs_dask
+@pytest.mark.slow
+def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
+    with make_engine(scheduler=scheduler) as engine:
+        done = list(engine.map(chunk_work.die_once, tmp_path, range(30)))
+    assert done == list(range(30))
+    assert (tmp_path / "died").exists()
+
+
+@needs_dask
+@pytest.mark.slow
+@pytest.mark.parametrize("who", ["nobody", "somebody else", "nonsense"])
+def test_no_scheduler_is_one_line(monkeypatch, who):
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = who if who == "nonsense" else f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        if who == "nobody":
+            server.close()
+        with pytest.raises(EngineError) as raised, make_engine(scheduler=address):
+            pass
+    assert str(raised.value).startswith(f"{address}: no Dask scheduler answers: ")
+    assert "\n" not in str(raised.value)
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_cluster_without_workers_is_given_up(monkeypatch):
+    import distributed
+
+    monkeypatch.setattr(cluster, "NO_WORKERS_S", 0.2)
+    monkeypatch.setattr(cluster, "POLL_S", 0.1)
+    with (
+        distributed.LocalCluster(
+            n_workers=0, host="127.0.0.1", dashboard_address=":0", silence_logs=60
+        ) as empty,
+        make_engine(scheduler=empty.scheduler_address) as engine,
+        pytest.raises(EngineError, match=r"no worker has answered for 0.2 seconds"),
+    ):
+        list(engine.map(chunk_work.add, 1, [2]))
+
+
+_CLUSTER = """
+import sys, time, distributed
+cluster = distributed.LocalCluster(
+    n_workers=1, threads_per_worker=1, processes=False, host="127.0.0.1", protocol="tcp://",
+    dashboard_address=":0", silence_logs=60,
+)
+if len(sys.argv) > 1:  # a worker that cannot import fpmatch
+    sys.modules["fpmatch"] = None
+print(cluster.scheduler_address, flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.fixture
+def other_cluster():
+    """Return a function that starts a cluster in a process of its own: its address, the process."""
+    started = []
+
+    def start(*words):
+        process = subprocess.Popen(
+            [sys.executable, "-c", _CLUSTER, *words],
+            env=ENVIRONMENT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        started.append(process)
+        return process.stdout.readline().strip(), process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
+    address, process = other_cluster()
+    with make_engine(scheduler=address) as engine:
+        results = engine.map(chunk_work.process, None, count())
+        next(results)
+        process.kill()
+        with pytest.raises(EngineError) as raised:
+            list(islice(results, 1000))
+    assert str(raised.value) == f"{address}: the connection to the scheduler is lost"
+    assert capfd.readouterr().err == ""
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
+    address, process = other_cluster()
+    with make_engine(scheduler=address) as engine:
+        results = engine.map(chunk_work.process, None, count())
+        next(results)
+        for name in ("CONNECT_S", "POLL_S", "NO_WORKERS_S"):
+            monkeypatch.setattr(cluster, name, 0.3)
+        process.send_signal(signal.SIGSTOP)
+        with pytest.raises(EngineError, match=r"no worker has answered|connection"):
+            list(islice(results, 100))
+        process.kill()
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_worker_without_fpmatch_is_one_line(other_cluster):
+    address, _ = other_cluster("without")
+    with (
+        pytest.raises(EngineError, match=r"a worker cannot import fpmatch .*") as raised,
+        make_engine(scheduler=address) as engine,
+    ):
+        list(engine.map(chunk_work.add, 1, [2]))
+    assert "\n" not in str(raised.value)
+
+
+def test_a_worker_of_another_version_refuses():
+    task = pickle.dumps(("0.0.1", chunk_work.add, 1))
+    with pytest.raises(EngineError, match=r"a worker has fpmatch .*, not 0\.0\.1: scores might"):
+        cluster.run_chunk("run", task, 2)
+
+
+def test_without_dask_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(EngineError, match=r"pip install 'fpmatch\[dask\]'"):
+        make_engine(scheduler="tcp://127.0.0.1:8786")
+
+
+def test_workers_and_scheduler_exclude_each_other():
+    with pytest.raises(ValueError, match="not both"):
+        make_engine(workers=2, scheduler="tcp://127.0.0.1:8786")
+    with pytest.raises(ValueError, match="at least 1"):
+        make_engine(workers=0)
+    assert isinstance(make_engine(workers=1), Serial)

@@ -1,0 +1,118 @@
+"""Threads of this process do the work of one call, and leave none of it to run on."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING
+
+import pytest
+
+from fpmatch.gallery.engine import in_threads
+from fpmatch.gallery.engine.in_threads import Threads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from concurrent.futures import Future
+
+WAIT_S = 60.0
+
+
+def this_thread(_: object) -> int:
+    return threading.get_ident()
+
+
+def test_results_are_in_the_order_of_the_items() -> None:
+    with Threads(3) as threads:
+        assert threads.map(lambda k: k * k, range(100)) == [k * k for k in range(100)]
+        assert threads.map(str, iter([5])) == ["5"]
+        assert threads.map(str, []) == []
+
+
+def test_so_many_threads_work_at_once_and_the_callers_is_one() -> None:
+    meeting = threading.Barrier(3)
+
+    def meet(_: object) -> int:
+        meeting.wait(WAIT_S)
+        return threading.get_ident()
+
+    with Threads(3) as threads:
+        assert len({threading.get_ident(), *threads.map(meet, range(3))}) == 3
+
+
+def test_a_thread_a_core_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    meeting = threading.Barrier(2)
+    monkeypatch.setattr(in_threads, "available_cores", lambda: 2)
+    with Threads() as threads:
+        threads.map(lambda _: meeting.wait(WAIT_S), range(2))
+
+
+@pytest.mark.parametrize(("workers", "items"), [(1, 5), (2, 1)])
+def test_one_worker_or_item_needs_no_other_thread(workers: int, items: int) -> None:
+    with Threads(workers) as threads:
+        assert set(threads.map(this_thread, range(items))) == {threading.get_ident()}
+
+
+def test_the_threads_end_with_the_block() -> None:
+    before = threading.active_count()
+    with Threads(2) as threads:
+        threads.map(this_thread, range(10))
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("by_caller", [True, False])
+@pytest.mark.parametrize("kind", [IndexError, KeyboardInterrupt])
+def test_after_an_error_nothing_is_begun(
+    by_caller: bool, kind: type[BaseException], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both threads have begun an item; one fails, and the other ends its own after that."""
+    caller, both, emptied = threading.get_ident(), threading.Barrier(2), threading.Event()
+    begun = []
+
+    class Pending(deque[object]):
+        def clear(self) -> None:
+            super().clear()
+            emptied.set()
+
+    def work(item: int) -> None:
+        begun.append(item)
+        both.wait(WAIT_S)
+        if (threading.get_ident() == caller) == by_caller:
+            raise kind(item)
+        emptied.wait(WAIT_S)
+
+    monkeypatch.setattr(in_threads, "deque", Pending)
+    with pytest.raises(kind), Threads(2) as threads:
+        threads.map(work, range(50))
+    assert sorted(begun) == [0, 1]
+
+
+def test_an_interrupt_while_threads_start_leaves_them_no_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    begun, emptied, start = [], threading.Event(), Threads._start
+
+    class Pending(deque[object]):
+        def clear(self) -> None:
+            super().clear()
+            emptied.set()
+
+    def interrupted(self: Threads, work: Callable[[], None]) -> Future[None]:
+        start(self, work)
+        raise KeyboardInterrupt
+
+    def work(item: int) -> None:
+        begun.append(item)
+        emptied.wait(WAIT_S)
+
+    monkeypatch.setattr(in_threads, "deque", Pending)
+    monkeypatch.setattr(Threads, "_start", interrupted)
+    with pytest.raises(KeyboardInterrupt), Threads(2) as threads:
+        threads.map(work, range(50))
+    assert len(begun) <= 1
+
+
+@pytest.mark.parametrize("workers", [0, -1])
+def test_less_than_one_worker_is_refused(workers: int) -> None:
+    with pytest.raises(ValueError, match="at least 1"):
+        Threads(workers)

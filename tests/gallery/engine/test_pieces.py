@@ -1,0 +1,207 @@
+"""Workers hold pieces, and the results are the same on every engine."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from contextlib import closing
+from itertools import count, islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import EngineError, ImageError
+from fpmatch.gallery.engine import cluster, cluster_pieces
+from fpmatch.gallery.engine.engine import make_engine, processes, serial
+from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT
+from fpmatch.gallery.engine.mapped import MIN_BYTES, MappedArrays
+from fpmatch.gallery.engine.pieces import hold_pieces
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER))
+
+import chunk_work  # noqa: E402  (spawned workers must find it by this name)
+
+PIECES = [np.full(MIN_BYTES, k + 1.0) for k in range(5)]
+CHUNKS = [(k, b) for b in range(6) for k in range(5)]
+EXPECTED = [10 + MIN_BYTES * (k + 1.0) + b for k, b in CHUNKS]
+needs_dask = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
+)
+ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="memory is shared on Linux")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def workers_find_the_work():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", os.pathsep.join([str(FOLDER), *sys.path]))
+        yield
+
+
+@pytest.fixture
+def local_cluster():
+    """Start a cluster of two workers on this machine, of this test alone."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
+    ) as started:
+        yield started
+
+
+@pytest.fixture(
+    params=["serial", "processes", pytest.param("dask", marks=[needs_dask, pytest.mark.slow])]
+)
+def engine(request):
+    scheduler = None
+    if request.param == "dask":
+        scheduler = request.getfixturevalue("local_cluster").scheduler_address
+    with make_engine({"serial": 1, "processes": 2, "dask": None}[request.param], scheduler) as made:
+        yield made
+
+
+def test_results_come_in_order_and_chunks_are_drawn_as_they_are_needed(engine):
+    with hold_pieces(engine, PIECES) as held:
+        assert list(held.map(chunk_work.add_piece, 10, iter(CHUNKS))) == EXPECTED
+        assert list(held.map(chunk_work.add_piece, 10, [])) == []
+        drawn = count()
+        chunks = ((k % 5, k) for k in drawn)
+        with (
+            closing(held.map(chunk_work.add_piece, 0, chunks)) as one,
+            closing(held.map(chunk_work.add_piece, 10, CHUNKS)) as other,
+        ):
+            for k, found in enumerate(islice(one, 7)):
+                assert found == MIN_BYTES * (k % 5 + 1.0) + k
+                assert next(other) == EXPECTED[k]
+        assert next(drawn) <= 8 + 2 * CHUNKS_IN_FLIGHT
+
+
+def test_an_error_of_the_work_comes_through(engine):
+    with hold_pieces(engine, PIECES) as held:
+        for error in (ImageError("too small"), TimeoutError("too late")):
+            with pytest.raises(type(error), match="too"):
+                list(held.map(chunk_work.fail_on_piece, error, CHUNKS))
+
+
+@ON_LINUX
+def test_processes_map_the_memory_of_pieces(tmp_path):
+    np.save(tmp_path / "file.npy", np.arange(MIN_BYTES, dtype=np.float64))
+    content = np.memmap(tmp_path / "file.npy", np.uint8, "r")
+    in_file = content[-8 * MIN_BYTES :].view(np.ndarray).view(np.float64)
+    whole = np.arange(2.0 * MIN_BYTES)
+    given = [in_file, in_file[7:], whole[:MIN_BYTES], whole[MIN_BYTES:], np.arange(3.0)]
+    with MappedArrays() as arrays:
+        packed = arrays.pack(given)
+        (tmp_path / "file.npy").unlink()  # another state of a gallery replaces its file
+        assert len(packed) < 2000
+        assert all(map(np.array_equal, pickle.loads(packed), given))
+    with processes(2) as engine, hold_pieces(engine, given) as held:
+        assert list(held.map(chunk_work.add_piece, 0, [(k, 0) for k in range(5)])) == [
+            float(one.sum()) for one in given
+        ]
+        seen = set(held.map(chunk_work.address, None, [(k % 4, k) for k in range(20)]))
+    assert {writeable for _, writeable in seen} == {False}
+
+
+@ON_LINUX
+def test_a_file_that_has_been_replaced_is_not_mapped_in_place_of_the_other(tmp_path):
+    path = tmp_path / "file"
+    path.write_bytes(bytes(MIN_BYTES))
+    mapped = np.memmap(path, np.uint8, "r")
+    path.unlink()
+    path.write_bytes(bytes([1]) * MIN_BYTES)
+    with MappedArrays() as arrays:
+        assert not pickle.loads(arrays.pack(mapped.view(np.ndarray))).any()
+
+
+@ON_LINUX
+def test_nothing_is_mapped_after_the_end():
+    with MappedArrays() as arrays:
+        packed = arrays.pack(np.zeros(MIN_BYTES + 1))
+    with pytest.raises(EngineError, match="mapped file"):
+        pickle.loads(packed)
+
+
+def test_where_memory_cannot_be_shared_it_is_copied(monkeypatch):
+    monkeypatch.delattr(os, "memfd_create", raising=False)
+    with processes(2) as engine, hold_pieces(engine, PIECES) as held:
+        assert list(held.map(chunk_work.add_piece, 10, CHUNKS)) == EXPECTED
+
+
+def test_what_cannot_be_sent_is_one_line():
+    with (
+        pytest.raises(EngineError, match="one worker needs none"),
+        processes(2) as engine,
+        hold_pieces(engine, [lambda: 1]),
+    ):
+        pass
+    with serial() as engine, hold_pieces(engine, [lambda: 1]) as held:
+        assert list(held.map(lambda a, piece, b: a + piece() + b, 1, [(0, 3)])) == [5]
+
+
+@needs_dask
+@pytest.mark.slow
+def test_what_a_dead_worker_had_is_done_by_another(local_cluster, tmp_path):
+    address = local_cluster.scheduler_address
+    with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
+        found = list(held.map(chunk_work.die_on_piece, tmp_path, CHUNKS))
+    assert found == [value - 10 for value in EXPECTED]
+    assert (tmp_path / "died").exists()
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_chunk_that_ends_every_worker_is_given_up(local_cluster, monkeypatch):
+    monkeypatch.setattr(cluster_pieces, "MOST_LOSSES", 0)
+    address = local_cluster.scheduler_address
+    with (
+        make_engine(scheduler=address) as engine,
+        hold_pieces(engine, PIECES) as held,
+        pytest.raises(EngineError, match="ended several"),
+    ):
+        list(held.map(chunk_work.die_always, None, CHUNKS[:1]))
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_worker_that_joins_gets_pieces(local_cluster):
+    address = local_cluster.scheduler_address
+    with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
+        before = {pid for pid, _ in held.map(chunk_work.address, None, CHUNKS)}
+        local_cluster.scale(3)
+        local_cluster.sync(local_cluster._correct_state)
+        engine.workers(now=True)
+        found = (pid for _ in range(100) for pid, _ in held.map(chunk_work.address, 0, CHUNKS))
+        assert len(before) == 2
+        assert any(pid not in before for pid in found)
+
+
+@needs_dask
+@pytest.mark.slow
+def test_a_scheduler_that_is_lost_is_one_line(capfd):
+    code = (
+        "import time, distributed; c = distributed.LocalCluster(n_workers=1, threads_per_worker=1,"
+        " processes=False, host='127.0.0.1', protocol='tcp://', dashboard_address=':0',"
+        " silence_logs=60); print(c.scheduler_address, flush=True); time.sleep(60)"
+    )
+    started = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    try:
+        address = started.stdout.readline().strip()
+        with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
+            results = held.map(chunk_work.address, None, ((k % 5, k) for k in count()))
+            next(results)
+            started.send_signal(signal.SIGKILL)
+            with pytest.raises(EngineError) as raised:
+                list(islice(results, 1000))
+        assert str(raised.value) == f"{address}: the connection to the scheduler is lost"
+        assert capfd.readouterr().err == ""
+        assert cluster.POLL_S > 0
+    finally:
+        started.kill()
+        started.wait()
+        started.stdout.close()

@@ -1,0 +1,145 @@
+"""Nothing is imported from the directory that a command or program is started in."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SAMPLES = Path(__file__).parents[3] / "sample_data"
+MODULES = ["numpy", "cv2", "signal", "selectors", "threadpoolctl", "fpmatch", "anyio"]
+PROGRAM = """
+import sys
+from fpmatch.gallery.engine import local
+from fpmatch.gallery.engine.engine import processes
+
+if __name__ == "__main__":
+    local._START_METHOD = sys.argv[1]
+    with processes(2) as engine:
+        print(sum(engine.map(max, 0, range(5))))
+"""
+
+
+@pytest.fixture
+def hostile(tmp_path: Path) -> Path:
+    """Return a directory with modules that leave a file where they are imported."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+    for name in MODULES:
+        (folder / f"{name}.py").write_text(
+            f"open({str(tmp_path / 'imported')!r}, 'a').write('{name} ')\nraise ImportError\n"
+        )
+    return folder
+
+
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a directory, with a path that does not name it."""
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONSAFEPATH"}
+    finished = subprocess.run(
+        [sys.executable, *words],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert not (folder.parent / "imported").exists(), finished.stderr
+    assert finished.returncode == 0, finished.stderr
+    return finished
+
+
+@pytest.mark.parametrize("method", ["forkserver", "spawn"])
+def test_workers_of_a_program_import_nothing_from_its_directory(hostile: Path, method: str) -> None:
+    """Whatever the start method: a file `numpy.py` is not run."""
+    if sys.platform == "win32" and method == "forkserver":
+        pytest.skip("no fork server on this system")
+    program = hostile.parent / "program.py"
+    program.write_text(PROGRAM)
+    assert run(hostile, str(program), method).stdout == "10\n"
+
+
+def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile: Path) -> None:
+    """Started as a script on the path is."""
+    script = hostile.parent / "fpmatch_command.py"
+    script.write_text("from fpmatch.cli import main\nif __name__ == '__main__':\n    main()\n")
+    prints = [str(path) for path in sorted(SAMPLES.glob("101_[12].tif"))]
+    gallery = str(hostile.parent / "prints.db")
+    run(hostile, str(script), "enrol", gallery, *prints, "--workers", "2")
+
+
+GUARDLESS = """
+import sys
+from fpmatch.gallery.engine import local
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.evaluation.run import evaluate
+
+print("started")
+local._START_METHOD = sys.argv[1]
+with processes(2) as engine:
+    print(sum(engine.map(max, 0, range(5))))
+"""
+OWN_WORK = """
+import sys
+from fpmatch.gallery.engine import local
+from fpmatch.gallery.engine.engine import processes
+
+def add(shared, chunk):
+    return shared + chunk
+
+if __name__ == "__main__":
+    local._START_METHOD = sys.argv[1]
+    with processes(2) as engine:
+        print(sum(engine.map(max, 0, range(5))), sum(engine.map(add, 1, range(5))))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["forkserver", "spawn"])
+@pytest.mark.parametrize(
+    ("program", "printed"), [(GUARDLESS, "started\n10\n"), (OWN_WORK, "10 15\n")]
+)
+def test_workers_import_the_script_only_where_they_need_it(
+    tmp_path: Path, method: str, program: str, printed: str
+) -> None:
+    """A script without a main guard works, and so do functions of a script with one."""
+    if sys.platform == "win32" and method == "forkserver":
+        pytest.skip("no fork server on this system")
+    script = tmp_path / "program.py"
+    script.write_text(program)
+    assert run(tmp_path, str(script), method).stdout == printed
+
+
+OWN_MATCHER = """
+from fpmatch.gallery.engine.engine import processes
+
+class Counter:
+    def compare(self, probe, reference):
+        return min(probe, reference)
+
+def similarity_to_itself(matcher, prepared):
+    return matcher.compare(prepared, prepared)
+
+with processes(2) as engine:
+    print(sum(engine.map(similarity_to_itself, Counter(), range(5))))
+"""
+
+
+@pytest.mark.parametrize("given", ["file", "standard input"])
+def test_work_of_a_script_without_a_main_guard_is_done_in_one_process(
+    tmp_path: Path, given: str
+) -> None:
+    """It works, and a line says that it is not several processes."""
+    script = tmp_path / "program.py"
+    script.write_text(OWN_MATCHER)
+    with script.open() as lines:
+        finished = subprocess.run(
+            [sys.executable, str(script)] if given == "file" else [sys.executable],
+            stdin=None if given == "file" else lines,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    assert finished.stdout == "10\n", finished.stderr
+    assert finished.stderr.count("RuntimeWarning: one process works, not several") == 1

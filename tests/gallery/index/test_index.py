@@ -1,0 +1,411 @@
+"""The index of a gallery follows it, whoever changes it, and whatever happens to its files."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from made_prints import entry_of, scattered
+
+from fpmatch.errors import OutputError
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index import files as index_files
+from fpmatch.gallery.index import state as index_state
+from fpmatch.gallery.index.gallery_index import GalleryIndex
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.compact import pack_template
+from fpmatch.gallery.tasks.compaction import compact_gallery
+from fpmatch.matching.matchers.unit_circle import MATCHER
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    """Give the user another cache folder, and return it."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    return tmp_path / "cache"
+
+
+def new_entry(number, finger=None):
+    label = Label(str(number if finger is None else finger), impression=str(number))
+    return entry_of(number, scattered(number, 12), label)
+
+
+def index_of(gallery, notes=None):
+    """Return an index as another process opens it; there must be no notes unless they are taken."""
+
+    def note(text):
+        if notes is None:
+            pytest.fail(text)
+        notes.append(text)
+
+    return GalleryIndex(gallery, MATCHER, engine=serial(), note=note)
+
+
+def contents(index):
+    """Return number, finger and compact template of all prints of an index."""
+    index.refresh()
+    state = index.loaded()
+    segment, place = state.places(np.arange(len(state)))
+    assert state.indices(segment, place).tolist() == list(range(len(state)))
+    templates = [
+        pack_template(state.segments[s].templates[k])
+        for s, k in zip(segment.tolist(), place.tolist(), strict=True)
+    ]
+    found = zip(state.numbers.tolist(), state.fingers.tolist(), templates, strict=True)
+    return list(found)
+
+
+def afresh(gallery):
+    """Return the same of an index that is built from nothing, in memory."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.gallery.index.gallery_index.kept_folders", lambda _: [])
+        found = contents(index_of(gallery, notes=[]))
+    assert {(number, finger) for number, finger, _ in found} == {*gallery.fingers().items()}
+    return found
+
+
+def files_of(gallery):
+    """Return the files of the index beside a gallery."""
+    folder = gallery.file.with_name(f"{gallery.file.name}.prepared")
+    return sorted(folder.glob("*"))
+
+
+def segment_files(gallery):
+    return [path for path in files_of(gallery) if path.suffix == ".segment"]
+
+
+@pytest.fixture
+def filled(where):
+    """Return an open gallery of ten prints of five fingers, on either kind of database."""
+    with open_gallery(where, create=True) as opened:
+        opened.add([new_entry(number, number // 2) for number in range(10)])
+        yield opened
+
+
+def test_an_index_is_kept_and_opened_again(filled, monkeypatch):
+    first = contents(index_of(filled))
+    assert len(first) == 10
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index._build", None)
+    assert contents(index_of(filled)) == first == contents(index_of(filled))
+
+
+def test_two_open_indexes_see_the_changes_of_each_other(filled):
+    one, other = index_of(filled), index_of(filled)
+    assert contents(one) == contents(other)
+    for number in range(10, 40):
+        filled.add([new_entry(number, number // 2)])
+        if number % 7 == 0:
+            filled.remove([number - 3])
+        first, second = (one, other) if number % 2 else (other, one)
+        assert contents(first) == contents(second)
+    assert contents(one) == contents(other) == contents(index_of(filled)) == afresh(filled)
+
+
+def test_only_what_is_new_is_built(filled, monkeypatch):
+    index = index_of(filled)
+    index.refresh()
+    built = []
+    build = GalleryIndex._built
+    monkeypatch.setattr(
+        GalleryIndex,
+        "_built",
+        lambda self, rows, *_: built.append(len(rows)) or build(self, rows, *_),
+    )
+    filled.add([new_entry(number) for number in (20, 21, 22)])
+    assert len(index.refresh()) == len(index_of(filled).refresh()) == 13
+    filled.remove([1])
+    assert len(index.refresh()) == len(index_of(filled).refresh()) == 12
+    assert built == [3]
+
+
+def test_a_finger_keeps_its_prints_when_its_first_one_is_removed(filled):
+    index = index_of(filled)
+    filled.add([new_entry(30, 0), new_entry(31, 0)])
+    index.refresh()
+    for gone, first in ((1, 2), (2, 11), (11, 12)):
+        filled.remove([gone])
+        filled.add([new_entry(40 + gone, 0)])
+        found = contents(index)
+        assert found == contents(index_of(filled)) == afresh(filled)
+        assert [finger for _, finger, _ in found].count(first) == 4
+
+
+def test_segments_stay_few(gallery, monkeypatch):
+    monkeypatch.setattr(index_state, "MOST_PRINTS", 32)
+    index = index_of(gallery)
+    for number in range(100):
+        gallery.add([new_entry(number)])
+        state = index.refresh()
+        assert len(state.parts) <= 7 * 2 + number // 16
+        assert all(part.listed.prints <= 32 for part in state.parts)
+    assert len(segment_files(gallery)) == len(state.parts)
+    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+
+
+def test_large_galleries_have_many_segments(gallery, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 16)
+    gallery.add([new_entry(number, number // 3) for number in range(50)])
+    index = index_of(gallery)
+    assert [part.listed.prints for part in index.refresh().parts] == [16, 16, 16, 2]
+    gallery.remove([5, 17, 18, 50])
+    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+
+
+@given(st.lists(st.integers(0, 9), min_size=1, max_size=12))
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, steps):
+    """Each step adds some prints, removes some, or opens the index again."""
+    folder = tmp_path_factory.mktemp("steps")
+    with open_gallery(folder / "g.db", create=True) as gallery, pytest.MonkeyPatch.context() as p:
+        p.setattr(index_state, "MOST_OF_A_SIZE", 3)
+        index, number = index_of(gallery), 0
+        for step in steps:
+            enrolled = [entry.id for entry in gallery.entries()]
+            match step:
+                case 0 | 1 | 2 | 3 | 4:
+                    gallery.add([new_entry(number + k, (number + k) % 3) for k in range(step + 1)])
+                    number += step + 1
+                case 5 | 6 | 7 if enrolled:
+                    gallery.remove(enrolled[:: step - 3])
+                case 8:
+                    index = index_of(gallery)
+                case 9:
+                    compact_gallery(gallery)
+            index.refresh()
+        assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+
+
+def test_damaged_entries_are_known_to_every_index(gallery):
+    gallery.add([new_entry(number) for number in range(4)])
+    with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
+        database.execute("UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
+    assert [row[0] for row in contents(index_of(gallery))] == [1, 3, 4]
+    gallery.damaged.clear()
+    assert len(index_of(gallery).refresh()) == 3
+    assert [*gallery.damaged] == [2]
+    gallery.remove([2])
+    gallery.damaged.clear()
+    assert len(index_of(gallery).refresh()) == 3
+    assert not gallery.damaged
+
+
+def flipped(content, place):
+    return content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :]
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "something else": lambda content: b"something else",
+    "zeros": lambda content: bytes(len(content)),
+    "truncated": lambda content: content[:-8],
+    "half": lambda content: content[: len(content) // 2],
+    "longer": lambda content: content + b"\0",
+    "first bit": lambda content: flipped(content, 0),
+    "a bit of the header": lambda content: flipped(content, 100),
+    "a bit of the content": lambda content: flipped(content, len(content) * 3 // 4),
+    "last bit": lambda content: flipped(content, len(content) - 1),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("which", ["list", "segment"])
+def test_what_is_damaged_is_built_again_with_a_note(gallery, damage, which):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
+        gallery.add([new_entry(number, number // 3) for number in range(10)])
+        expected = contents(index_of(gallery))
+        path = segment_files(gallery)[1] if which == "segment" else files_of(gallery)[-1]
+        assert path.suffix == (".segment" if which == "segment" else ".index")
+        whole = [other for other in segment_files(gallery) if other != path]
+        path.write_bytes(DAMAGES[damage](path.read_bytes()))
+        notes = []
+        assert contents(index_of(gallery, notes)) == expected
+        assert contents(index_of(gallery)) == expected
+    what = "segments" if which == "segment" else "files"
+    assert notes == [f"{what} of the index of {gallery.name} are damaged: built again"]
+    if which == "segment":
+        assert set(whole) < set(segment_files(gallery))
+
+
+def test_missing_files_are_built_again(gallery):
+    gallery.add([new_entry(number) for number in range(5)])
+    expected = contents(index_of(gallery))
+    segment_files(gallery)[0].unlink()
+    notes = []
+    assert contents(index_of(gallery, notes)) == expected
+    assert len(notes) == 1
+    shutil.rmtree(files_of(gallery)[0].parent)
+    assert contents(index_of(gallery)) == expected
+
+
+def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path):
+    gallery.add([new_entry(number) for number in range(5)])
+    expected = contents(index_of(gallery))
+    with open_gallery(tmp_path / "other.db", create=True) as other:
+        other.add([new_entry(50 + number) for number in range(5)])
+        contents(index_of(other))
+        folder = files_of(gallery)[0].parent
+        shutil.rmtree(folder)
+        shutil.copytree(files_of(other)[0].parent, folder)
+    notes = []
+    assert contents(index_of(gallery, notes)) == expected
+    assert notes == [
+        f"files of the index of {gallery.name} are of another version or gallery: built again"
+    ]
+    assert contents(index_of(gallery)) == expected
+
+
+def test_the_index_of_a_copy_that_was_changed_since_is_not_used(gallery, tmp_path):
+    gallery.add([new_entry(number) for number in range(5)])
+    contents(index_of(gallery))
+    shutil.copyfile(gallery.file, tmp_path / "copy.db")
+    with open_gallery(tmp_path / "copy.db") as copy:
+        copy.add([new_entry(7)])
+        copy.remove([2])
+        contents(index_of(copy))
+        gallery.add([new_entry(8)])
+        gallery.remove([3])
+        folder = files_of(gallery)[0].parent
+        shutil.rmtree(folder)
+        shutil.copytree(files_of(copy)[0].parent, folder)
+    notes = []
+    assert contents(index_of(gallery, notes)) == afresh(gallery)
+    assert len(notes) == 1
+
+
+def test_an_index_of_another_version_is_not_used(gallery, monkeypatch):
+    gallery.add([new_entry(number) for number in range(3)])
+    expected = contents(index_of(gallery))
+    monkeypatch.setattr(index_files, "__version__", "99.0")
+    notes = []
+    assert contents(index_of(gallery, notes)) == expected
+    assert notes == [
+        f"files of the index of {gallery.name} are of another version or gallery: built again"
+    ]
+    assert len(segment_files(gallery)) == 1
+
+
+def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):
+    gallery.add([new_entry(number) for number in range(4)])
+    contents(index_of(gallery))
+    before = {path: path.read_bytes() for path in files_of(gallery)}
+
+    def full(path, *_, **__):
+        raise OutputError("cannot be written: no space left on device", path=path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(index_files, "write_arrays", full)
+        notes = []
+        index = index_of(gallery, notes)
+        for number in range(4, 8):
+            gallery.add([new_entry(number)])
+            assert contents(index) == afresh(gallery)
+        why = "cannot be written: no space left on device"
+        assert notes == [f"the index of {gallery.name} is kept in memory: {why}"]
+        assert {path: path.read_bytes() for path in files_of(gallery)} == before
+        gallery.remove([3, 5])  # what cannot be copied without them is deleted
+        assert files_of(gallery) == []
+        assert contents(index) == afresh(gallery)
+    gallery.add([new_entry(9)])
+    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+
+
+def test_beside_a_gallery_where_nothing_can_be_written_the_cache_is_used(gallery, cache):
+    gallery.file.with_name(f"{gallery.file.name}.prepared").write_text("in the way")
+    gallery.add([new_entry(number) for number in range(3)])
+    expected = contents(index_of(gallery))
+    (folder,) = (cache / "fpmatch" / "galleries").iterdir()
+    assert len(list(folder.iterdir())) == 2
+    assert contents(index_of(gallery)) == expected
+
+
+def test_a_gallery_of_an_earlier_version_has_no_history_before_its_next_change(gallery):
+    gallery.add([new_entry(number) for number in range(4)])
+    with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
+        for kind, name in database.execute(
+            "SELECT type, name FROM sqlite_master WHERE name LIKE 'fpmatch_history_%' "
+            "OR name IN ('fpmatch_state', 'fpmatch_removal')"
+        ).fetchall():
+            database.execute(f"DROP {kind} {name}")
+    index = index_of(gallery)
+    expected = contents(index)
+    assert contents(index) == contents(index_of(gallery)) == expected
+    with open_gallery(gallery.file) as again:
+        again.add([new_entry(7)])
+        again.remove([2])
+    notes = []
+    index = index_of(gallery, notes)
+    assert contents(index) == afresh(gallery)
+    assert notes == []  # the files were deleted with the removed entry
+    with open_gallery(gallery.file) as again:
+        again.add([new_entry(8)])
+    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+
+
+def test_files_are_private(gallery):
+    gallery.add([new_entry(number) for number in range(3)])
+    contents(index_of(gallery))
+    if os.name == "posix":
+        assert {path.stat().st_mode & 0o777 for path in files_of(gallery)} == {0o600}
+        assert files_of(gallery)[0].parent.stat().st_mode & 0o777 == 0o700
+
+
+WORK = """
+import sys
+from pathlib import Path
+import platformdirs
+sys.path[:0] = sys.argv[4:]
+from test_index import GalleryIndex, MATCHER, new_entry, open_gallery, serial
+platformdirs.user_cache_path = lambda name: Path(sys.argv[2], name)
+with open_gallery(sys.argv[1]) as gallery:
+    index = GalleryIndex(gallery, MATCHER, engine=serial())
+    print("now", flush=True)
+    for number in range(int(sys.argv[3]), 10**6):
+        gallery.add([new_entry(number, number // 3)])
+        index.refresh()
+        if number % 5 == 0:
+            gallery.remove([max(index.loaded().numbers.tolist()) - 2])
+            index.refresh()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="no signals of POSIX")
+def test_killed_at_30_random_moments_the_index_is_that_of_the_gallery(tmp_path):
+    """What is on the disk while a process is stopped is what one leaves that is killed."""
+    rng = np.random.default_rng(22)
+    folder = tmp_path / "working"
+    folder.mkdir()
+    with open_gallery(folder / "g.db", create=True) as gallery:
+        gallery.add([new_entry(number, number // 3) for number in range(20)])
+    words = [folder / "g.db", tmp_path / "cache", 20, Path(__file__).parents[1]]
+    script = [sys.executable, "-c", WORK, *map(str, words)]
+    copies = [tmp_path / f"copy {attempt}" for attempt in range(30)]
+    with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as worker:
+        assert worker.stdout.readline() == "now\n"
+        for copy in copies:
+            time.sleep(float(rng.uniform(0.0, 0.05)))
+            worker.send_signal(signal.SIGSTOP)
+            os.waitpid(worker.pid, os.WUNTRACED)
+            shutil.copytree(folder, copy)
+            worker.send_signal(signal.SIGCONT)
+        worker.kill()
+    states = set()
+    for copy in copies:
+        with open_gallery(copy / "g.db") as gallery:
+            states.add(gallery.revision())
+            assert contents(index_of(gallery)) == contents(index_of(gallery)) == afresh(gallery)
+    assert len(states) > 5

@@ -1,0 +1,98 @@
+"""Plans of searches: less loss passes more on, larger galleries smaller shares; the training."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.index.loss import LossTable, combined_scores, cost, loss_table, search_plan
+from fpmatch.gallery.index.model import IndexModel, index_model
+from fpmatch.matching import _local_kernel
+from fpmatch.matching.candidate_list import size_normalized
+
+
+@given(st.floats(1e-4, 0.5), st.integers(0, 10**9))
+def test_a_plan_is_of_the_loss_and_within_the_gallery(loss, prints):
+    plan = search_plan(loss, prints)
+    assert plan.loss == loss
+    assert plan.budget in loss_table().budgets
+    assert min(prints, 20) <= plan.by_descriptors <= plan.by_terms <= prints
+
+
+@pytest.mark.parametrize("prints", [30_000, 1_000_000, 10_000_000])
+def test_a_plan_of_less_loss_costs_more(prints):
+    plans = [search_plan(loss, prints) for loss in (0.1, 0.05, 0.02, 0.01)]
+    work = [cost(p.budget, p.by_terms, p.by_descriptors, prints) for p in plans]
+    assert work == sorted(work)
+
+
+@pytest.mark.parametrize("loss", [0.002, 0.005, 0.01])
+def test_a_threshold_makes_a_search_cost_less(loss):
+    plans = [search_plan(loss, 1_000_000, threshold) for threshold in (0.0, 60.0, 70.0, 75.0)]
+    assert plans[0] == plans[1]  # of a million, all that are found reach it
+    work = [cost(p.budget, p.by_terms, p.by_descriptors, 1_000_000) for p in plans]
+    assert work == sorted(work, reverse=True)
+    assert work[-1] < 0.7 * work[0]
+
+
+def test_without_a_measured_loss_all_prints_are_passed_on():
+    table = loss_table()
+    plan = table.plan(float(table.losses[0]) / 10, 50_000)
+    assert (plan.by_terms, plan.by_descriptors) == (50_000, 50_000)
+
+
+@pytest.mark.parametrize("loss", [0, 1, -0.1, 2, float("nan")])
+def test_what_is_no_loss_is_refused(loss):
+    with pytest.raises(MatcherError, match="between 0 and 1"):
+        search_plan(loss, 1000)
+
+
+def test_a_table_is_what_its_document_says():
+    table = loss_table()
+    document = {"loss": table.document(17)}
+    again = LossTable.of_document(json.loads(json.dumps(document)))
+    assert again.by_terms.tolist() == table.by_terms.tolist()
+    for name, value in (
+        ("losses", [0.1, 0.01]),
+        ("prints", []),
+        ("by_terms", [[0.5]]),
+        ("by_descriptors", (table.by_descriptors + 2).tolist()),
+        ("budgets", "none"),
+    ):
+        with pytest.raises(MatcherError, match="no table"):
+            LossTable.of_document({"loss": {**document["loss"], name: value}})
+    with pytest.raises(MatcherError, match="no table"):
+        LossTable.of_document({})
+
+
+def test_descriptors_and_votes_add_up():
+    scores, sizes = np.array([40, 20, 30]), np.array([30, 30, 50], np.uint16)
+    votes = np.array([0, 256, 512], np.uint16)
+    alone = size_normalized(scores, sizes, 35)
+    found = combined_scores(scores, sizes, votes, 35)
+    assert found.tolist() == (alone + np.array([0.0, 1.0, 2.0])).tolist()
+
+
+@pytest.mark.skipif(not _local_kernel.COMPILED, reason="takes minutes")
+def test_the_index_is_trained_on_synthetic_prints(tmp_path):
+    from research.commands import research
+
+    target = tmp_path / "index.json"
+    command = ["train", "index", "--mates", "12", "--others", "60", "--into", str(target)]
+    for _ in range(2):
+        found = CliRunner().invoke(research, command)
+        assert found.exit_code == 0, found.output
+        content = target.read_bytes()
+        again = content if target.exists() else None
+    assert content == again
+    document = json.loads(content)
+    model, table = IndexModel.of_document(document), LossTable.of_document(document)
+    assert model.edges == pytest.approx(index_model().edges, rel=0.3)
+    assert (np.diff(table.by_terms, axis=2) <= 0).all()  # a greater loss needs no more prints
+    refused = CliRunner().invoke(research, [*command[:4], "--others", "0", "--into", str(target)])
+    assert refused.exit_code == 2
+    assert "between 1 and 65536" in refused.output

@@ -1,0 +1,317 @@
+"""The audit of a gallery: each event is stored with what it states, and cannot be changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
+from fpmatch.gallery.store import audit
+from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_off, turn_on
+from fpmatch.gallery.store.audit_chain import AuditError, acting_as, event_line, hash_of
+from fpmatch.gallery.store.audit_log import check_audit_log
+from fpmatch.gallery.tasks.api import identify
+from fpmatch.gallery.tasks.compaction import compact_gallery
+from fpmatch.gallery.tasks.consistency import check_fingers
+from fpmatch.gallery.tasks.export import export_templates
+from fpmatch.minutiae import Minutiae, Template
+
+
+def entry(subject: str, impression: str = "1") -> NewEntry:
+    """Return a print of a subject, of two minutiae."""
+    minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
+    content = hashlib.sha256(f"{subject}_{impression}".encode()).digest()
+    label = Label(subject, "", impression)
+    return NewEntry(label, f"/pictures/{subject}.png", content, Template(minutiae, 300, 400))
+
+
+def events(gallery: Gallery) -> list[dict[str, object]]:
+    return [json.loads(line) for line in audit_lines(gallery)]
+
+
+@pytest.fixture
+def audited(where: str):
+    with open_gallery(where, create=True) as gallery:
+        turn_on(gallery)
+        yield gallery
+
+
+def test_changes_are_stored_with_their_events(audited: Gallery, where: str) -> None:
+    with acting_as("ada"):
+        audited.add([entry("101"), entry("101", "2")], [Failure("/pictures/bad.png", "blank")])
+        audited.remove([1])
+        audited.clear_failures()
+    _, enrolled, removed, cleared = events(audited)
+    assert [event["client"] for event in (enrolled, removed, cleared)] == ["ada"] * 3
+    assert (enrolled["action"], enrolled["failed"]) == ("enrol", 1)
+    assert enrolled["entries"] == [
+        {
+            "number": k,
+            "subject": "101",
+            "finger": "",
+            "impression": str(k),
+            "sha256": hashlib.sha256(f"101_{k}".encode()).hexdigest(),
+        }
+        for k in (1, 2)
+    ]
+    assert removed["entries"] == [{"number": 1, "subject": "101", "finger": "", "impression": "1"}]
+    assert (cleared["action"], cleared["count"]) == ("clear failures", 1)
+    assert check_audit(audited).events == 4
+    with open_gallery(where) as again:
+        assert check_audit(again).events == 4
+
+
+def test_reads_are_stored(audited: Gallery, tmp_path: Path) -> None:
+    audited.add([entry("101"), entry("101", "2"), entry("102")])
+    identify(audited, audited.template(1))
+    export_templates(audited, tmp_path / "out", subject="101")
+    list(check_fingers(audited))
+    audited.record("list", subject="101")
+    audited.record("identify", probe=b"picture", candidates=[3])
+    found = events(audited)[2:]
+    assert [event["action"] for event in found] == [
+        *("identify", "export", "check", "list", "identify")
+    ]
+    assert {1, 2, 3} >= set(found[0]["candidates"])  # type: ignore[call-overload]
+    assert found[1]["entries"] == "1-2"
+    assert found[-1]["probe"] == hashlib.sha256(b"picture").hexdigest()
+
+
+def test_no_event_contains_a_template_a_picture_or_a_score(audited: Gallery) -> None:
+    audited.add([entry("101")])
+    identify(audited, audited.template(1))
+    (_, packed), *_ = audited.packed_templates()
+    text = b"".join(audit_lines(audited))
+    assert b"score" not in text
+    assert packed.hex().encode() not in text
+    assert all(len(line) < 600 for line in audit_lines(audited))
+
+
+def test_it_is_off_until_it_is_turned_on(where: str) -> None:
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([entry("101")])
+        with pytest.raises(GalleryError, match="keeps no audit") as caught:
+            events(gallery)
+        assert caught.value.code == "no audit"
+        assert turn_on(gallery)
+        assert not turn_on(gallery)
+        gallery.add([entry("102")])
+        assert turn_off(gallery)
+        assert not turn_off(gallery)
+        gallery.add([entry("103")])
+        gallery.record("list")
+        assert check_audit(gallery).events == 3
+        assert turn_on(gallery)
+        gallery.remove([3])
+        found = [event["action"] for event in events(gallery)]
+    assert found == ["audit on", "enrol", "audit off", "audit on", "remove"]
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "UPDATE fpmatch_audit SET line = 'x' WHERE number = 2",
+        "DELETE FROM fpmatch_audit WHERE number = 2",
+        "DELETE FROM fpmatch_audit",
+    ],
+)
+def test_the_database_refuses_to_change_events(audited: Gallery, statement: str) -> None:
+    audited.add([entry("101")])
+    with pytest.raises(GalleryError, match="only appended to"), audited.writing() as connection:
+        connection.execute(sa.text(statement))
+    assert check_audit(audited).events == 2
+
+
+def test_no_event_is_replaced(audited: Gallery) -> None:
+    audited.add([entry("101")])
+    if audited.file is None:
+        statement = "TRUNCATE fpmatch_audit"
+    else:
+        statement = "INSERT OR REPLACE INTO fpmatch_audit VALUES (2, 'x')"
+    with pytest.raises(GalleryError, match="only appended to"), audited.writing() as connection:
+        connection.execute(sa.text(statement))
+    assert check_audit(audited).events == 2
+
+
+def without_triggers(gallery: Gallery, statement: str) -> None:
+    """Change the database as its owner can who knows of the triggers."""
+    sqlite = [f"DROP TRIGGER fpmatch_audit_{name}" for name in ("update", "delete", "insert")]
+    drops = sqlite if gallery.file else ["DROP TRIGGER fpmatch_audit_refuse ON fpmatch_audit"]
+    with gallery.writing() as connection:
+        for one in (*drops, statement):
+            connection.execute(sa.text(one))
+
+
+@pytest.mark.parametrize(
+    ("statement", "code"),
+    [
+        ("UPDATE fpmatch_audit SET line = replace(line, 'ada', 'bob') WHERE number = 2", "changed"),
+        ("DELETE FROM fpmatch_audit WHERE number = 2", "changed"),
+        ("UPDATE fpmatch_audit SET line = 'x' WHERE number = 2", "damaged"),
+        ("DELETE FROM fpmatch_audit WHERE number > 2", "unrecorded"),
+    ],
+)
+def test_a_change_is_found(audited: Gallery, statement: str, code: str) -> None:
+    with acting_as("ada"):
+        audited.add([entry("101")])
+        audited.add([entry("102")])
+        audited.remove([1])
+    without_triggers(audited, statement)
+    with pytest.raises(AuditError) as caught:
+        check_audit(audited)
+    assert caught.value.code == code
+    assert caught.value.path == audited.name
+
+
+def test_a_damaged_line_is_named_and_stops_nothing(audited: Gallery) -> None:
+    audited.add([entry("101")])
+    without_triggers(audited, "UPDATE fpmatch_audit SET line = '[' WHERE number = 2")
+    audited.remove([1])
+    assert len(list(audit_lines(audited))) == 3
+    with pytest.raises(AuditError, match="line 2 is damaged"):
+        check_audit(audited)
+
+
+def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited: Gallery) -> None:
+    audited.add([entry("101")])
+    noted = check_audit(audited)
+    expect = (noted.events, noted.last)
+    audited.record("list")
+    assert check_audit(audited, expect=expect).events == 3
+    first, second, _ = audit_lines(audited)
+    details = {k: v for k, v in json.loads(second).items() if k not in {"client", "previous"}}
+    forged = event_line(hash_of(first), "bob", "enrol", details).decode().strip()
+    without_triggers(audited, "DELETE FROM fpmatch_audit WHERE number > 1")
+    with audited.writing() as connection:
+        connection.execute(audit.AUDIT.insert().values(number=2, line=forged))
+    assert check_audit(audited).events == 2
+    with pytest.raises(AuditError, match="written anew"):
+        check_audit(audited, expect=expect)
+
+
+def test_a_change_without_an_event_is_found(audited: Gallery) -> None:
+    audited.add([entry("101")])
+    with audited.writing() as connection:  # as a version without audits does
+        connection.execute(sa.text("UPDATE fpmatch_gallery SET state = 'other'"))
+    with pytest.raises(AuditError) as caught:
+        check_audit(audited)
+    assert caught.value.code == "unrecorded"
+
+
+def test_what_cannot_be_stored_is_not_done(
+    audited: Gallery, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    audited.add([entry("101")])
+
+    def fail(*_: object, **__: object) -> bytes:
+        raise sa.exc.OperationalError("insert", {}, Exception("no space"))
+
+    monkeypatch.setattr(audit, "event_line", fail)
+    for change in (
+        lambda: audited.add([entry("102")]),
+        lambda: audited.remove([1]),
+        lambda: audited.record("list"),
+        lambda: export_templates(audited, tmp_path / "out"),
+        lambda: identify(audited, Template(Minutiae(x=[1], y=[2], angle=[0]), 300, 400)),
+    ):
+        with pytest.raises(GalleryError):
+            change()
+    assert not (tmp_path / "out").exists()
+    monkeypatch.undo()
+    assert len(audited) == 1
+    assert check_audit(audited).events == 2
+
+
+def test_several_programs_share_one_chain(audited: Gallery, where: str) -> None:
+    def enrol(name: str) -> None:
+        with open_gallery(where) as own, acting_as(name):
+            for k in range(5):
+                own.add([entry(name, str(k))])
+                own.record("list", subject=name)
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(enrol, "abcd"))
+    assert check_audit(audited).events == 41
+    assert len(audited) == 20
+
+
+def test_its_lines_are_those_of_a_log(audited: Gallery, tmp_path: Path) -> None:
+    audited.add([entry("Zoë")])
+    copy = tmp_path / "copy.jsonl"
+    copy.write_bytes(b"".join(audit_lines(audited)))
+    assert check_audit_log(copy) == check_audit(audited)
+    assert copy.read_bytes().isascii()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "subject = CAST(x'ff41' AS TEXT)",
+        "subject = x'ff41'",
+        "finger = 3.5",
+        "content = 'text'",
+        "template = 'text'",
+    ],
+)
+def test_a_damaged_entry_is_removed_with_its_event(gallery: Gallery, damage: str) -> None:
+    turn_on(gallery)
+    gallery.add([entry("101"), entry("102")])
+    with gallery.writing() as connection:
+        connection.execute(sa.text(f"UPDATE fpmatch_entry SET {damage} WHERE id = 1"))
+    gallery.record("list")
+    assert gallery.remove([1]) == 1
+    *_, event = events(gallery)
+    assert event["action"] == "remove"
+    assert event["entries"][0]["number"] == 1  # type: ignore[index]
+    assert check_audit(gallery).events == 4
+
+
+def test_the_guide_names_every_action() -> None:
+    root = Path(__file__).resolve().parents[3]
+    code = "\n".join(path.read_text("utf-8") for path in sorted((root / "fpmatch").rglob("*.py")))
+    used = set(
+        re.findall(r"\b(?:audit|gallery|opened)\.record\(\s*(?:connection,\s*)?\"([a-z ]+)\"", code)
+    )
+    (row,) = re.findall(
+        r"^\| `--action NAME` \| (.+) \|$", (root / "docs/how-to/audit.md").read_text("utf-8"), re.M
+    )
+    named = set(re.findall(r"`([a-z ]+)`", row)) - {"score", "evaluate"}
+    assert named == used | {audit.ON, audit.OFF}
+
+
+def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
+    audited.add([entry("101"), entry("102")])
+    audited.remove([1])
+    noted = check_audit(audited)
+    compact_gallery(audited)
+    assert check_audit(audited, expect=(noted.events, noted.last)).events == 4
+    assert events(audited)[-1]["action"] == "compact"
+
+
+def test_a_rotation_of_keys_is_an_event(
+    audited: Gallery, where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("cryptography", reason="the extra `encryption` is not installed")
+    from fpmatch.encryption.key_text import make_keys
+    from fpmatch.encryption.keys import load_keys
+    from fpmatch.gallery.tasks.rotation import rotate
+
+    source = f"file:{tmp_path / 'keys.txt'}"
+    make_keys(source)
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    audited.add([entry("101")])
+    with open_gallery(where) as gallery:
+        rotate(gallery)
+        (key,) = load_keys(source).ids
+        begun, ended = events(gallery)[2:]
+        assert (begun["action"], begun["keys"]) == ("rotate keys", [key, "plain"])
+        assert (ended["action"], ended["keys"]) == ("keys rotated", [key])
+        assert check_audit(gallery).events == 4

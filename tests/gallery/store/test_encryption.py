@@ -1,0 +1,339 @@
+"""Encrypted galleries: the same results as plain ones, nothing readable, every change detected."""
+
+from __future__ import annotations
+
+import base64
+import sqlite3
+import subprocess
+import sys
+from collections import namedtuple
+from contextlib import closing
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_prints import entries_of, entry_of, scattered
+
+from fpmatch.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.encryption.keys import load_keys
+from fpmatch.errors import EncryptionError, GalleryError
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search import open_search
+from fpmatch.gallery.store.compact import pack_template
+from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.gallery.store.tables import ENTRY, PACKED
+from fpmatch.gallery.tasks.export import export_templates
+
+PRINTS = [scattered(seed, 30) for seed in range(12)]
+
+
+@pytest.fixture(autouse=True)
+def source(tmp_path, monkeypatch):
+    """Return the source of a key, which is given by the environment."""
+    source = f"file:{tmp_path / 'keys'}"
+    make_keys(source)
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    return source
+
+
+@pytest.fixture
+def encrypted(tmp_path):
+    """Return the file of an encrypted gallery of `PRINTS`."""
+    with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
+        gallery.add(entries_of(*PRINTS))
+    return tmp_path / "g.db"
+
+
+def searched(path, probe=PRINTS[3]):
+    with open_gallery(path) as gallery:
+        found = identify(open_search(gallery, engine=serial()), probe, count=20)
+    return [(c.number, c.similarity, c.score) for c in found.candidates]
+
+
+def changed(path, statement, *values):
+    with closing(sqlite3.connect(path)) as connection, connection:
+        return connection.execute(statement, values).fetchall()
+
+
+def readable(folder, template):
+    """Return whether a run of 32 bytes of a packed template is in any file of a folder."""
+    packed = pack_template(template)
+    files = [path.read_bytes() for path in folder.rglob("*") if path.is_file()]
+    runs = [packed[k : k + 32] for k in range(0, len(packed) - 31)]
+    return any(run in data for data in files for run in runs)
+
+
+def test_results_are_those_of_a_plain_gallery_to_the_last_bit(encrypted, tmp_path):
+    with open_gallery(tmp_path / "plain.db", create=True) as gallery:
+        gallery.add(entries_of(*PRINTS))
+    assert searched(encrypted) == searched(tmp_path / "plain.db")
+    assert searched(encrypted) == searched(tmp_path / "plain.db")  # from the prepared files
+    with open_gallery(encrypted) as one, open_gallery(tmp_path / "plain.db") as other:
+        assert list(one.templates()) == list(other.templates())
+        assert list(one.packed_templates()) == list(other.packed_templates())
+        assert list(one.entries()) == list(other.entries())
+
+
+def test_on_every_database(where, source):
+    with open_gallery(where, create=True, encrypt=True) as gallery:
+        assert gallery.add(entries_of(*PRINTS[:3])) == [None] * 3
+        assert [t for _, t in gallery.templates()] == [
+            t for _, t in open_plain(PRINTS[:3], gallery)
+        ]
+        assert gallery.summary().keys == load_keys(source).ids
+
+
+def open_plain(templates, gallery):
+    from fpmatch.gallery.store.compact import unpack_template
+
+    return [(k, unpack_template(pack_template(t))) for k, t in enumerate(templates, 1)]
+
+
+def test_nothing_of_a_template_is_readable(encrypted, tmp_path):
+    searched(encrypted)
+    assert list(tmp_path.glob("g.db.prepared/*"))
+    assert not any(readable(tmp_path, template) for template in PRINTS)
+    for path in tmp_path.glob("g.db.prepared/*"):
+        assert PRINTS[0].minutiae.x.tobytes() not in path.read_bytes()
+
+
+def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):
+    key_id = load_keys(source).current.id
+    monkeypatch.delenv("FPMATCH_KEY")
+    with open_gallery(encrypted) as gallery:
+        for call in (
+            lambda: gallery.template(1),
+            lambda: gallery.entry(1),
+            lambda: list(gallery.templates()),
+            lambda: gallery.add([entry_of(99)]),
+            lambda: open_search(gallery, engine=serial()),
+            gallery.check_keys,
+        ):
+            with pytest.raises(GalleryError) as caught:
+                call()
+            assert caught.value.code == "missing key"
+            assert str(caught.value) == (
+                f"{encrypted}: encrypted with key {key_id}; give it with --key or FPMATCH_KEY"
+            )
+        assert len(list(gallery.entries())) == len(PRINTS)  # labels are not encrypted
+        assert gallery.remove([1]) == 1
+    with pytest.raises(EncryptionError, match="no key was given"):
+        open_gallery(encrypted.with_name("new.db"), create=True, encrypt=True)
+    assert not encrypted.with_name("new.db").exists()
+
+
+def test_a_key_may_be_given_to_the_call(encrypted, source, monkeypatch):
+    ring = load_keys(source)
+    monkeypatch.delenv("FPMATCH_KEY")
+    for key in (source, ring):
+        with open_gallery(encrypted, key=key) as gallery:
+            assert len(list(gallery.templates())) == len(PRINTS)
+            assert source not in repr(gallery)
+
+
+def test_with_another_key_both_are_named(encrypted, source, tmp_path):
+    key_id, other = load_keys(source).current.id, f"file:{tmp_path / 'other'}"
+    other_id = make_keys(other).current.id
+    with (
+        open_gallery(encrypted, key=other) as gallery,
+        pytest.raises(GalleryError, match=f"{key_id}.*{other_id}") as caught,
+    ):
+        gallery.template(1)
+    assert caught.value.code == "missing key"
+
+
+def test_an_older_version_refuses_it_and_plain_ones_are_as_they_were(encrypted, tmp_path):
+    assert changed(encrypted, "SELECT version FROM fpmatch_gallery") == [(2,)]
+    with open_gallery(tmp_path / "plain.db", create=True) as gallery:
+        assert gallery.summary().keys == ()
+    assert changed(tmp_path / "plain.db", "SELECT version FROM fpmatch_gallery") == [(1,)]
+    tables = changed(tmp_path / "plain.db", "SELECT name FROM sqlite_master")
+    assert ("fpmatch_encryption",) not in tables
+    with pytest.raises(GalleryError, match="gallery rotate"):
+        open_gallery(tmp_path / "plain.db", encrypt=True)
+
+
+def damaged_of(path):
+    with open_gallery(path) as gallery:
+        numbers = [number for number, _ in gallery.packed_templates()]
+        return sorted({*range(1, len(PRINTS) + 1)} - {*numbers}), gallery.damaged
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "UPDATE fpmatch_entry SET subject = 'mallory' WHERE id = 2",
+        "UPDATE fpmatch_entry SET finger = 'thumb' WHERE id = 2",
+        "UPDATE fpmatch_entry SET impression = '7' WHERE id = 2",
+        "UPDATE fpmatch_entry SET source = 'other.tif' WHERE id = 2",
+        "UPDATE fpmatch_entry SET dpi = 501 WHERE id = 2",
+        "UPDATE fpmatch_entry SET template = (SELECT template FROM fpmatch_entry WHERE id = 3) "
+        "WHERE id = 2",
+        "UPDATE fpmatch_entry SET template = substr(template, 1, 99) WHERE id = 2",
+        "UPDATE fpmatch_entry SET template = x'' WHERE id = 2",
+    ],
+)
+def test_a_changed_or_moved_entry_is_named_and_skipped(encrypted, statement):
+    before = searched(encrypted)
+    changed(encrypted, statement)
+    numbers, reasons = damaged_of(encrypted)
+    assert numbers == [2]
+    assert list(reasons) == [2]
+    with open_gallery(encrypted) as gallery:
+        with pytest.raises(GalleryError, match="entry 2") as caught:
+            gallery.template(2)
+        assert caught.value.code == "damaged"
+        with pytest.raises(GalleryError, match="entry 2"):
+            gallery.entry(2)
+    for path in encrypted.with_name("g.db.prepared").glob("*"):
+        path.unlink()
+    assert [c for c in searched(encrypted) if c[0] != 2] == [c for c in before if c[0] != 2]
+
+
+def test_a_plain_template_or_one_of_another_gallery_is_refused(encrypted, tmp_path):
+    replace = "UPDATE fpmatch_entry SET template = ? WHERE id = ?"
+    changed(encrypted, replace, pack_template(PRINTS[1]), 2)
+    with open_gallery(tmp_path / "h.db", create=True, encrypt=True) as gallery:
+        gallery.add(entries_of(*PRINTS))
+    ((other,),) = changed(tmp_path / "h.db", "SELECT template FROM fpmatch_entry WHERE id = 5")
+    changed(encrypted, replace, other, 5)
+    assert damaged_of(encrypted)[0] == [2, 5]
+
+
+def test_every_flipped_byte_of_an_entry_is_detected(encrypted):
+    with open_gallery(encrypted) as gallery:
+        with gallery.reading() as connection:
+            row = connection.execute(PACKED.where(ENTRY.c.id == 2)).one()
+        sealing, as_stored = gallery.sealing(), namedtuple("Row", row._fields)(*row)
+        assert sealing.unseal_row(as_stored).template == pack_template(PRINTS[1])
+        for k in range(len(row.template)):
+            flipped = bytearray(row.template)
+            flipped[k] ^= 1 + k % 255
+            with pytest.raises(DamagedRowError):
+                sealing.unseal_row(as_stored._replace(template=bytes(flipped)))
+
+
+def test_a_changed_or_alien_prepared_file_is_made_again_with_a_word(encrypted, tmp_path, rng):
+    before = searched(encrypted)
+    (path,) = tmp_path.glob("g.db.prepared/*")
+    data = path.read_bytes()
+    notes = []
+    for k in [*range(0, 40, 4), *rng.integers(0, len(data), 20).tolist()]:
+        flipped = bytearray(data)
+        flipped[k] ^= 1 + k % 255
+        path.write_bytes(flipped)
+        with open_gallery(encrypted) as gallery:
+            open_search(gallery, engine=serial(), note=notes.append)
+    assert len(notes) == 30
+    assert all("prepared again" in note for note in notes)
+    assert searched(encrypted) == before
+    plain = tmp_path / "plain.db"
+    with open_gallery(plain, create=True) as gallery:
+        gallery.add(entries_of(*PRINTS[:2]))
+    searched(plain)
+    (other,) = tmp_path.glob("plain.db.prepared/*")
+    (path,) = tmp_path.glob("g.db.prepared/*")
+    path.write_bytes(other.read_bytes())
+    with pytest.warns(RuntimeWarning, match="prepared again"):
+        assert searched(encrypted) == before
+
+
+def test_exported_templates_are_sealed_too(encrypted, tmp_path):
+    with open_gallery(encrypted) as gallery:
+        assert export_templates(gallery, tmp_path / "out", suffixes=(".sealed",)) == len(PRINTS)
+    assert not any(readable(tmp_path, template) for template in PRINTS)
+
+
+def test_a_search_in_another_process_gets_the_source_and_never_the_key(encrypted, source):
+    secret = Path(source.removeprefix("file:")).read_text().split()[-1]
+    code = (
+        "import sys\nfrom fpmatch.gallery.gallery import open_gallery\n"
+        "from fpmatch.gallery.search import open_search\n"
+        "from fpmatch.gallery.engine.engine import processes\n"
+        "if __name__ == '__main__':\n"
+        f"    with open_gallery({str(encrypted)!r}) as gallery:\n"
+        "        print(len(open_search(gallery, engine=processes(2))))\n"
+    )
+    script = encrypted.with_name("search.py")
+    script.write_text(code)
+    done = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout == f"{len(PRINTS)}\n"
+    assert secret not in done.stdout + done.stderr
+
+
+def test_what_processes_are_sent_contains_no_key(encrypted, source, monkeypatch):
+    from fpmatch.gallery.engine import task
+    from fpmatch.gallery.engine.engine import processes
+
+    packed = []
+    original = task.pack_task
+    monkeypatch.setattr(
+        "fpmatch.gallery.engine.local.pack_task",
+        lambda *work: packed.append(original(*work)) or packed[-1],
+    )
+    with open_gallery(encrypted) as gallery:
+        open_search(gallery, engine=processes(2))
+    assert packed
+    text = Path(source.removeprefix("file:")).read_text().split()[-1]
+    assert not any(base64.b64decode(text) in task or text.encode() in task for task in packed)
+
+
+def test_a_key_that_was_removed_from_its_source_is_missed(encrypted, source):
+    first = load_keys(source).current.id
+    add_key(source)
+    assert np.isfinite(searched(encrypted)[0][1])
+    remove_key(source, first)
+    with open_gallery(encrypted) as gallery, pytest.raises(GalleryError, match=first):
+        gallery.template(1)
+
+
+@pytest.mark.parametrize("keys", ["", "zz", "plain " + "g" * 16, "\x1b[2J", b"\xff", None, 3])
+def test_damaged_keys_in_use_are_one_error(encrypted, keys):
+    changed(encrypted, "CREATE TABLE other (id, gallery, keys)")
+    changed(encrypted, "INSERT INTO other VALUES (1, ?, ?)", bytes(16), keys)
+    changed(encrypted, "DROP TABLE fpmatch_encryption")
+    with pytest.raises(GalleryError, match="the keys in use are missing") as caught:
+        open_gallery(encrypted)
+    assert caught.value.code == "damaged"
+    changed(encrypted, "ALTER TABLE other RENAME TO fpmatch_encryption")
+    with pytest.raises(GalleryError, match="the keys in use are missing"):
+        open_gallery(encrypted)
+
+
+def test_an_empty_gallery_is_not_searched_without_its_key(tmp_path, monkeypatch):
+    open_gallery(tmp_path / "g.db", create=True, encrypt=True).close()
+    monkeypatch.delenv("FPMATCH_KEY")
+    with open_gallery(tmp_path / "g.db") as gallery, pytest.raises(GalleryError, match=r"g\.db: "):
+        open_search(gallery, engine=serial())
+
+
+def test_an_encrypted_gallery_that_states_it_is_plain_shows_nothing(encrypted):
+    changed(encrypted, "UPDATE fpmatch_gallery SET version = 1")
+    with open_gallery(encrypted) as gallery:
+        assert list(gallery.templates()) == []
+        assert len(gallery.damaged) == len(PRINTS)
+
+
+def test_a_changed_label_in_table_or_index_regroups_no_impressions(tmp_path):
+    labels = [Label(str(k // 2), "thumb", str(k)) for k in range(6)]
+    with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
+        gallery.add(entries_of(*PRINTS[:6], labels=labels))
+        expected, data = gallery.fingers(), (tmp_path / "g.db").read_bytes()
+    at = data.index(b"2thumb4")
+    assert data.count(b"2thumb4") > 1  # in the table and in an index
+    for place in (at, data.index(b"2thumb4", at + 1)):
+        changed_data = bytearray(data)
+        changed_data[place] ^= 1
+        (tmp_path / "g.db").write_bytes(changed_data)
+        with open_gallery(tmp_path / "g.db") as gallery:
+            read = [number for number, _ in gallery.packed_templates()]
+            fingers = gallery.fingers()
+        assert len(read) > 4
+        for one, other in combinations(read, 2):
+            assert (fingers[one] == fingers[other]) == (expected[one] == expected[other])

@@ -1,0 +1,340 @@
+"""Enrolling: each picture once, whatever fails, whoever is killed."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from made_prints import extractor, finger_extractor
+
+from fpmatch.encryption.key_text import make_keys
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Failure, NamePattern
+from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.gallery.tasks import enrol as enrol_module
+from fpmatch.reading import ASSUMED_DPI
+
+HERE = Path(__file__).parents[1]
+
+
+def enrol(gallery, *places, dpi=None, **options):
+    """Enrol the prints of some places in this process."""
+    options = {"engine": serial(), "extractor": extractor, **options}
+    return enrol_module.enrol(gallery, find_prints(places, dpi), **options)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder of 24 prints of 6 fingers, and some that cannot be enrolled."""
+    folder = tmp_path / "prints"
+    folder.mkdir()
+    for subject in range(1, 7):
+        for impression in range(1, 5):
+            (folder / f"{subject}_{impression}.tif").write_text(f"print {subject} {impression}")
+    (folder / "7_1.tif").write_text("broken")
+    (folder / "8_1.tif").write_text("print 1 1")
+    (folder / "holiday.png").write_text("print of a beach")
+    return folder
+
+
+def labels(gallery):
+    return [str(entry.label) for entry in gallery.entries()]
+
+
+def test_new_prints_are_enrolled_and_failures_kept(gallery, folder):
+    told = []
+    result = enrol(gallery, folder, progress=lambda *row: told.append(row))
+    assert (result.enrolled, result.known) == (24, 0)
+    expected = {
+        "7_1.tif": "broken",
+        "8_1.tif": f"the same picture is enrolled as 1_1 already ({folder}/1_1.tif)",
+        "holiday.png": r"its name does not fit the pattern (?P<subject>\d+)_(?P<impression>\d+)",
+    }
+    failures = [Failure(str(folder / name), reason) for name, reason in expected.items()]
+    assert sorted(result.failures, key=lambda f: f.source) == failures
+    assert gallery.failures() == failures
+    assert labels(gallery) == [f"{s}_{i}" for s in range(1, 7) for i in range(1, 5)]
+    assert (told[0], told[-1]) == (("enrol", 0, 27), ("enrol", 27, 27))
+    assert [done for _, done, _ in told] == sorted(done for _, done, _ in told)
+
+
+def test_again_nothing_is_extracted_but_what_failed(gallery, folder):
+    enrol(gallery, folder)
+    seen = []
+
+    def noting(file):
+        seen.append(file.path.name)
+        return extractor(file)
+
+    before = gallery.content_hash()
+    result = enrol(gallery, folder, extractor=noting)
+    assert (result.enrolled, result.known, len(result.failures)) == (0, 24, 3)
+    assert seen == ["7_1.tif"]
+    assert gallery.content_hash() == before
+    (folder / "7_1.tif").write_text("mended")
+    (folder / "9_1.tif").write_text("new")
+    result = enrol(gallery, folder, extractor=noting)
+    assert (result.enrolled, result.known, len(result.failures)) == (2, 24, 2)
+    assert len(gallery.failures()) == 2
+
+
+def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path):
+    contents = []
+    for workers in (1, 2):
+        with open_gallery(tmp_path / f"{workers}.db", create=True) as gallery:
+            enrol(gallery, folder, engine=processes(workers))
+            contents.append((list(gallery.entries()), list(gallery.packed_templates())))
+    assert contents[0] == contents[1]
+
+
+def test_a_pattern_of_ones_own(gallery, tmp_path):
+    for name in ("ada/left-1.png", "ada/right-1.png", "bob/left-1.png"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(name)
+    pattern = NamePattern(r"(?P<subject>\w+)/(?P<finger>\w+)-(?P<impression>\d)")
+    result = enrol(gallery, tmp_path / "ada", tmp_path / "bob", pattern=pattern)
+    assert result.enrolled == 3
+    assert labels(gallery) == ["ada_left_1", "ada_right_1", "bob_left_1"]
+
+
+def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder):
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "1_1.tif").write_text("another finger")
+    (failure,) = enrol(gallery, folder / "1_1.tif", other).failures
+    assert failure.source == str(other / "1_1.tif")
+    assert failure.reason == f"another picture is enrolled as 1_1 already ({folder}/1_1.tif)"
+
+
+def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
+    one, two = folder / "1_1.tif", folder / "1_2.tif"
+    one.write_text("untagged print")
+    assert enrol(gallery, one).noted == {ASSUMED_DPI: (one,)}
+    enrol(gallery, two, dpi=569)
+    assert [entry.dpi for entry in gallery.entries()] == [500.0, 569.0]
+    (failure,) = enrol(gallery, one, dpi=569).failures
+    assert failure.reason == "enrolled already, at 500 dpi, not 569"
+
+
+def test_a_file_that_goes_away_is_a_failure(gallery, folder):
+    prints = find_prints([folder / "1_1.tif", folder / "1_2.tif"])
+    (folder / "1_1.tif").unlink()
+    result = enrol_module.enrol(gallery, prints, engine=serial(), extractor=extractor)
+    assert [f.reason for f in result.failures] == ["no such file or directory"]
+    assert labels(gallery) == ["1_2"]
+
+
+def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder, monkeypatch):
+    sizes = []
+    add = gallery.add
+
+    def noting(new, failures=()):
+        if len(sizes) == 2:
+            raise GalleryError("gallery.db: the disk is full")
+        sizes.append(len(new))
+        return add(new, failures)
+
+    monkeypatch.setattr(gallery, "add", noting)
+    monkeypatch.setattr(enrol_module, "PRINTS_PER_COMMIT", 8)
+    monkeypatch.setattr(enrol_module, "SECONDS_PER_COMMIT", 1e9)
+    files = sorted(folder.iterdir())
+    enrol(gallery, *files[:13])
+    assert sizes == [8, 5]
+    with pytest.raises(GalleryError, match="full"):
+        enrol(gallery, *files)
+
+
+def test_what_took_long_is_committed_at_once(gallery, folder, monkeypatch):
+    sizes = []
+    add = gallery.add
+    noting = lambda new, failures=(): sizes.append(len(new)) or add(new, failures)  # noqa: E731
+    monkeypatch.setattr(gallery, "add", noting)
+    monkeypatch.setattr(enrol_module, "SECONDS_PER_COMMIT", 0.0)
+    enrol(gallery, *sorted(folder.iterdir())[:3])
+    assert sizes == [1, 1, 1]
+
+
+RUN = """
+import sys
+import made_prints
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.tasks.enrol import enrol
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.prints import find_prints
+if __name__ == "__main__":
+    with open_gallery(sys.argv[1], create=True) as gallery:
+        tell = lambda stage, done, total: print(done, flush=True)
+        enrol(gallery, find_prints(sys.argv[2:3]), engine=processes(int(sys.argv[3])),
+              extractor=made_prints.extractor, progress=tell)
+"""
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Return a function that starts a process that enrols a folder of slow prints."""
+    if sys.platform == "win32":
+        pytest.skip("sends POSIX signals")
+    script, folder = tmp_path / "run.py", tmp_path / "slow"
+    script.write_text(RUN)
+    folder.mkdir()
+    for number in range(60):
+        (folder / f"{number}_1.tif").write_text(f"slow print {number}")
+
+    def begin(where, workers=1):
+        return subprocess.Popen(
+            [sys.executable, script, where, folder, str(workers)],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    return begin
+
+
+def finish(where, *runs):
+    """Wait for some runs, and check that they have enrolled all slow prints."""
+    for run in runs:
+        run.communicate(timeout=60)
+        assert run.returncode == 0
+    with open_gallery(where) as gallery:
+        assert sorted(labels(gallery)) == sorted(f"{k}_1" for k in range(60))
+        assert gallery.failures() == []
+
+
+@pytest.mark.slow
+def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
+    moments = random.Random(5)
+    enrolled = kills = 0
+    for _ in range(3):
+        with start(where) as process:
+            for line in process.stdout:
+                if int(line) >= enrolled + 4:
+                    break
+            time.sleep(moments.uniform(0, 0.15))
+            process.send_signal(signal.SIGKILL)
+        kills += process.returncode == -signal.SIGKILL
+        with open_gallery(where) as gallery:
+            assert len(gallery) >= enrolled
+            enrolled = len(gallery)
+            assert sum(1 for _ in gallery.templates()) == enrolled
+    assert kills
+    finish(where, start(where))
+
+
+@pytest.mark.slow
+def test_two_runs_share_the_work_of_one_gallery(where, start):
+    finish(where, start(where), start(where))
+
+
+def write_prints(folder, **fingers):
+    """Write files that show an impression of a finger each: a name without ``_`` and a finger."""
+    folder.mkdir()
+    for name, finger in fingers.items():
+        (folder / f"{name[1:]}.tif").write_text(f"{finger} {name[-1]}")
+    return folder
+
+
+@pytest.fixture
+def colliding(tmp_path):
+    """Return two folders of prints; in the second, names are those of other people."""
+    first = write_prints(tmp_path / "first", _1_1=1, _1_2=1, _2_1=2, _2_2=2)
+    return first, write_prints(tmp_path / "second", _1_3=11, _1_4=11, _2_3=2, _2_4=12, _3_1=3)
+
+
+@pytest.mark.parametrize("encrypt", [False, True])
+def test_prints_that_join_other_people_are_counted_and_named(
+    where, colliding, encrypt, tmp_path, monkeypatch
+):
+    keys = f"file:{tmp_path / 'keys.txt'}"
+    make_keys(keys)
+    monkeypatch.setenv("FPMATCH_KEY", keys)
+    first, second = colliding
+    with open_gallery(where, create=True, encrypt=encrypt) as gallery:
+        done = enrol(gallery, first, extractor=finger_extractor)
+        assert (done.added, done.unmatched) == ({}, ())
+        done = enrol(gallery, second, extractor=finger_extractor)
+        assert (done.enrolled, done.failures) == (5, ())
+        assert done.added == {"1": 2, "2": 2}
+        assert [Path(one.source).name for one in done.unmatched] == [
+            "1_3.tif",
+            "1_4.tif",
+            "2_4.tif",
+        ]
+        reason = "1_3 does not match 1_1 or any other of 2 impressions of 1: another finger"
+        assert done.unmatched[0].reason.startswith(reason)
+        again = enrol(gallery, second, extractor=finger_extractor)
+        assert (again.known, again.added, again.unmatched) == (5, done.added, done.unmatched)
+        both = enrol(gallery, *colliding, extractor=finger_extractor)
+        assert (both.known, both.added, both.unmatched) == (9, {}, ())
+
+
+def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
+    first, second = colliding
+    with open_gallery(where, create=True) as gallery:
+        enrol(gallery, first, extractor=finger_extractor)
+        done = enrol(gallery, second, extractor=finger_extractor, strict=True)
+        assert (done.enrolled, done.added, done.unmatched) == (2, {"2": 1}, ())
+        refused = [Path(failure.source).name for failure in done.failures]
+        assert refused == ["1_3.tif", "1_4.tif", "2_4.tif"]
+        assert all(one.reason.startswith("refused: does not match") for one in done.failures)
+        assert gallery.failures() == list(done.failures)
+        assert labels(gallery) == ["1_1", "1_2", "2_1", "2_2", "2_3", "3_1"]
+
+
+def test_an_interrupted_run_does_not_take_its_own_prints_for_others(gallery, colliding):
+    first, second = colliding
+    enrol(gallery, first / "1_1.tif", extractor=finger_extractor)  # and it is killed
+    done = enrol(gallery, first, extractor=finger_extractor)
+    assert (done.known, done.enrolled, done.added, done.unmatched) == (1, 3, {}, ())
+    enrol(gallery, second / "1_3.tif", extractor=finger_extractor)  # so is the next one
+    done = enrol(gallery, second, extractor=finger_extractor)
+    assert done.added == {"1": 2, "2": 2}
+    assert len(done.unmatched) == 3
+    enrol(gallery, second, extractor=finger_extractor, strict=True)
+    assert len(gallery) == 9  # what was enrolled before is named, not removed
+
+
+def test_with_a_prefix_nobody_is_mixed_up(gallery, colliding):
+    first, second = colliding
+    enrol(gallery, first, extractor=finger_extractor)
+    done = enrol(gallery, second, extractor=finger_extractor, prefix="B-")
+    assert (done.enrolled, done.added) == (5, {})
+    assert labels(gallery)[4:] == ["B-1_3", "B-1_4", "B-2_3", "B-2_4", "B-3_1"]
+    assert enrol(gallery, second, extractor=finger_extractor, prefix="B-").known == 5
+    with pytest.raises(GalleryError, match="prefix of subjects: must be text of one line"):
+        enrol(gallery, second, prefix="a\nb")
+    with pytest.raises(GalleryError, match="prefix of subjects: longer than 255"):
+        enrol(gallery, second, prefix="a" * 256)
+    too_long = enrol(gallery, first, extractor=finger_extractor, prefix="a" * 255)
+    assert {one.reason for one in too_long.failures} == {"subject: longer than 255 characters"}
+
+
+def test_copies_in_other_files_are_noted_and_counted(gallery, colliding, tmp_path):
+    first, _ = colliding
+    enrol(gallery, first, extractor=finger_extractor)
+    copies = tmp_path / "copies"
+    copies.mkdir()
+    (copies / "7_1.tif").write_text("1 2 0")
+    (copies / "7_2.tif").write_text("1 2 1")
+    (copies / "8_1.tif").write_text("8 1")
+    done = enrol(gallery, copies, extractor=finger_extractor)
+    assert (done.enrolled, done.copies) == (3, 2)
+    assert done.noted == {"the same print as 1_2": (copies / "7_1.tif", copies / "7_2.tif")}
+
+
+def test_a_gallery_all_of_whose_subjects_collide(gallery, tmp_path):
+    names = [f"_{subject}_{k}" for subject in range(1, 13) for k in range(1, 4)]
+    fingers = {name: int(name.split("_")[1]) for name in names}
+    enrol(gallery, write_prints(tmp_path / "a", **fingers), extractor=finger_extractor)
+    others = {f"{name[:-1]}{int(name[-1]) + 3}": 50 + finger for name, finger in fingers.items()}
+    done = enrol(gallery, write_prints(tmp_path / "b", **others), extractor=finger_extractor)
+    assert (done.enrolled, sum(done.added.values()), len(done.added)) == (36, 36, 12)
+    assert len(done.unmatched) == 36

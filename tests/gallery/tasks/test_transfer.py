@@ -1,0 +1,204 @@
+"""The entries of one gallery are enrolled in another, each once, as they are."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from made_prints import entries_of, entry_of, print_of, scattered
+
+from fpmatch.cli.group import fpmatch
+from fpmatch.encryption.key_text import make_keys
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.audit import audit_lines, turn_on
+from fpmatch.gallery.tasks import transfer
+from fpmatch.gallery.tasks.transfer import enrol_gallery
+
+COUNT = 7
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    """Return a gallery of some entries, of which the first number was removed."""
+    path = tmp_path / "source.db"
+    with open_gallery(path, create=True) as gallery:
+        gallery.add(entries_of(*(scattered(k, 9 + k) for k in range(COUNT + 1))))
+        gallery.remove([1])
+    return path
+
+
+def run(*words: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(fpmatch, ["enrol", *map(str, words)])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def contents(gallery: Gallery) -> list[object]:
+    """Return all of a gallery but the numbers."""
+    about = [(e.label, e.source, e.content, e.dpi, e.minutiae) for e in gallery.entries()]
+    return [*about, *(packed for _, packed in gallery.packed_templates())]
+
+
+def test_all_is_copied_on_either_database(
+    source: Path, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 3)
+    shown: list[tuple[int, int]] = []
+    with open_gallery(source) as given, open_gallery(where, create=True) as gallery:
+        done = enrol_gallery(gallery, given, progress=lambda _, *counts: shown.append(counts))
+        assert (done.enrolled, done.known, done.failures) == (COUNT, 0, ())
+        assert contents(gallery) == contents(given)
+        again = enrol_gallery(gallery, given)
+        assert (again.enrolled, again.known, again.failures) == (0, COUNT, ())
+    assert shown == [(0, 7), (3, 7), (6, 7), (7, 7)]
+
+
+def test_a_run_that_was_stopped_continues(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
+
+    def stop(_: str, done: int, __: int) -> None:
+        if done == 4:
+            raise KeyboardInterrupt
+
+    with open_gallery(source) as given, open_gallery(tmp_path / "g.db", create=True) as gallery:
+        with pytest.raises(KeyboardInterrupt):
+            enrol_gallery(gallery, given, progress=stop)
+        assert len(gallery) == 4
+        done = enrol_gallery(gallery, given)
+        assert (done.enrolled, done.known) == (COUNT - 4, 4)
+        assert contents(gallery) == contents(given)
+
+
+def test_conflicts_and_damage_are_failures(source: Path, tmp_path: Path) -> None:
+    with closing(sqlite3.connect(source)) as database:
+        database.execute("UPDATE fpmatch_entry SET template = zeroblob(50) WHERE id = 3")
+        database.execute("UPDATE fpmatch_entry SET minutiae = minutiae + 1 WHERE id = 4")
+        database.commit()
+    target = tmp_path / "g.db"
+    with open_gallery(target, create=True) as gallery:
+        gallery.add([entry_of(90, label=Label("5"))])
+    status, out, _ = run(target, source, "--json")
+    found = json.loads(out)
+    assert status == 1
+    assert (found["enrolled"], found["known"], found["failed"]) == (COUNT - 3, 0, 3)
+    reasons = {failure["source"]: failure["reason"] for failure in found["failures"]}
+    assert "another picture is enrolled as 5" in reasons["/prints/5_1.tif"]
+    assert reasons[f"{source}: entry 3"] == "damaged: not a packed template"
+    assert "are not those of its template" in reasons[f"{source}: entry 4"]
+    with open_gallery(target) as gallery:
+        assert {failure.source for failure in gallery.failures()} == reasons.keys()
+
+
+def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path: Path) -> None:
+    key = f"file:{tmp_path / 'keys.txt'}"
+    make_keys(key)
+    with open_gallery(tmp_path / "a.db", create=True, key=key, encrypt=True) as given:
+        given.add(entries_of(scattered(1, 30), scattered(2, 30)))
+        expected = contents(given)
+    assert run(tmp_path / "b.db", tmp_path / "a.db", "--encrypt", "--key", key)[0] == 0
+    with open_gallery(tmp_path / "b.db", key=key) as copied:
+        assert copied.encrypted
+        assert contents(copied) == expected
+    status, _, err = run(tmp_path / "c.db", tmp_path / "a.db")
+    assert status == 2
+    assert "key" in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_the_audit_of_the_source_has_what_was_copied(source: Path, tmp_path: Path) -> None:
+    with open_gallery(source) as given, open_gallery(tmp_path / "g.db", create=True) as gallery:
+        turn_on(given)
+        enrol_gallery(gallery, given)
+        event = json.loads(list(audit_lines(given))[-1])
+    assert event["action"] == "export"
+    assert event["entries"] == f"2-{COUNT + 1}"
+
+
+def test_strict_refuses_what_matches_no_other_impression(tmp_path: Path) -> None:
+    one, other = Label("ada", "", "1"), Label("ada", "", "2")
+    with open_gallery(tmp_path / "a.db", create=True) as given:
+        given.add(entries_of(scattered(1, 30), scattered(2, 30), labels=[one, other]))
+        with open_gallery(tmp_path / "g.db", create=True) as gallery:
+            done = enrol_gallery(gallery, given, strict=True)
+            assert (done.enrolled, len(done.failures), len(gallery)) == (1, 1, 1)
+
+
+def test_galleries_and_files_in_one_run(source: Path, tmp_path: Path) -> None:
+    template = tmp_path / "9_1.csv"
+    minutiae = "".join(f"{k},{2 * k},{k},ending,90\n" for k in range(20))
+    head = "# fpmatch-template 1 width=300 height=300 dpi=500\nx,y,angle_deg,kind,quality\n"
+    template.write_text(head + minutiae)
+    status, out, _ = run(tmp_path / "g.db", source, template)
+    assert status == 0
+    assert out.startswith(f"enrolled {COUNT + 1} of {COUNT + 1} pictures")
+
+
+@pytest.mark.parametrize("option", [("--dpi", "500"), ("--by-folder",), ("--min-quality", "3")])
+def test_options_of_files_are_refused_for_galleries(
+    source: Path, tmp_path: Path, option: tuple[str, ...]
+) -> None:
+    status, _, err = run(tmp_path / "g.db", source, *option)
+    assert status == 2
+    assert "are not for the entries of galleries" in err
+    assert not (tmp_path / "g.db").exists()
+
+
+def test_a_gallery_is_not_enrolled_in_itself(source: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link.db"
+    link.hardlink_to(source)
+    for path in (source, link):
+        status, _, err = run(source, path)
+        assert status == 2
+        assert err.strip().endswith("its entries cannot be enrolled in itself")
+    with open_gallery(source) as one, pytest.raises(GalleryError) as caught:
+        enrol_gallery(one, one)
+    assert caught.value.code == "same gallery"
+
+
+def test_a_database_of_something_else_makes_no_gallery(tmp_path: Path) -> None:
+    with closing(sqlite3.connect(tmp_path / "x.db")) as database:
+        database.execute("CREATE TABLE a (b)")
+        database.commit()
+    status, _, err = run(tmp_path / "g.db", tmp_path / "x.db")
+    assert status == 2
+    assert "x.db: not a gallery" in err
+    assert not (tmp_path / "g.db").exists()
+
+
+def test_entries_that_join_other_people_are_counted_and_named(
+    tmp_path: Path, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
+
+    def new(number: int, name: str, finger: int) -> NewEntry:
+        label = Label(name[0], impression=name[1:])
+        return entry_of(number, print_of(finger, number), label, source=f"{name}.tif")
+
+    with (
+        open_gallery(tmp_path / "more.db", create=True) as more,
+        open_gallery(where, create=True) as gallery,
+    ):
+        gallery.add([new(1, "a1", 1), new(2, "a2", 1), new(3, "b1", 2)])
+        more.add([new(4, "a3", 9), new(5, "c1", 3), new(6, "a4", 1), new(7, "b2", 8)])
+        done = enrol_gallery(gallery, more)
+        assert (done.enrolled, done.added) == (4, {"a": 2, "b": 1})
+        assert [one.source for one in done.unmatched] == ["a3.tif", "b2.tif"]
+        again = enrol_gallery(gallery, more)
+        assert (again.known, again.added, again.unmatched) == (4, done.added, done.unmatched)
+    with (
+        open_gallery(tmp_path / "more.db") as more,
+        open_gallery(tmp_path / "fresh.db", create=True) as fresh,
+    ):
+        done = enrol_gallery(fresh, more, prefix="x")
+        assert (done.enrolled, done.added) == (4, {})
+        assert {entry.label.subject for entry in fresh.entries()} == {"xa", "xb", "xc"}
+        done = enrol_gallery(fresh, more, prefix="y" * 255)
+        assert (done.enrolled, len(done.failures), len(fresh)) == (0, 4, 4)
+        assert done.failures[0].reason == "subject: longer than 255 characters"

@@ -1,0 +1,134 @@
+"""What the tests of the server share: a client of it, prints as bytes, and `pool_work`."""
+
+from __future__ import annotations
+
+import io
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+if TYPE_CHECKING:
+    import httpx
+
+sys.path.append(str(Path(__file__).parent))
+
+
+def png(pixels: NDArray[np.uint8], dpi: int | None = 500) -> bytes:
+    stream = io.BytesIO()
+    options = {} if dpi is None else {"dpi": (dpi, dpi)}
+    Image.fromarray(pixels).save(stream, "PNG", **options)
+    return stream.getvalue()
+
+
+@pytest.fixture(scope="session")
+def prints(fingers: list[NDArray[np.uint8]]) -> dict[str, bytes]:
+    """Return PNG files: two impressions of one finger, one of another, and files that are none."""
+    first, second = fingers
+    whole = png(first)
+    return {
+        "1_1.png": whole,
+        "1_2.png": png(np.ascontiguousarray(np.rot90(first))),
+        "2_1.png": png(second),
+        "untold.png": png(first, dpi=None),
+        "blank.png": png(np.full((200, 200), 255, np.uint8)),
+        "truncated.png": whole[: len(whole) // 2],
+        "text.png": b"This is not an image.\n",
+        "empty.png": b"",
+    }
+
+
+@pytest.fixture
+def gallery(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return where a gallery may lie that nobody has made."""
+    return tmp_path_factory.mktemp("gallery") / "prints.db"
+
+
+@contextmanager
+def served(app: Any) -> Iterator[httpx.Client]:
+    """Serve an ASGI application on a free port of this machine; yield a client of it."""
+    import httpx
+    import uvicorn
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(uvicorn.Config(app, log_level="critical"))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        while not server.started:
+            assert thread.is_alive(), "the server did not start"
+            time.sleep(0.01)
+        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        try:
+            with httpx.Client(base_url=address, timeout=120, trust_env=False) as client:
+                yield client
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
+@pytest.fixture(scope="session")
+def client() -> Iterator[httpx.Client]:
+    """Return a client of a server without a gallery, on one process."""
+    from fpmatch.server.app import make_app
+    from fpmatch.server.settings import Limits, Settings
+
+    settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
+    with served(make_app(settings)) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """Serve a gallery that is empty at first; yield a client of the server."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.server.app import make_app
+    from fpmatch.server.settings import Settings
+
+    gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
+    with open_gallery(gallery, create=True):
+        pass
+    with served(make_app(Settings(workers=2, gallery=str(gallery)))) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def downloads(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("downloads")
+
+
+@pytest.fixture(scope="module")
+def browser(downloads: Path) -> Iterator[Any]:
+    from .page import start_browser
+
+    driver = start_browser(downloads)
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder that FPMATCH_SCREENSHOTS names, else a temporary one."""
+    folder = os.environ.get("FPMATCH_SCREENSHOTS")
+    if folder is None:
+        return tmp_path_factory.mktemp("screenshots")
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    return Path(folder)
+
+
+@pytest.fixture
+def page(browser: Any, server: httpx.Client, screenshots: Path) -> Iterator[Any]:
+    from .page import Page
+
+    page = Page(browser, str(server.base_url), screenshots)
+    yield page
+    assert page.complaints() == []

@@ -1,0 +1,134 @@
+"""Clients of a server: their file, and what each role may request."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.server.access import Role, TokenError, digest_of, load_clients
+from fpmatch.server.app import make_app
+from fpmatch.server.settings import Settings
+
+from .conftest import served
+
+TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "clients.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
+    digest = hashlib.sha256(b"another-long-token").hexdigest()
+    path = write(
+        tmp_path,
+        f'["front desk"]\nrole = "verify"\ntoken = "a-long-enough-token"\n'
+        f'[office]\nrole = "admin"\nsha256 = "{digest}"\n',
+    )
+    clients = load_clients(path)
+    assert clients[digest_of("a-long-enough-token")].name == "front desk"
+    assert clients[digest_of("another-long-token")].role is Role.ADMIN
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("", "no client"),
+        ("[a", "TOML"),
+        ("a = 1", "table"),
+        ('[a]\nrole = "king"\ntoken = "a-long-enough-token"', "role"),
+        ('[a]\nrole = ["read"]\ntoken = "a-long-enough-token"', "role"),
+        ('[a]\nrole = "read"', "either"),
+        ('[a]\nrole = "read"\ntoken = "short"', "16"),
+        ('[a]\nrole = "read"\ntoken = 5', "64"),
+        ('[a]\nrole = "read"\nsha256 = "zz"', "64"),
+        ('[a]\nrole = "read"\nsha256 = "' + "z" * 64 + '"', "64"),
+        ('[a]\nrole = "read"\ntoken = "a-long-enough-token"\nname = "x"', "name"),
+        ("a." * 20_000 + "b = 1", "a"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, word: str) -> None:
+    path = write(tmp_path, text)
+    with pytest.raises(TokenError, match=word) as caught:
+        load_clients(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_two_clients_with_one_token_are_refused(tmp_path: Path) -> None:
+    client = 'role = "read"\ntoken = "a-long-enough-token"\n'
+    with pytest.raises(TokenError, match="a and b"):
+        load_clients(write(tmp_path, f"[a]\n{client}[b]\n{client}"))
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    folder = tmp_path_factory.mktemp("served")
+    tables = (
+        f'[{role.name}]\nrole = "{role.name.lower()}"\ntoken = "{TOKENS[role]}"' for role in Role
+    )
+    clients = load_clients(write(folder, "\n".join(tables)))
+    gallery = folder / "prints.db"
+    with open_gallery(gallery, create=True):
+        pass
+    with served(make_app(Settings(workers=1, gallery=str(gallery), clients=clients))) as client:
+        yield client
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "least"),
+    [
+        ("GET", "/about", Role.READ),
+        ("GET", "/gallery", Role.READ),
+        ("GET", "/gallery/prints?subject=ada", Role.READ),
+        ("GET", "/metrics", Role.READ),
+        ("POST", "/verify", Role.VERIFY),
+        ("POST", "/compare", Role.VERIFY),
+        ("POST", "/overlay", Role.VERIFY),
+        ("POST", "/views", Role.VERIFY),
+        ("POST", "/gallery/1/views", Role.VERIFY),
+        ("POST", "/extract", Role.VERIFY),
+        ("POST", "/stages", Role.VERIFY),
+        ("POST", "/case-report", Role.VERIFY),
+        ("POST", "/identify", Role.VERIFY),
+        ("POST", "/gallery/verify", Role.VERIFY),
+        ("POST", "/gallery/1/compare", Role.VERIFY),
+        ("POST", "/gallery/1/overlay", Role.VERIFY),
+        ("POST", "/enrol", Role.ENROL),
+        ("DELETE", "/gallery/1", Role.ADMIN),
+        ("DELETE", "/gallery/prints?subject=ada", Role.ADMIN),
+    ],
+)
+def test_a_role_may_request_what_it_includes_and_no_more(
+    client: httpx.Client, method: str, path: str, least: Role
+) -> None:
+    assert client.request(method, path).status_code == 401
+    for role in Role:
+        headers = {"authorization": f"Bearer {TOKENS[role]}"}
+        response = client.request(method, path, headers=headers)
+        assert (response.status_code == 403) == (role < least), (role, response.text)
+
+
+def test_every_address_states_who_may_request_it(client: httpx.Client) -> None:
+    """An address without a role is one of those that need no token."""
+    headers = {"authorization": f"Bearer {TOKENS[Role.READ]}"}
+    description = client.get("/openapi.json", headers=headers).json()
+    assert "HTTPBearer" in description["components"]["securitySchemes"]
+    open_to_all = {
+        path
+        for path, methods in description["paths"].items()
+        for method in methods.values()
+        if not method.get("security")
+    }
+    assert open_to_all == {"/health", "/ready"}

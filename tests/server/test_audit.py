@@ -1,0 +1,133 @@
+"""The audit of a server: an answer is sent when its event is stored, and only then."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_on
+from fpmatch.gallery.store.audit_chain import AuditError
+from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
+from fpmatch.server.access import Client, Role, digest_of
+from fpmatch.server.app import make_app
+from fpmatch.server.settings import Settings
+
+from .conftest import served
+
+TOKEN = "a-long-enough-token"
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Return a log, and a gallery that keeps an audit."""
+    folder = tmp_path_factory.mktemp("audit")
+    with open_gallery(folder / "prints.db", create=True) as gallery:
+        turn_on(gallery)
+    return folder / "audit.jsonl", folder / "prints.db"
+
+
+@pytest.fixture(scope="module")
+def http(places: tuple[Path, Path]) -> Iterator[httpx.Client]:
+    log, gallery = places
+    clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+    settings = Settings(workers=1, gallery=str(gallery), audit_log=str(log), clients=clients)
+    with served(make_app(settings)) as client:
+        client.headers["authorization"] = f"Bearer {TOKEN}"
+        yield client
+
+
+def enrol(http: httpx.Client, picture: bytes, subject: str) -> httpx.Response:
+    files, data = {"image": ("a.png", picture)}, {"subject": subject, "impression": "1"}
+    return http.post("/enrol", files=files, data=data)
+
+
+def test_the_gallery_states_what_its_clients_did(
+    http: httpx.Client, prints: dict[str, bytes], places: tuple[Path, Path]
+) -> None:
+    assert enrol(http, prints["1_1.png"], "ada").status_code == 201
+    probe = {"probe": ("b.png", prints["1_2.png"])}
+    assert http.post("/identify", files=probe).status_code == 200
+    assert http.post("/gallery/verify", files=probe, data={"subject": "ada"}).status_code == 200
+    assert http.post("/gallery/1/compare", files=probe).status_code == 200
+    assert http.get("/gallery/prints", params={"subject": "ada"}).status_code == 200
+    assert http.delete("/gallery/1").status_code == 200
+    with open_gallery(places[1]) as gallery:
+        text = b"".join(audit_lines(gallery)).decode()
+        assert check_audit(gallery).events == 7
+    actions = ["enrol", "identify", "verify", "compare", "list", "remove"]
+    assert [text.count(f'"action": "{action}"') for action in actions] == [1] * 6
+    assert text.count('"client": "ada"') == 6
+    assert "score" not in text
+
+
+def test_scores_of_candidates_are_not_in_the_log(
+    http: httpx.Client, prints: dict[str, bytes], places: tuple[Path, Path]
+) -> None:
+    enrol(http, prints["1_1.png"], "grace")
+    http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])})
+    event = json.loads(places[0].read_bytes().splitlines()[-1])
+    assert (event["action"], event["candidates"]) == ("POST /identify", [2])
+
+
+def fail(*_: object) -> None:
+    raise AuditError("cannot be written: no space left on device", path="/var/log/audit.jsonl")
+
+
+def test_what_cannot_be_stored_is_not_done_nor_shown(
+    http: httpx.Client,
+    prints: dict[str, bytes],
+    places: tuple[Path, Path],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    enrolled = http.get("/gallery").json()["impressions"]
+    with monkeypatch.context() as patched:
+        patched.setattr(AuditLog, "append", fail)
+        answers = [
+            enrol(http, prints["2_1.png"], "eve"),
+            http.delete("/gallery/2"),
+            http.delete("/gallery/prints", params={"subject": "grace"}),
+            http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])}),
+        ]
+        assert http.get("/health").status_code == 200
+    for answer in answers:
+        assert answer.status_code == 503
+        assert answer.json() == {"error": "the audit log cannot be written"}
+        assert answer.headers["cache-control"] == "no-store"
+    assert http.get("/gallery").json()["impressions"] == enrolled
+    with open_gallery(places[1]) as gallery:
+        check_audit(gallery)
+    check_audit_log(places[0])
+
+
+def test_a_slow_log_holds_up_nothing_but_its_answers_in_order(
+    http: httpx.Client, places: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, begun, released = AuditLog.append, threading.Event(), threading.Event()
+
+    def slow(log: AuditLog, *event: Any) -> None:
+        begun.set()
+        assert released.wait(20)
+        append(log, *event)
+
+    monkeypatch.setattr(AuditLog, "append", slow)
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(http.get, "/gallery/prints", params={"subject": "nobody"})
+        assert begun.wait(20)
+        assert http.get("/health").status_code == 200
+        assert not waiting.done()
+        released.set()
+        assert waiting.result(20).status_code == 200
+    event = json.loads(places[0].read_bytes().splitlines()[-1])
+    assert event["subject"] == "nobody"

@@ -1,0 +1,284 @@
+"""The page in a real browser: what a person would do on it, and what they would see.
+
+Screenshots are kept in the folder that FPMATCH_SCREENSHOTS names, else in a temporary one;
+docs/figures/serve.png is match.png, its colours reduced to 128.
+"""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+pytest.importorskip("selenium", reason="the extra `browser` is not installed")
+
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
+
+from fpmatch import extract, read_image, save_template
+from fpmatch.server.access import Client, Role, digest_of
+from fpmatch.server.app import make_app
+from fpmatch.server.settings import Settings
+
+from .conftest import png, served
+from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, compare
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
+    ),
+]
+
+
+def test_two_prints_that_match(page):
+    page.keep("empty")
+    compare(page, "101_1.tif", "101_3.tif")
+    assert page.text("#badge") == "MATCH"
+    assert float(page.text("#score")) > 40
+    assert "pairs of different fingers" in page.text("#why")
+    assert "rotation" in page.text(".facts")
+    assert len(page.all(".links line")) == len(page.all(".pairs li")) > 10
+    page.keep("match")
+
+
+def test_the_view_zooms_and_moves_by_keys(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    viewer = page.one(".viewer")
+    whole = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
+    viewer.send_keys("+++")
+    near = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
+    assert near[2] < whole[2] / 1.8
+    viewer.send_keys(Keys.ARROW_RIGHT)
+    assert float(viewer.get_dom_attribute("viewBox").split()[0]) > near[0]
+    page.keep("zoomed")
+    viewer.send_keys("0")
+    assert [float(part) for part in viewer.get_dom_attribute("viewBox").split()] == whole
+
+
+def test_another_threshold_another_decision(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    score = float(page.text("#score"))
+    page.set("#threshold", min(score + 5, 100))
+    assert page.text("#badge") == "INCONCLUSIVE"
+    assert "Most genuine pairs of such prints score less than" in page.text("#why")
+    page.set("#threshold", 30)
+    assert page.text("#badge") == "MATCH"
+    assert "1 in 1,000 (score 30.0)" in page.text("#threshold-words")
+
+
+def test_two_prints_that_do_not_match(page):
+    compare(page, "101_1.tif", "103_1.tif")
+    assert page.text("#badge") == "NO MATCH"
+    assert page.text("#why")
+    page.keep("no_match")
+
+
+def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(page, tmp_path):
+    blank = tmp_path / "blank.png"
+    blank.write_bytes(png(np.full((300, 300), 255, np.uint8)))
+    page.give("probe", SAMPLES / "101_1.tif")
+    page.give("reference", blank)
+    page.until(lambda: page.shown("#badge") and page.idle())
+    assert page.text("#badge") == "INCONCLUSIVE"
+    assert "The reference has no ridges" in page.text("#why")
+    page.set("#threshold", 1)
+    assert page.text("#badge") == "INCONCLUSIVE"  # at any threshold
+    assert "The reference has no ridges" in page.text("#why")
+    assert len(page.all(".viewer")) == 2
+    assert not page.one("#view-over").is_enabled()
+    assert "Nearly all pairs" in page.text("#why")
+    page.keep("blank")
+
+
+def test_a_broken_file_and_an_empty_one(page, tmp_path):
+    broken = tmp_path / "broken.tif"
+    broken.write_bytes((SAMPLES / "101_1.tif").read_bytes()[:5000])
+    page.give("probe", SAMPLES / "101_1.tif")
+    page.give("reference", broken)
+    page.until(lambda: page.text("#error"))
+    assert page.text("#error").startswith("broken.tif: ")
+    assert not page.shown("#badge")
+    page.keep("broken")
+    page.drop("#reference-slot", "holiday.txt")
+    page.until(lambda: "holiday.txt" in page.text("#error"))
+    page.give("reference", SAMPLES / "101_3.tif")
+    page.until(lambda: page.shown("#badge"))
+    assert page.text("#error") == ""
+
+
+def test_a_huge_file_and_a_huge_picture(page, tmp_path):
+    huge = tmp_path / "huge.tif"
+    with huge.open("wb") as stream:
+        stream.truncate(40_000_000)
+    page.give("probe", SAMPLES / "101_1.tif")
+    page.give("reference", huge)
+    page.until(lambda: page.text("#error"))
+    assert page.text("#error") == ("huge.tif: 40.0 MB are more than this server takes: 32.0 MB.")
+    page.keep("huge")
+    wide = tmp_path / "wide.png"
+    wide.write_bytes(png(np.full((5000, 5000), 255, np.uint8)))
+    page.give("reference", wide)
+    page.until(lambda: "wide.png" in page.text("#error"))
+    assert "4 megapixels" in page.text("#error")
+
+
+def test_what_is_exported_is_what_was_shown(page, downloads):
+    compare(page, "101_1.tif", "101_2.tif")
+    page.one("#warp").click()
+    page.until(lambda: "warped" in page.text("#drawn"))
+    for name in ("overlay.png", "overlay.svg", "result.json"):
+        (downloads / name).unlink(missing_ok=True)
+        page.one(f"#export-{name.partition('.')[2]}").click()
+        page.until((downloads / name).exists)
+        page.until(lambda: not list(downloads.glob("*.crdownload")))
+    with Image.open(downloads / "overlay.png") as picture:
+        assert picture.size[0] >= 800
+    drawing = (downloads / "overlay.svg").read_text(encoding="utf-8")
+    assert drawing.startswith("<svg")
+    assert "for looking, not for measuring" in drawing
+    result = json.loads((downloads / "result.json").read_text(encoding="utf-8"))
+    assert result["match"]
+    assert f"{result['score']:.1f}" == page.text("#score")
+    assert (result["probe"], result["reference"]) == ("101_1.tif", "101_2.tif")
+
+
+def test_the_stages_of_a_print(page):
+    page.give("probe", SAMPLES / "101_4.tif")
+    page.one("#probe-slot .more button").click()
+    page.until(lambda: page.shown("#stages"))
+    assert "minutiae" in page.text("#stage-words")
+    page.keep("stages")
+    before = page.text("#stage-words")
+    page.one("#stage-slider").send_keys(Keys.ARROW_LEFT)
+    page.until(lambda: page.text("#stage-words") != before)
+    page.one("#stage-slider").send_keys(Keys.ESCAPE)
+    page.until(lambda: not page.shown("#stages"))
+
+
+def test_enrol_and_identify(page, tmp_path):
+    page.one("#tab-enrol").click()
+    nameless = tmp_path / "nameless.tif"
+    nameless.write_bytes(b"x")
+    names = ("101_2.tif", "101_3.tif", "102_1.tif", "102_2.tif", "103_1.tif")
+    page.give("enrol", *(SAMPLES / name for name in names), nameless)
+    page.until(lambda: page.text("#enrol-words").startswith("6 of 6"))
+    page.until(page.idle)
+    assert page.text("#enrol-words") == "6 of 6 files: 5 enrolled, 1 failed"
+    assert "holds 5 impressions of 3 subjects" in page.text("#enrol-gallery")
+    page.keep("enrol")
+
+    page.one("#tab-identify").click()
+    page.give("identify", SAMPLES / "101_1.tif")
+    page.until(lambda: page.shown("#badge") and page.idle())
+    cards = page.all("#candidates li")
+    assert len(cards) == 3  # a card for each finger
+    assert re.match(r"1\. 101_[23]\nscore ", cards[0].text)
+    assert len(page.all("#candidates .thumb svg .ink.probe")) >= 2
+    assert page.text("#badge") == "MATCH"
+    page.keep("identify")
+    page.all("#candidates button")[2].click()
+    page.until(lambda: page.text("#badge") == "NO MATCH")
+
+
+def test_templates_without_ridges_are_shown_by_their_minutiae(page, tmp_path):
+    template = extract(read_image(SAMPLES / "104_1.tif"))
+    path = tmp_path / "104_1.iso"
+    save_template(path, template)
+    page.give("probe", path)
+    page.give("reference", SAMPLES / "104_2.tif")
+    page.until(lambda: page.shown("#badge") and page.idle())
+    drawn = page.all("#probe-slot span.preview svg .mark")
+    assert len(drawn) == len(template.minutiae)
+    assert page.shown("#probe-slot span.preview")
+    assert not page.shown("#probe-slot img.preview")
+    assert page.shown("#reference-slot img.preview")
+    page.keep("template")
+
+    page.one("#tab-enrol").click()
+    page.give("enrol", path)
+    page.until(lambda: page.text("#enrol-words").startswith("1 of 1"))
+    page.until(page.idle)
+    page.one("#tab-identify").click()
+    page.give("identify", SAMPLES / "104_2.tif")
+    page.until(lambda: page.shown("#badge") and page.idle())
+    page.until(lambda: page.all("#candidates .thumb .mark.reference"))
+    assert len(page.all("#candidates li:first-child .thumb .mark.reference")) == len(drawn)
+    page.keep("template_enrolled")
+
+
+def test_it_works_by_keyboard_alone(page):
+    def focused():
+        return page.browser.switch_to.active_element
+
+    compare(page, "101_1.tif", "101_3.tif")
+    wanted = {"probe-slot-file", "swap", "view-beside", "fade", "threshold", "export-json"}
+    page.one("body").send_keys("")
+    page.browser.execute_script("document.activeElement.blur()")
+    met = set()
+    for _ in range(60):
+        webdriver.ActionChains(page.browser).send_keys(Keys.TAB).perform()
+        met.add(focused().get_attribute("id"))
+    assert wanted <= met
+    page.one("#tab-compare").send_keys(Keys.ARROW_RIGHT)
+    assert focused().get_attribute("id") == "tab-identify"
+    assert page.shown("#panel-identify")
+
+
+def test_everything_has_a_name_for_screen_readers(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    for element in page.all("button, input, img, [role=tab], svg.viewer, progress"):
+        if element.is_displayed():
+            named = element.accessible_name or element.get_attribute("alt") == ""
+            assert named, element.get_attribute("outerHTML")
+    assert page.one("#badge").get_attribute("role") == "status"
+    assert page.one("html").get_attribute("lang") == "en"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits_a_phone(page, scheme):
+    compare(page, "101_1.tif", "101_3.tif")
+    feature = {"name": "prefers-color-scheme", "value": scheme}
+    page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+    size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    page.until(lambda: page.browser.execute_script("return innerWidth") == 390)
+    assert page.browser.execute_script("return document.documentElement.scrollWidth") <= 390
+    height = page.browser.execute_script("return document.documentElement.scrollHeight")
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size | {"height": height})
+    page.keep(f"phone_{scheme}")
+
+
+def test_the_page_of_the_api(page):
+    page.one(".about a").click()
+    page.until(lambda: len(page.all("#operations section")) > 8)
+    text = page.text("#operations")
+    assert "POST /verify" in text
+    assert "curl -X DELETE" in text
+    assert '/gallery/prints?subject=…"' in text
+    page.keep("api")
+
+
+def test_a_token_is_asked_for(browser, screenshots):
+    token = "a-long-enough-token"
+    clients = {digest_of(token): Client("ada", Role.VERIFY)}
+    with served(make_app(Settings(workers=1, clients=clients))) as client:
+        address = f"{client.base_url}/"
+        browser.get(address)
+        wait = WebDriverWait(browser, PATIENCE_S, 0.05)
+        form = wait.until(lambda _: browser.find_element(By.ID, "token"))
+        wait.until(lambda _: form.is_displayed())
+        browser.save_screenshot(str(screenshots / "token.png"))
+        form.send_keys(token, Keys.ENTER)
+        wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, "#probe-slot .drop"))
+        browser.execute_script("sessionStorage.clear()")
+        browser.get("about:blank")
+        browser.get(f"{address}#token={token}")
+        wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, "#probe-slot .drop"))
+        assert token not in browser.current_url

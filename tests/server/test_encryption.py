@@ -1,0 +1,80 @@
+"""A server of an encrypted gallery: with its key as any other, without it one sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+from fpmatch.encryption.key_text import make_keys
+from fpmatch.encryption.keys import load_keys
+from fpmatch.formats.files import save_template
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.server.app import make_app
+from fpmatch.server.settings import Settings
+
+from .conftest import served
+
+
+@pytest.fixture
+def source(tmp_path: Path, gallery: Path) -> str:
+    """Return the source of the key of an encrypted gallery, which is made."""
+    source = make_keys(f"file:{tmp_path / 'secret-keys'}").source
+    open_gallery(gallery, create=True, key=source, encrypt=True).close()
+    return source
+
+
+def test_a_server_with_the_key_enrols_and_searches(
+    source: str, gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+        files = {"image": ("1_1.png", prints["1_1.png"])}
+        assert http.post("/enrol", files=files).status_code == 201
+        found = http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])}).json()
+        assert found["candidates"][0]["subject"] == "1"
+        info = http.get("/gallery").json()
+    assert info["keys"] == list(load_keys(source).ids)
+    with open_gallery(gallery, key=source) as opened:
+        assert len(list(opened.templates())) == 1
+        ((_, template),) = opened.packed_templates()
+    assert template not in gallery.read_bytes()
+
+
+@pytest.mark.parametrize("given", ["", "file:/nowhere/secret-keys", "env:NO_SUCH_VARIABLE"])
+def test_a_server_without_the_key_says_no_more_than_that(
+    source: str,
+    gallery: Path,
+    prints: dict[str, bytes],
+    monkeypatch: pytest.MonkeyPatch,
+    given: str,
+) -> None:
+    with open_gallery(gallery, key=source) as opened:
+        key_id = opened.current_key()
+    monkeypatch.setenv("FPMATCH_KEY", given)
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+        files = {"image": ("1_1.png", prints["1_1.png"])}
+        refused = http.post("/enrol", files=files)
+    assert refused.status_code == 500
+    why = "the gallery is encrypted, and the server has not its key: the log"
+    assert refused.json()["error"].startswith(why)
+    assert not any(word in refused.text for word in (key_id, "secret-keys", "nowhere", "NO_SUCH"))
+
+
+def test_encrypted_templates_of_clients_are_not_opened(
+    source: str, gallery: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    print_ = Template(Minutiae(x=[10, 40], y=[20, 30], angle=[0, 1]), 100, 100)
+    save_template(tmp_path / "1_1.sealed", print_)
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+        files = {"image": ("1_1.sealed", (tmp_path / "1_1.sealed").read_bytes())}
+        refused = http.post("/enrol", files=files)
+        extracted = http.post("/extract", files=files)
+    for answer in (refused, extracted):
+        assert answer.status_code == 422
+        assert "not opened here" in answer.json()["error"]

@@ -1,0 +1,184 @@
+"""A gallery or database that fails while it is served: answers lead nowhere, the log has why."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import socket
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.server.access import Client, Role, digest_of
+from fpmatch.server.app import make_app
+from fpmatch.server.gallery import short_name
+from fpmatch.server.logs import Incidents, OncePerSecond
+from fpmatch.server.settings import Settings
+
+from .conftest import served
+
+TOKEN = "a-long-enough-token"
+BEARER = {"authorization": f"Bearer {TOKEN}"}
+ADMIN = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+LIBRARIES = ("sqlite", "psycopg", "traceback", "sqlalchemy", "errno", ".py", "connection refused")
+
+
+def requests(prints: dict[str, bytes]) -> Iterator[tuple[str, str, dict[str, object]]]:
+    probe = {"probe": ("1_1.png", prints["1_1.png"])}
+    image = {"image": ("1_1.png", prints["1_1.png"])}
+    yield "GET", "/ready", {}
+    yield "GET", "/gallery", {}
+    yield "GET", "/gallery/prints?subject=1", {}
+    yield "POST", "/identify", {"files": probe}
+    yield "POST", "/gallery/verify", {"files": probe, "data": {"subject": "1"}}
+    yield "POST", "/gallery/1/compare", {"files": probe}
+    yield "POST", "/gallery/1/overlay", {"files": probe}
+    yield "POST", "/enrol", {"files": image}
+    yield "DELETE", "/gallery/1", {}
+    yield "DELETE", "/gallery/prints?subject=1", {}
+    yield "GET", "/about", {}
+    yield "GET", "/metrics", {}
+
+
+def check_answers(
+    http: httpx.Client,
+    prints: dict[str, bytes],
+    secrets: tuple[str, ...],
+    log: pytest.LogCaptureFixture,
+) -> None:
+    """Request everything: no answer contains a secret, and the log has each failure."""
+    failures = 0
+    for method, path, parts in requests(prints):
+        response = http.request(method, path, headers=BEARER, **parts)  # type: ignore[arg-type]
+        text = response.text.lower() + str(response.headers).lower()
+        for secret in (*secrets, *LIBRARIES):
+            assert secret.lower() not in text, (path, response.text)
+        if response.status_code >= 500:
+            failures += 1
+            number = response.json()["id"]
+            assert number in response.json()["error"]
+            assert number in log.text
+    assert failures >= 8
+
+
+def remove(gallery: Path) -> None:
+    gallery.unlink()
+
+
+def replace_by_folder(gallery: Path) -> None:
+    gallery.unlink()
+    gallery.mkdir()
+
+
+def damage_header(gallery: Path) -> None:
+    gallery.write_bytes(b"SQLite format 3\0" + bytes(4096))
+
+
+def overwrite_end(gallery: Path) -> None:
+    content = bytearray(gallery.read_bytes())
+    content[100:] = b"\xa5" * (len(content) - 100)
+    gallery.write_bytes(content)
+
+
+def make_unreadable(gallery: Path) -> None:
+    gallery.chmod(0)
+    if gallery.stat().st_uid == 0:  # root reads it nevertheless
+        gallery.unlink()
+        gallery.symlink_to(gallery)
+
+
+@pytest.fixture(scope="module")
+def running(
+    tmp_path_factory: pytest.TempPathFactory, prints: dict[str, bytes]
+) -> Iterator[tuple[httpx.Client, Path]]:
+    gallery = tmp_path_factory.mktemp("a_secret_folder") / "prints.db"
+    with open_gallery(gallery, create=True):
+        pass
+    with served(make_app(Settings(workers=1, gallery=str(gallery), clients=ADMIN))) as http:
+        files = {"image": ("1_1.png", prints["1_1.png"])}
+        assert http.post("/enrol", headers=BEARER, files=files).status_code == 201
+        shutil.copytree(gallery.parent, gallery.parent.with_name("copy"))
+        yield http, gallery
+
+
+@pytest.mark.parametrize(
+    "break_it", [remove, replace_by_folder, damage_header, overwrite_end, make_unreadable]
+)
+def test_no_answer_says_where_a_gallery_is_or_how_it_failed(
+    running: tuple[httpx.Client, Path],
+    break_it: Callable[[Path], None],
+    prints: dict[str, bytes],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    http, gallery = running
+    break_it(gallery)
+    try:
+        check_answers(http, prints, ("a_secret_folder", str(gallery.parent)), caplog)
+    finally:
+        shutil.rmtree(gallery) if gallery.is_dir() else gallery.unlink(missing_ok=True)
+        shutil.rmtree(gallery.parent)
+        shutil.copytree(gallery.parent.with_name("copy"), gallery.parent)
+    assert http.get("/ready").status_code == 200
+
+
+def test_no_answer_contains_the_place_of_a_database(
+    prints: dict[str, bytes], caplog: pytest.LogCaptureFixture
+) -> None:
+    pytest.importorskip("psycopg", reason="the extra `postgres` is not installed")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    url = f"postgresql://olga:hidden-word@127.0.0.1:{port}/prints?application_name=inner"
+    with served(make_app(Settings(workers=1, gallery=url, clients=ADMIN))) as http:
+        http.headers["host"] = "localhost"
+        # no word of hexadecimal digits, which an id may contain
+        secrets = (f":{port}", str(port), "127.0.0.1", "olga", "hidden-word", "inner")
+        check_answers(http, prints, secrets, caplog)
+    assert "hidden-word" not in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [
+        ("postgresql://ada:secret@host:5432/prints?sslmode=require", "prints"),
+        ("postgresql://ada:secret@host:5432", "gallery"),
+        ("postgresql://ada:sec/ret@host/prints", "prints"),
+        (r"C:\prints\all.db", "all.db"),
+    ],
+)
+def test_the_name_of_a_gallery_has_no_host(place: str, name: str) -> None:
+    assert short_name(place) == name
+
+
+def test_the_same_reason_within_a_second_is_one_incident(caplog: pytest.LogCaptureFixture) -> None:
+    incidents = Incidents(logging.getLogger("incidents"))
+    first = incidents.report("disk: full 100 %")
+    assert {incidents.report("disk: full 100 %") for _ in range(100)} == {first}
+    assert incidents.report("other") != first
+    assert len(caplog.records) == 2
+    assert caplog.messages[0] == f"{first}: disk: full 100 %"
+
+
+def test_a_kind_of_line_is_written_once_a_second_with_a_count(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr("fpmatch.server.logs.monotonic", lambda: now[0])
+    bound = OncePerSecond()
+
+    def write(level: int, text: str, *values: object) -> str | None:
+        record = logging.LogRecord("web", level, __file__, 1, text, values, None)
+        return record.getMessage() if bound.filter(record) else None
+
+    lines = [write(logging.WARNING, "closed: %s", k) for k in range(1000)]
+    assert [line for line in lines if line] == ["closed: 0"]
+    assert write(logging.ERROR, "failed") == "failed"
+    assert all(write(logging.INFO, "GET /") for _ in range(10))
+    now[0] = 1.5
+    assert write(logging.WARNING, "closed: %s", 1000) == "closed: 1000 (999 more before)"

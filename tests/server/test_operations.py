@@ -1,0 +1,292 @@
+"""Running a server: health, readiness, metrics, logs, the queue, and the client."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+import re
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search import open_search
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.server import gallery as served_gallery
+from fpmatch.server.access import Client, Role, digest_of
+from fpmatch.server.app import make_app
+from fpmatch.server.client import ServerClient, ServerError
+from fpmatch.server.logs import set_up_logging
+from fpmatch.server.settings import Limits, Settings
+
+from .conftest import served
+
+TOKEN = "a-long-enough-token"
+GUEST = "another-long-enough-token"
+
+
+@pytest.fixture(scope="module")
+def audit_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("audit") / "audit.jsonl"
+
+
+@pytest.fixture(scope="module")
+def http(tmp_path_factory: pytest.TempPathFactory, audit_log: Path) -> Iterator[httpx.Client]:
+    gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
+    with open_gallery(gallery, create=True):
+        pass
+    settings = Settings(
+        workers=1,
+        gallery=str(gallery),
+        audit_log=str(audit_log),
+        clients={
+            digest_of(TOKEN): Client("ada", Role.ADMIN),
+            digest_of(GUEST): Client("guest", Role.READ),
+        },
+    )
+    with served(make_app(settings)) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def server(http: httpx.Client) -> Iterator[ServerClient]:
+    with ServerClient(f"{http.base_url}#token={TOKEN}") as client:
+        yield client
+
+
+def test_health_and_readiness_need_no_token(http: httpx.Client) -> None:
+    assert http.get("/health").json() == {"status": "ok"}
+    assert http.get("/ready").json() == {"status": "ready"}
+
+
+def test_a_server_whose_gallery_cannot_be_opened_is_not_ready(tmp_path: Path) -> None:
+    (tmp_path / "prints.db").write_bytes(b"no database" * 100)
+    with served(make_app(Settings(workers=1, gallery=str(tmp_path / "prints.db")))) as client:
+        response = client.get("/ready")
+        assert response.status_code == 503
+        assert str(tmp_path) not in response.text
+        assert client.get("/health").status_code == 200
+
+
+def test_metrics_count_requests(http: httpx.Client) -> None:
+    bearer = {"authorization": f"Bearer {TOKEN}"}
+    http.get("/health")
+    assert http.get("/metrics").status_code == 401
+    text = http.get("/metrics", headers=bearer).text
+    assert 'fpmatch_requests_total{route="/health",status="200"}' in text
+    assert "fpmatch_request_seconds_bucket" in text
+    assert "fpmatch_requests_waiting 0.0" in text
+
+
+def test_the_client_does_all_that_the_server_does(
+    server: ServerClient, prints: dict[str, bytes], tmp_path: Path, audit_log: Path
+) -> None:
+    probe, reference = prints["1_1.png"], prints["1_2.png"]
+    other = tmp_path / "2_1.png"
+    other.write_bytes(prints["2_1.png"])
+    assert server.about()["gallery"] == "prints.db"
+    assert server.verify(probe, reference)["match"]
+    assert not server.verify(probe, other)["match"]
+    assert server.overlay(probe, reference).startswith(b"\x89PNG")
+    assert len(server.extract(probe).minutiae) > 5
+
+    assert server.enrol(probe, "ada", impression="1")["enrolled"]
+    assert server.enrol(other)["subject"] == "2"
+    assert not server.enrol(probe, "ada", impression="1")["enrolled"]
+    assert server.gallery()["impressions"] == 2
+    assert server.identify(reference)["candidates"][0]["subject"] == "ada"
+    claim = server.verify_claim(reference, "ada")
+    assert claim["match"]
+    assert claim["best"]["impression"] == "1"
+    assert not server.verify_claim(reference, "2")["match"]
+
+    (enrolled,) = server.prints("ada")
+    assert enrolled["minutiae"] > 5
+    server.remove(enrolled["id"])
+    assert server.prints("ada") == []
+    assert server.remove_subject("2") == 1
+    assert server.gallery()["impressions"] == 0
+
+    events = [json.loads(line) for line in audit_log.read_bytes().splitlines()]
+    assert {event["client"] for event in events} == {"ada"}
+    actions = [event["action"] for event in events]
+    assert actions.count("POST /verify") == 2
+    found = next(event for event in events if event["action"] == "POST /identify")
+    assert found["candidates"][0] == enrolled["id"]
+    begun, removal = (event for event in events if event["action"] == "DELETE /gallery/{number}")
+    assert begun["begun"]
+    assert begun["request"] == removal["request"]
+    assert (removal["status"], removal["entries"]) == (200, [enrolled["id"]])
+    assert "iVBOR" not in audit_log.read_text()
+    assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
+
+
+def test_requests_that_a_role_does_not_permit_are_audited(
+    http: httpx.Client, audit_log: Path
+) -> None:
+    with ServerClient(f"{http.base_url}#token={GUEST}") as guest:
+        for request in (lambda: guest.identify(b"none"), lambda: guest.remove_subject("ada")):
+            with pytest.raises(ServerError, match="needs the role"):
+                request()
+    first, last = map(json.loads, audit_log.read_bytes().splitlines()[-2:])
+    assert (first["client"], first["action"], first["needs"]) == (
+        "guest",
+        "POST /identify",
+        "verify",
+    )
+    assert (last["action"], last["status"], last["needs"]) == (
+        "DELETE /gallery/prints",
+        403,
+        "admin",
+    )
+
+
+def test_a_case_report_contains_notes_and_marks(
+    http: httpx.Client, prints: dict[str, bytes]
+) -> None:
+    files = {side: (f"{side}.png", prints["1_1.png"]) for side in ("probe", "reference")}
+    bearer = {"authorization": f"Bearer {TOKEN}"}
+    marks = json.dumps([{"side": "probe", "x": 10, "y": 20, "note": "a scar"}] * 2)
+    data = {"notes": "seen <twice>\r\nand so on", "marks": marks, "case_number": "2026-17"}
+    response = http.post("/case-report", files=files, data=data, headers=bearer)
+    assert response.headers["content-type"].startswith("text/html")
+    assert "a scar" in response.text
+    assert "seen &lt;twice&gt;\nand so on" in response.text
+    assert re.findall(r"<tr><td><b>(\w)</b>", response.text) == ["A", "B"]
+    assert "<title>Case 2026-17: " in response.text
+    long = http.post("/case-report", files=files, data={"notes": "a\r\n" * 33_000}, headers=bearer)
+    assert long.text.count("\na") >= 32_999
+    for name, value in (("case_number", "7" * 61), ("notes", "x" * 200_001)):
+        refused = http.post("/case-report", files=files, data={name: value}, headers=bearer)
+        assert refused.status_code == 422
+        assert name in refused.json()["error"]
+    for bad in ("{", "{}", '[{"side": "left", "x": 0, "y": 0}]', '[{"side": "probe", "x": NaN}]'):
+        refused = http.post("/case-report", files=files, data={"marks": bad}, headers=bearer)
+        assert refused.status_code == 422
+        assert "marks" in refused.json()["error"]
+    far = '[{"side": "probe", "x": 1e300, "y": 0}]'
+    refused = http.post("/case-report", files=files, data={"marks": far}, headers=bearer)
+    assert refused.status_code == 422
+    assert "within 1,000,000 pixels" in refused.json()["error"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "status"),
+    [
+        (lambda server, bad: server.verify(bad, bad), 422),
+        (lambda server, bad: server.remove(999), 404),
+        (lambda server, bad: server.remove_subject("nobody"), 404),
+        (lambda server, bad: server.verify_claim(bad, "nobody"), 422),
+    ],
+)
+def test_refusals_are_errors_with_a_status(
+    server: ServerClient, request_: object, status: int
+) -> None:
+    with pytest.raises(ServerError) as caught:
+        request_(server, b"no image")  # type: ignore[operator]
+    assert caught.value.status == status
+    assert "\n" not in str(caught.value)
+
+
+def test_a_claim_of_an_unknown_subject_is_not_found(
+    server: ServerClient, prints: dict[str, bytes]
+) -> None:
+    with pytest.raises(ServerError) as caught:
+        server.verify_claim(prints["1_1.png"], "nobody")
+    assert caught.value.status == 404
+
+
+def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path: Path) -> None:
+    with ServerClient("http://127.0.0.1:9") as client:
+        with pytest.raises(ServerError, match="no answer") as caught:
+            client.about()
+        assert caught.value.status == 0
+        with pytest.raises(FpmatchError, match=r"missing\.png"):
+            client.verify(tmp_path / "missing.png", b"")
+
+
+@pytest.mark.slow
+def test_sixty_clients_at_once_are_all_answered(prints: dict[str, bytes]) -> None:
+    """Requests beyond those that are read wait for their turn, and none is refused."""
+    settings = Settings(workers=1, limits=Limits(waiting=2))
+    with served(make_app(settings)) as http:
+
+        def extract(_: int) -> tuple[int, bytes]:
+            files = {"image": ("1_1.png", prints["1_1.png"])}
+            response = httpx.post(f"{http.base_url}/extract", files=files, timeout=120)
+            return response.status_code, response.content
+
+        with ThreadPoolExecutor(60) as pool:
+            responses = list(pool.map(extract, range(60)))
+        assert {status for status, _ in responses} == {200}
+        assert len({content for _, content in responses}) == 1
+        metrics = http.get("/metrics").text
+        assert "fpmatch_requests_waiting 0.0" in metrics
+
+
+@pytest.mark.slow
+def test_a_request_that_waits_too_long_is_refused(prints: dict[str, bytes]) -> None:
+    limits = Limits(waiting=0, wait_seconds=0.05)
+    with served(make_app(Settings(workers=1, limits=limits))) as http:
+        files = {"image": ("1_1.png", prints["1_1.png"])}
+
+        def extract(_: int) -> httpx.Response:
+            return httpx.post(f"{http.base_url}/extract", files=files, timeout=120)
+
+        with ThreadPoolExecutor(12) as pool:
+            responses = list(pool.map(extract, range(12)))
+        refused = [response for response in responses if response.status_code == 503]
+        assert refused
+        assert all("retry-after" in response.headers for response in refused)
+        assert extract(0).status_code == 200
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_requests_are_logged(http: httpx.Client, form: str) -> None:
+    root = logging.getLogger()
+    kept = root.handlers[:], root.level
+    stream = io.StringIO()
+    try:
+        set_up_logging(form, stream)
+        http.get("/health")
+        http.get("/about")
+    finally:
+        root.handlers[:], level = kept
+        root.setLevel(level)
+        logging.getLogger("fpmatch.access").setLevel(logging.NOTSET)
+    lines = [line for line in stream.getvalue().splitlines() if "fpmatch.access" in line]
+    assert len(lines) == 2
+    if form == "json":
+        first, second = map(json.loads, lines)
+        assert (first["route"], first["status"]) == ("/health", 200)
+        assert (second["client"], second["status"]) == ("-", 401)
+    else:
+        assert "GET /health 200" in lines[0]
+
+
+def test_damaged_prepared_prints_are_a_line_of_the_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
+    template = Template(minutiae, 100, 100)
+    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
+        gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
+        open_search(gallery, engine=serial())
+        (path,) = (tmp_path / "prints.db.prepared").iterdir()
+        path.write_bytes(path.read_bytes()[:-1])
+        monkeypatch.setattr(served_gallery, "_kept", {})
+        with caplog.at_level(logging.WARNING):
+            assert len(served_gallery._search(gallery, "unit-circle")) == 1
+    (record,) = caplog.records
+    assert record.message.endswith("prints.db are damaged: prepared again")

@@ -28,7 +28,7 @@ NOT_HERE = re.compile(
     r"|--(scores-in|genuine-scores)\b"
 )
 """Files that are not part of the repository."""
-SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/server/test_cli.py
+SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/cli/test_serve.py
 NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before it
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else ("101_2.tif",)))
 """Prints that no command names; uncompiled, each takes seconds."""

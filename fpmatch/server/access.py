@@ -51,13 +51,7 @@ def digest_of(token: str) -> bytes:
 
 
 def check_token(token: str) -> str:
-    """Return a token that can be sent in a header.
-
-    Raises
-    ------
-    TokenError
-        If it is too short, or has other characters than printable ASCII without spaces.
-    """
+    """Return a token; TokenError if it is too short, or not printable ASCII without spaces."""
     if len(token) < MIN_TOKEN:
         raise TokenError(f"a token must have at least {MIN_TOKEN} letters", code="token")
     if not (token.isascii() and token.isprintable() and " " not in token):
@@ -69,17 +63,8 @@ def load_clients(path: str | os.PathLike[str]) -> dict[bytes, Client]:
     """Read the clients of a server from a TOML file.
 
     Each table is a client, named by its title, with a ``role`` ("read", "verify", "enrol" or
-    "admin") and either its ``token`` or the ``sha256`` of its token in hexadecimal digits.
-
-    Returns
-    -------
-    dict of bytes to Client
-        The clients, by the SHA-256 of their tokens.
-
-    Raises
-    ------
-    TokenError
-        If the file cannot be read or used; the message names the client.
+    "admin") and either its ``token`` or the ``sha256`` of its token in hexadecimal digits. Returned
+    are the clients by the SHA-256 of their tokens. Raises TokenError, which names the client.
     """
     try:
         document = parse_toml(Path(path).read_bytes())

@@ -114,18 +114,10 @@ class Guard:
     another site, a missing token, a body that is too large or too slow, and requests that waited
     too long for their turn. Large requests wait unread until there is room for all their bytes, and
     every request waits for a place when it has arrived.
-
-    Parameters
-    ----------
-    app : ASGI application
-        The application behind the guard.
-    settings : Settings
-        Hosts, token and limits.
     """
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
-        self._app = app
-        self._settings = settings
+        self._app, self._settings = app, settings
         limits = settings.limits
         self._places = Gate(settings.workers + limits.waiting, limits.queue)
         self._bytes = Gate(limits.megabytes_at_once * 1e6, limits.queue)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from contextlib import asynccontextmanager, suppress
@@ -123,6 +124,16 @@ class Pool:
         """Start a process in place of one that ended."""
         with suppress(TooLongError, WorkerError):
             await self._in_turn(_START_S, _warm_up)
+
+
+def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> tuple[bytes, Any]:
+    """Return the JSON of ``work(*args)``, and its `result`, None where it has none.
+
+    A worker process encodes documents with pictures, so that the server holds them once.
+    """
+    document = work(*args)
+    content = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return content.encode(), document.get("result")
 
 
 _ready: list[Any] = []  # what keeps this worker process on one thread; empty elsewhere

@@ -18,6 +18,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.store import reader, sealed_database, tables
 from fpmatch.gallery.store.compact import pack_template, unpack_template
+from fpmatch.gallery.store.tables import ENROLLED, Conflict
 
 
 def refused(function, *arguments, code, **options):
@@ -60,7 +61,7 @@ def test_rows_come_and_go_in_batches(where, monkeypatch):
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([entry_of(k) for k in range(20)]) == [None] * 20
         mixed = [entry_of(k) for k in range(10, 30)]
-        assert gallery.add(mixed) == [""] * 10 + [None] * 10
+        assert gallery.add(mixed) == [ENROLLED] * 10 + [None] * 10
         numbers = [entry.id for entry in gallery.entries()]
         assert len(gallery) == len(numbers) == 30
         assert [number for number, _ in gallery.templates()] == numbers
@@ -73,9 +74,9 @@ def test_duplicates_are_failures_that_say_of_what(where):
     same_picture = entry_of(1, label=Label("9"), source="/prints/9.tif")
     other_dpi = replace(one, source="/b.tif", template=replace(one.template, dpi=569.0))
     reasons = [
-        "the same picture is enrolled as 1_1 already (/prints/1_1.tif)",
-        "another picture is enrolled as 1_1 already (/prints/1_1.tif)",
-        "enrolled already, at 500 dpi, not 569",
+        Conflict("the same picture is enrolled as 1_1 already", "/prints/1_1.tif"),
+        Conflict("another picture is enrolled as 1_1 already", "/prints/1_1.tif"),
+        Conflict("enrolled already, at 500 dpi, not 569"),
     ]
     with open_gallery(where, create=True) as gallery:
         # the first within the same batch, too
@@ -83,9 +84,9 @@ def test_duplicates_are_failures_that_say_of_what(where):
         assert gallery.add([entry_of(2, label=label), other_dpi]) == reasons[1:]
         assert len(gallery) == 1
         assert gallery.failures() == [
-            Failure("/b.tif", reasons[2]),
-            Failure("/prints/2_1.tif", reasons[1]),
-            Failure("/prints/9.tif", reasons[0]),
+            Failure("/b.tif", "enrolled already, at 500 dpi, not 569"),
+            Failure("/prints/2_1.tif", f"{reasons[1].why} (/prints/1_1.tif)"),
+            Failure("/prints/9.tif", f"{reasons[0].why} (/prints/1_1.tif)"),
         ]
         requests = [
             EnrolmentRequest(label, one.content),
@@ -94,7 +95,8 @@ def test_duplicates_are_failures_that_say_of_what(where):
             EnrolmentRequest(label, b"new"),
             EnrolmentRequest(Label("2", impression="1"), b"new"),
         ]
-        assert gallery.find_conflicts(requests) == ["", "", reasons[2], reasons[1], None]
+        expected = [ENROLLED, ENROLLED, reasons[2], reasons[1], None]
+        assert gallery.find_conflicts(requests) == expected
 
 
 def test_failures_are_kept_until_the_source_is_enrolled(where):
@@ -106,7 +108,8 @@ def test_failures_are_kept_until_the_source_is_enrolled(where):
         assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
         assert (gallery.clear_failures(), gallery.clear_failures()) == (1, 0)
         too_far = "minutiae: an x of 1e+06 is beyond 32767 pixels at 500 dpi"
-        assert gallery.add([entry_of(2, template_at(1e6)), entry_of(3)]) == [too_far, None]
+        added = gallery.add([entry_of(2, template_at(1e6)), entry_of(3)])
+        assert added == [Conflict(too_far), None]
         assert gallery.failures() == [Failure("/prints/2_1.tif", too_far)]
 
 
@@ -134,7 +137,9 @@ def test_the_content_hash_changes_with_the_entries_only(where):
             gallery.add([entry_of(k)])
             seen.append(gallery.content_hash())
         sources = [entry.source for entry in gallery.entries()]
-        assert gallery.add([entry_of(1, source="/elsewhere/1_1.tif"), entry_of(2)]) == ["", ""]
+        assert (
+            gallery.add([entry_of(1, source="/elsewhere/1_1.tif"), entry_of(2)]) == [ENROLLED] * 2
+        )
         assert gallery.content_hash() == seen[-1]
         assert [entry.source for entry in gallery.entries()] == sources
         gallery.remove([list(gallery.entries())[-1].id])

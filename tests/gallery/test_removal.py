@@ -22,6 +22,7 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.encryption.key_text import make_keys
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import prepare_gallery
 from fpmatch.gallery.index.print_segment import PrintSegment
@@ -29,7 +30,6 @@ from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.store import database
 from fpmatch.gallery.store.compact import pack_template
-from fpmatch.gallery.tasks.compaction import compact_gallery
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -279,7 +279,7 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
 COMPACT = """
 import resource, signal, sys
 from pathlib import Path
-from fpmatch.gallery.tasks.compaction import compact_gallery
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
 most = int(sys.argv[2])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -12,7 +12,7 @@ from cython.cimports.libc.math import atan2, floor, log1p, sqrt
 
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
 # A length has an error of LENGTH_ERROR_PX, and GROWTH of itself more; its cells are as wide as 2.5
-# of these errors. `fpmatch.gallery.index.terms` has the same numbers.
+# of these errors. `numpy_forms` has the same numbers.
 LENGTH_ERROR_PX = cython.declare(cython.double, 2.5)
 GROWTH = cython.declare(cython.double, 0.03)
 WIDTH = cython.declare(cython.double, 2.5)

@@ -130,12 +130,8 @@ def _find_damaged(gallery: GalleryReader, kept: Prepared) -> None:
 def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) -> Prepared:
     """Return the content of a file, whose name states which gallery it is of.
 
-    That of a gallery with `sealing` is decrypted into memory.
-
-    Raises
-    ------
-    FpmatchError
-        With the codes of `fpmatch.array_file.read_arrays`.
+    That of a gallery with `sealing` is decrypted into memory. Raises FpmatchError with the codes of
+    `fpmatch.array_file.read_arrays`.
     """
     arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
     prints = PackedTemplates.of_arrays(arrays)

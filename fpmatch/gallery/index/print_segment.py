@@ -105,11 +105,6 @@ class PrintSegment:
         """The number of the finger of each, shape (N,)."""
         return self.terms.finger
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all arrays."""
-        return sum(array.nbytes for array in self.arrays().values())
-
     def __len__(self) -> int:
         return len(self.numbers)
 

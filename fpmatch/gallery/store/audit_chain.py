@@ -65,12 +65,8 @@ def follow_chain(
 ) -> Iterator[tuple[int, str, dict[str, Any] | None]]:
     """Yield number, hash and event of each line, checked against the line before it.
 
-    The event is None for a line that was written in part, which the event after it states.
-
-    Raises
-    ------
-    AuditError
-        If a line was changed, removed or inserted, or is damaged; the message names it.
+    The event is None for a line that was written in part, which the event after it states. Raises
+    AuditError, which names the line, if one was changed, removed or inserted, or is damaged.
     """
     previous, torn, torn_hash = START, [], hashlib.sha256()
     for number, line in enumerate(lines, 1):
@@ -103,11 +99,8 @@ def check_chain(
 ) -> AuditState:
     """Check lines against one another and, with `expect`, against an earlier number and hash.
 
-    Raises
-    ------
-    AuditError
-        As for `follow_chain`; with `expect`, also if there are fewer lines (code "shortened"), or
-        the line of that number has another hash (code "changed").
+    Raises AuditError as `follow_chain`; with `expect`, also if there are fewer lines (code
+    "shortened"), or the line of that number has another hash (code "changed").
     """
     events, last, incomplete = 0, START, []
     for events, last, event in follow_chain(lines, place):

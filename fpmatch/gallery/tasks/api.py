@@ -176,11 +176,11 @@ def enrol(
     >>> done.enrolled, done.failures  # doctest: +SKIP
     (16, ())
     """
-    from fpmatch.gallery import enrol as enrolling  # noqa: PLC0415
     from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.listing.entry import NamePattern  # noqa: PLC0415
     from fpmatch.gallery.listing.prints import find_prints  # noqa: PLC0415
+    from fpmatch.gallery.tasks import enrol as enrolling  # noqa: PLC0415
 
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints

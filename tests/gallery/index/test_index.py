@@ -21,13 +21,13 @@ from made_prints import entry_of, scattered
 
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
 from fpmatch.gallery.index.gallery_index import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.compact import pack_template
-from fpmatch.gallery.tasks.compaction import compact_gallery
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
 

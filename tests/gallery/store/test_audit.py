@@ -12,6 +12,7 @@ import pytest
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.gallery.store import audit
@@ -19,7 +20,6 @@ from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_off, turn
 from fpmatch.gallery.store.audit_chain import AuditError, acting_as, event_line, hash_of
 from fpmatch.gallery.store.audit_log import check_audit_log
 from fpmatch.gallery.tasks.api import identify
-from fpmatch.gallery.tasks.compaction import compact_gallery
 from fpmatch.gallery.tasks.consistency import check_fingers
 from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.minutiae import Minutiae, Template

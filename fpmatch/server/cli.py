@@ -154,10 +154,9 @@ def serve(
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.base.threads import available_cores
     from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
-    from fpmatch.server.access import load_clients
     from fpmatch.server.server import bind_server
     from fpmatch.server.server import serve as serve_requests
-    from fpmatch.server.settings import Limits, Settings
+    from fpmatch.server.settings import Limits, Settings, load_clients
 
     settings = Settings(
         gallery=gallery,

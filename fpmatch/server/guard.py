@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Final
 import anyio
 
 from fpmatch.printable import printable
-from fpmatch.server.access import LOCAL, digest_of
 from fpmatch.server.errors import send_error
 from fpmatch.server.gate import BusyError, Gate
+from fpmatch.server.settings import LOCAL, digest_of
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from fpmatch.server.access import Client
-    from fpmatch.server.settings import Settings
+    from fpmatch.server.settings import Client, Settings
 
 CLIENT: Final = "fpmatch.client"  # key of the client in the scope of a request
 RETRY_AFTER_S: Final = 5

@@ -16,7 +16,6 @@ from fpmatch.matching.matchers import matcher_names
 from fpmatch.printable import printable
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server import models, pair, single, views
-from fpmatch.server.access import Role
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.pool import encoded
 from fpmatch.server.prints import PrintOptions
@@ -37,6 +36,7 @@ from fpmatch.server.requests import (
     needs,
     read_upload,
 )
+from fpmatch.server.settings import Role
 
 _ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": models.Error, "description": "The token is missing or wrong"},

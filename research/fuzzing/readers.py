@@ -83,9 +83,9 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "parsing.py": ("json", "calibration", "truth", "points-results", "dataset-info", "clients"),
     "pointset/points_csv.py": ("points",),
     "reading.py": _OUT,
-    "server/access.py": ("clients",),
     "server/client.py": "sends files as they are",
     "server/pool.py": _OUT,
+    "server/settings.py": ("clients",),
     "synthesis/check.py": ("truth-check",),
     "synthesis/plan.py": ("dataset-info",),
 }

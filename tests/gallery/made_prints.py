@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import FpmatchError, GalleryError, ImageError
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import Minutiae, Template
+
+
+def refused(
+    function: Callable[..., object],
+    *arguments: Any,
+    code: str,
+    kind: type[FpmatchError] = GalleryError,
+    **options: Any,
+) -> FpmatchError:
+    """Return the error that refuses a call; it is of a kind and a code, and of one line."""
+    with pytest.raises(kind) as caught:
+        function(*arguments, **options)
+    assert caught.value.code == code
+    assert "\n" not in str(caught.value)
+    return caught.value
 
 
 def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:

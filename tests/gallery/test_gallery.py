@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 import sqlalchemy as sa
-from made_prints import entry_of, template_at
+from made_prints import entry_of, refused, template_at
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import gallery as gallery_module
@@ -19,15 +19,6 @@ from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.store import reader, sealed_database, tables
 from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
-
-
-def refused(function, *arguments, code, **options):
-    """Return the error with which a gallery refuses a call; it is of the code and of one line."""
-    with pytest.raises(GalleryError) as caught:
-        function(*arguments, **options)
-    assert caught.value.code == code
-    assert "\n" not in str(caught.value)
-    return caught.value
 
 
 def test_what_is_enrolled_is_there_when_opened_again(where):

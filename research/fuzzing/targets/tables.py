@@ -22,7 +22,7 @@ from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.pointset.points_csv import load_points
-from fpmatch.server.access import load_clients
+from fpmatch.server.settings import load_clients
 from fpmatch.synthesis.check import fault
 from fpmatch.synthesis.database import FIRST_FINGER, make_database
 from fpmatch.synthesis.master import MasterParameters

@@ -12,7 +12,7 @@ import platformdirs
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made_prints import entry_of, scattered
+from made_prints import entry_of, refused, scattered
 
 from fpmatch.array_file import decode_arrays, encode_arrays, read_content, write_content
 from fpmatch.errors import FpmatchError, OutputError
@@ -338,9 +338,7 @@ def test_every_length_but_the_right_one_is_found(kept_file, tmp_path):
     path = tmp_path / kept_file.path.name
     for length in range(0, len(kept_file.whole), 17):
         path.write_bytes(kept_file.whole[:length])
-        with pytest.raises(FpmatchError) as caught:
-            load_prepared(path, MATCHER)
-        assert caught.value.code == "damaged"
+        refused(load_prepared, path, MATCHER, code="damaged", kind=FpmatchError)
 
 
 @given(data=st.data())

@@ -137,6 +137,16 @@ def _environment(name: str, value: str) -> Iterator[None]:
             os.environ[name] = kept
 
 
+def keep_single_threaded() -> None:
+    """Keep OpenCV and numpy of this worker process on one thread from now on."""
+    import cv2  # noqa: PLC0415
+    import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415
+
+    cv2.setNumThreads(1)
+    threadpool_limits(1)
+
+
 @contextmanager
 def single_threaded() -> Iterator[None]:
     """Keep OpenCV and numpy on one thread, since the engine uses all cores already."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import anyio
 from anyio import to_process
 
+from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import FpmatchError
 from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
 
@@ -136,22 +137,18 @@ def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> tuple[bytes, Any
     return content.encode(), document.get("result")
 
 
-_ready: list[Any] = []  # what keeps this worker process on one thread; empty elsewhere
+_ready: list[bool] = []  # whether this worker process is on one thread
 
 
 def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result:
     """Call `work` in a worker process, silent and on one thread."""
     if not _ready:
-        import cv2  # noqa: PLC0415
-        import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
-        from threadpoolctl import threadpool_limits  # noqa: PLC0415
-
         # a service manager sends SIGTERM to all processes of the server, which ends this one later
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         # libtiff writes to stderr about damaged files; the response contains the error
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-        cv2.setNumThreads(1)
-        _ready.append(threadpool_limits(1))
+        keep_single_threaded()
+        _ready.append(True)
     try:
         return work(*args)
     except MemoryError as error:

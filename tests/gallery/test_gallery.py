@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 import sqlalchemy as sa
-from made_prints import entry_of, refused, template_at
+from made_prints import changed, entry_of, refused, template_at
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import gallery as gallery_module
@@ -213,9 +213,7 @@ class TestSqlite:
     def test_what_is_no_gallery_is_refused_and_left_alone(self, tmp_path, create):
         (tmp_path / "folder").mkdir()
         (tmp_path / "text").write_text("This is not a gallery, and longer than a header.\n")
-        with sqlite3.connect(tmp_path / "other") as other:
-            other.execute("CREATE TABLE mine (x)")
-        other.close()
+        changed(tmp_path / "other", "CREATE TABLE mine (x)")
         for name in ("folder", "text", "other"):
             file = tmp_path / name
             before = file.read_bytes() if file.is_file() else b""
@@ -258,9 +256,7 @@ class TestSqlite:
             assert "\n" not in reason
 
     def test_half_of_a_gallery_is_damaged(self, path):
-        with sqlite3.connect(path) as connection:
-            connection.execute("DELETE FROM fpmatch_gallery")
-        connection.close()
+        changed(path, "DELETE FROM fpmatch_gallery")
         refused(open_gallery, path, code="damaged")
 
     def test_a_full_disk_is_said_and_loses_nothing(self, path, monkeypatch):

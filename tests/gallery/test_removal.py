@@ -19,7 +19,6 @@ from click.testing import CliRunner
 from made_prints import entry_of
 
 from fpmatch.cli.group import fpmatch
-from fpmatch.encryption.key_text import make_keys
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.erasure import compact_gallery
@@ -179,11 +178,8 @@ def test_what_earlier_versions_left_is_erased(
 
 @pytest.mark.parametrize("encrypt", [False, True])
 def test_prepared_prints_are_copied_without_those_removed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, encrypt: bool
+    tmp_path: Path, source: str, *, encrypt: bool
 ) -> None:
-    if encrypt:
-        make_keys(f"file:{tmp_path / 'keys'}")
-        monkeypatch.setenv("FPMATCH_KEY", f"file:{tmp_path / 'keys'}")
     with open_gallery(tmp_path / "g.db", create=True, encrypt=encrypt) as gallery:
         same = [random_entry(k) for k in range(6)]
         labels = [Label("ada", "", "1"), Label("ada", "", "2"), *(e.label for e in same[2:])]

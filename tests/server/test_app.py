@@ -315,11 +315,12 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
         assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
         again = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert (again.status_code, again.json()["enrolled"]) == (200, False)
-        label = {"subject": "ada", "finger": "left-thumb"}
+        label = {"subject": "ada already (a/b)", "finger": "left"}
         other = client.post("/enrol", files=sent(prints, image="2_1.png"), data=label)
-        assert other.json()["subject"] == "ada"
+        assert other.json()["subject"] == label["subject"]
         taken = client.post("/enrol", files=sent(prints, image="1_2.png"), data=label)
-        assert taken.status_code == 409
+        why = "another picture is enrolled as ada already (a/b)_left already (2_1.png)"
+        assert (taken.status_code, taken.json()["error"]) == (409, f"1_2.png: {why}")
         unnamed = client.post("/enrol", files={"image": ("holiday.png", prints["1_2.png"])})
         assert unnamed.status_code == 422
         blank = client.post("/enrol", files={"image": ("9_1.png", prints["blank.png"])})

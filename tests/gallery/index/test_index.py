@@ -17,7 +17,7 @@ import platformdirs
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made_prints import entry_of, scattered
+from made_prints import changed, entry_of, scattered
 
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
@@ -190,8 +190,7 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
 
 def test_damaged_entries_are_known_to_every_index(gallery):
     gallery.add([new_entry(number) for number in range(4)])
-    with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
-        database.execute("UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
+    changed(gallery.file, "UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
     assert [row[0] for row in contents(index_of(gallery))] == [1, 3, 4]
     gallery.damaged.clear()
     assert len(index_of(gallery).refresh()) == 3

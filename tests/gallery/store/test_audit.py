@@ -279,17 +279,10 @@ def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
     assert events(audited)[-1]["action"] == "compact"
 
 
-def test_a_rotation_of_keys_is_an_event(
-    audited: Gallery, where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("cryptography", reason="the extra `encryption` is not installed")
-    from fpmatch.encryption.key_text import make_keys
+def test_a_rotation_of_keys_is_an_event(audited: Gallery, where: str, source: str) -> None:
     from fpmatch.encryption.keys import load_keys
     from fpmatch.gallery.tasks.rotation import rotate
 
-    source = f"file:{tmp_path / 'keys.txt'}"
-    make_keys(source)
-    monkeypatch.setenv("FPMATCH_KEY", source)
     audited.add([entry("101")])
     with open_gallery(where) as gallery:
         rotate(gallery)

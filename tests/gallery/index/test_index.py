@@ -390,7 +390,7 @@ def test_killed_at_30_random_moments_the_index_is_that_of_the_gallery(tmp_path):
     folder.mkdir()
     with open_gallery(folder / "g.db", create=True) as gallery:
         gallery.add([new_entry(number, number // 3) for number in range(20)])
-    words = [folder / "g.db", tmp_path / "cache", 20, Path(__file__).parents[1]]
+    words = [folder / "g.db", tmp_path / "cache", 20, *Path(__file__).parents[:2]]
     script = [sys.executable, "-c", WORK, *map(str, words)]
     copies = [tmp_path / f"copy {attempt}" for attempt in range(30)]
     with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as worker:

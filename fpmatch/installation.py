@@ -14,8 +14,8 @@ from fpmatch._version import __version__
 from fpmatch.base.kernels import build_command, compiled_kernels, outdated_kernels
 from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.base.text_table import text_table
+from fpmatch.base.threads import available_cores
 from fpmatch.formats.registry import CODECS
-from fpmatch.gallery.engine.local import available_cores
 from fpmatch.matching.matchers import own_matcher_names
 
 # Of pyproject.toml, which an installed package does not contain; a test compares them.

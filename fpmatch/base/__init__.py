@@ -1,1 +1,1 @@
-"""TODO."""
+"""What every part of the package may use."""

@@ -20,7 +20,12 @@ ROOT = Path(__file__).parents[1]
 sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 PACKAGE = Path(fpmatch.__file__).parent
-ROOMS_WITH_KERNELS = {path.relative_to(PACKAGE).parts[0] for path in PACKAGE.rglob("_*_kernel.py")}
+KERNEL_FOLDERS = {path.parent.relative_to(PACKAGE) for path in PACKAGE.rglob("_*_kernel.py")}
+# All of a room with kernels, but of the wing `gallery` only the folder that has them.
+ROOMS_WITH_KERNELS = {
+    folder if folder.parts[:1] == ("gallery",) else Path(*folder.parts[:1])
+    for folder in KERNEL_FOLDERS
+}
 NAMES_A_KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
@@ -41,8 +46,8 @@ def pytest_configure():
 @cache
 def is_of_kernels(path):
     """Whether a file of tests is of a room with kernels, or names a kernel itself."""
-    room = path.relative_to(ROOT / "tests").parts[0]
-    return room in ROOMS_WITH_KERNELS or bool(NAMES_A_KERNEL.search(path.read_text("utf-8")))
+    rooms = {*path.relative_to(ROOT / "tests").parents[:-1]}
+    return bool(rooms & ROOMS_WITH_KERNELS) or bool(NAMES_A_KERNEL.search(path.read_text("utf-8")))
 
 
 def pytest_collection_modifyitems(items):

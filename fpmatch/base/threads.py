@@ -1,4 +1,4 @@
-"""What new processes inherit: one thread for numpy and OpenCV, a safe import path, no Ctrl-C."""
+"""Cores, and what new processes inherit: one thread for numpy, a safe import path, no Ctrl-C."""
 
 from __future__ import annotations
 
@@ -16,6 +16,13 @@ if TYPE_CHECKING:
 SAFE_PATH: Final = "PYTHONSAFEPATH"  # Python's variable
 _BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
 _starting: Final = threading.RLock()  # environment variables are shared by all threads
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @contextmanager
@@ -128,6 +135,16 @@ def _environment(name: str, value: str) -> Iterator[None]:
         del os.environ[name]
         if kept is not None:
             os.environ[name] = kept
+
+
+def keep_single_threaded() -> None:
+    """Keep OpenCV and numpy of this worker process on one thread from now on."""
+    import cv2  # noqa: PLC0415
+    import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415
+
+    cv2.setNumThreads(1)
+    threadpool_limits(1)
 
 
 @contextmanager

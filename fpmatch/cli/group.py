@@ -35,6 +35,8 @@ SUMMARIES: Final = {
     "points": "Match, benchmark and draw bare point sets.",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
+MODULES: Final = {"serve": "fpmatch.server.cli.serve"}
+"""Modules of commands that are not in this folder."""
 ELSEWHERE: Final = {"revocable": "fpmatch-revocable, in examples/revocable of the sources"}
 """Commands of packages that fpmatch comes without."""
 
@@ -76,7 +78,8 @@ class LazyGroup(click.Group):
         if cmd_name not in self._summaries:
             return None
         name = f"{self._prefix}{cmd_name}"
-        return cast("click.Command", getattr(import_module(f"fpmatch.cli.{name}"), name))
+        module = import_module(MODULES.get(name, f"fpmatch.cli.{name}"))
+        return cast("click.Command", getattr(module, name))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

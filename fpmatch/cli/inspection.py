@@ -101,7 +101,7 @@ def inspect_file(
 
 
 def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
-    from fpmatch.image.assess import assess  # noqa: PLC0415
+    from fpmatch.image.assess import assess
 
     height, width = image.pixels.shape
     notes = image.notes

@@ -1,17 +1,19 @@
-"""Erasure of what was removed from a gallery: in its file, and in the prepared prints."""
+"""Erasure of what was removed from a gallery: in its file, its prepared prints and its index."""
 
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.output import reason
+from fpmatch.base.output import folder_lock, reason
 from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
-from fpmatch.gallery.index_erasure import erase_from_index
+from fpmatch.gallery.index.state import IndexState, removals_between
 from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.store.tables import TABLES
 from fpmatch.matching.matchers import get_matcher
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.store.reader import GalleryReader
 
 _PATTERNS: Final = (f"*{PREPARED}", "*.prints", "*.npy", ".*.part")
@@ -70,7 +73,7 @@ def delete_outdated(gallery: GalleryReader) -> None:
 
     The index is written anew where it has removed prints.
     """
-    erase_from_index(gallery)
+    _erase_from_index(gallery)
     ending = f"-{__version__}-{gallery.content_hash()}{PREPARED}"
     for path in _files(gallery):
         if not path.name.endswith(ending):
@@ -84,16 +87,74 @@ def delete_outdated(gallery: GalleryReader) -> None:
             folder.rmdir()
 
 
+def _erase_from_index(gallery: GalleryReader) -> None:
+    """Write the segments that have removed prints anew, or delete them for the next search."""
+    for path in kept_folders(gallery):
+        names = {one.name.removesuffix(INDEX) for one in path.glob(f"*{INDEX}")}
+        names |= {one.name.partition(".")[0] for one in path.glob(f"*{SEGMENT}")}
+        for name in sorted(names):
+            with suppress(FileNotFoundError), folder_lock(path):
+                _rewrite(gallery, IndexFolder(path, name, gallery.sealing()))
+
+
+def _rewrite(gallery: GalleryReader, folder: IndexFolder) -> None:
+    """Erase what was removed from the index in a folder, which is locked."""
+    now = gallery.revision()
+    try:
+        listed = folder.read_list()
+        removals = removals_between(gallery, listed.revision, now)
+        if removals is None:
+            raise FpmatchError("of another gallery", code="other")
+        state = IndexState.of_list(listed, folder).after(removals, now).rewritten()
+        kept = state.write(folder).base
+    except FpmatchError:
+        folder.delete_list()
+        kept = None
+    folder.delete_others(() if kept is None else kept[1], strict=True)
+
+
 def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Iterator[Path]:
     for folder in kept_folders(gallery):
         for pattern in patterns:
             yield from folder.glob(pattern)
 
 
-def size_of_prepared(gallery: GalleryReader) -> int:
+def _size_of_prepared(gallery: GalleryReader) -> int:
     """Return the bytes of all prepared prints of a gallery, and of its index."""
     sizes = 0
     for path in _files(gallery, (*_PATTERNS, f"*{SEGMENT}", f"*{INDEX}")):
         with suppress(OSError):
             sizes += path.stat().st_size
     return sizes
+
+
+@dataclass(frozen=True, slots=True)
+class Compaction:
+    """Sizes in bytes before and after: of the database, and of the prepared prints."""
+
+    database_before: int
+    database_after: int
+    prepared_before: int
+    prepared_after: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the sizes as JSON values."""
+        return {
+            "database": {"before": self.database_before, "after": self.database_after},
+            "prepared": {"before": self.prepared_before, "after": self.prepared_after},
+        }
+
+
+def compact_gallery(gallery: Gallery) -> Compaction:
+    """Rewrite the database of a gallery without free space, and delete outdated prepared prints.
+
+    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
+    another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
+    as before.
+    """
+    before = gallery.size(TABLES), _size_of_prepared(gallery)
+    gallery.record("compact")
+    gallery.vacuum(TABLES)
+    delete_outdated(gallery)
+    after = gallery.size(TABLES), _size_of_prepared(gallery)
+    return Compaction(before[0], after[0], before[1], after[1])

@@ -8,19 +8,13 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.creation import check_or_create
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.history import keep_history
 from fpmatch.gallery.store.reader import GalleryReader
 from fpmatch.gallery.store.rows import pack_entry, to_row
-from fpmatch.gallery.store.sealed_database import as_keys
-from fpmatch.gallery.store.tables import (
-    ENTRY,
-    FAILURE,
-    GALLERY,
-    Conflicts,
-)
+from fpmatch.gallery.store.sealed_database import as_keys, check_or_create
+from fpmatch.gallery.store.tables import ENROLLED, ENTRY, FAILURE, GALLERY, Conflict, Conflicts
 
 if TYPE_CHECKING:
     import os
@@ -86,13 +80,15 @@ class Gallery(GalleryReader):
 
     _kept = False  # whether its history was looked for
 
-    def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
+    def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[Conflict | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
         with self.reading() as connection:
             conflicts = Conflicts(connection, requests)
         return [conflicts.find(request) for request in requests]
 
-    def add(self, new: Sequence[NewEntry], failures: Sequence[Failure] = ()) -> list[str | None]:
+    def add(
+        self, new: Sequence[NewEntry], failures: Sequence[Failure] = ()
+    ) -> list[Conflict | None]:
         """Enrol impressions and record failures, in one transaction; return conflicts.
 
         The conflicts are as of `find_conflicts`: None for an impression that is enrolled now. An
@@ -103,7 +99,7 @@ class Gallery(GalleryReader):
 
     def add_packed(
         self, new: Sequence[PackedEntry | Failure], failures: Sequence[Failure] = ()
-    ) -> list[str | None]:
+    ) -> list[Conflict | None]:
         """Enrol impressions whose templates are packed and checked, as `add` does.
 
         Those that cannot be stored are given as failures in their place.
@@ -118,7 +114,8 @@ class Gallery(GalleryReader):
                 part = sources[k : k + SOURCES_PER_QUERY]
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
             reasons = {failure.source: failure.reason for failure in failures}
-            reasons |= {entry.source: conflict for entry, conflict in judged if conflict}
+            refused = [(entry, no) for entry, no in judged if no is not None and no != ENROLLED]
+            reasons |= {entry.source: str(conflict) for entry, conflict in refused}
             if reasons:
                 connection.execute(
                     FAILURE.insert(), [{"source": s, "reason": r} for s, r in reasons.items()]
@@ -200,18 +197,17 @@ def _mark_changed(connection: sa.Connection) -> None:
 
 def _conflicts_in_order(
     connection: sa.Connection, new: Sequence[PackedEntry | Failure]
-) -> list[str | None]:
+) -> list[Conflict | None]:
     """Return the conflict of each impression with what is enrolled and with those before it."""
     packed = [entry for entry in new if isinstance(entry, PackedEntry)]
     requests = [EnrolmentRequest(e.label, e.content, e.dpi) for e in packed]
-    conflicts, left = Conflicts(connection, requests), iter(requests)
-    reasons: list[str | None] = []
+    known, left = Conflicts(connection, requests), iter(requests)
+    conflicts: list[Conflict | None] = []
     for entry in new:
         if isinstance(entry, Failure):
-            reasons.append(entry.reason)
+            conflicts.append(Conflict(entry.reason))
             continue
-        reason = conflicts.find(next(left))
-        if reason is None:
-            conflicts.add(Entry(0, entry.label, entry.source, entry.content, entry.dpi, 0))
-        reasons.append(reason)
-    return reasons
+        conflicts.append(known.find(next(left)))
+        if conflicts[-1] is None:
+            known.add(Entry(0, entry.label, entry.source, entry.content, entry.dpi, 0))
+    return conflicts

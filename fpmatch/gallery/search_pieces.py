@@ -1,9 +1,9 @@
 """Searches for many probes on all cores or machines: each worker holds prints of the gallery.
 
 The prints of a `Search` are divided into ranges, the pieces, which workers hold (see
-`fpmatch.gallery.engine.pieces`). A probe is sent to all of them. Their results are put together before it
-is decided which prints are compared, and which fingers are candidates. So the candidates are the
-same as in a search in one process, to the last bit.
+`fpmatch.gallery.engine.pieces`). A probe is sent to all of them. Their results are put together
+before it is decided which prints are compared, and which fingers are candidates. So the candidates
+are the same as in a search in one process, to the last bit.
 """
 
 from __future__ import annotations

@@ -28,17 +28,7 @@ class Auditor:
     """Append events of requests to the audit log, if there is one.
 
     A thread does so, one event after the other. A response is sent when its event is stored, and
-    is replaced by status 503 where it cannot be.
-
-    Parameters
-    ----------
-    path : str, optional
-        The file.
-
-    Raises
-    ------
-    AuditError
-        If the file cannot be written.
+    is replaced by status 503 where it cannot be. Raises AuditError if its file cannot be written.
     """
 
     def __init__(self, path: str | None) -> None:

@@ -105,18 +105,9 @@ class ServerClient:
     def verify(self, probe: Print, reference: Print, **options: Any) -> dict[str, Any]:
         """Decide whether two prints are of the same finger.
 
-        Parameters
-        ----------
-        probe, reference : path-like or bytes
-            The prints.
-        **options
-            ``matcher``, ``fmr``, ``threshold``, ``rho``, ``area_tolerance``, ``dpi``,
-            ``probe_dpi``, ``reference_dpi``, ``enhance``, as the options of the command.
-
-        Raises
-        ------
-        ServerError
-            If there is no such option, the server refuses the request or cannot be reached.
+        Options are ``matcher``, ``fmr``, ``threshold``, ``rho``, ``area_tolerance``, ``dpi``,
+        ``probe_dpi``, ``reference_dpi`` and ``enhance``, as of the command. Raises ServerError if
+        there is no such option, the server refuses the request or cannot be reached.
         """
         files = {"probe": probe, "reference": reference}
         return _document(self._request("POST", "/verify", files, options=options))

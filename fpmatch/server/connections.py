@@ -35,16 +35,9 @@ _log: Final = logging.getLogger(__name__)
 
 
 class Connections:
-    """All connections of a server.
+    """All connections of a server, of which there are `most` at once, or fewer by its limits.
 
-    Parameters
-    ----------
-    limits : Limits
-        Of connections and of the times of requests and answers.
-    most : int
-        Connections at once, at most those of `limits`.
-    registry : CollectorRegistry
-        For the numbers of connections that are open, and that were closed, by the reason.
+    The registry gets the numbers of those that are open, and that were closed, by the reason.
     """
 
     def __init__(self, limits: Limits, most: int, registry: CollectorRegistry) -> None:
@@ -138,14 +131,8 @@ _ANSWERS: Final = {
 class Connection(H11Protocol):
     """One connection, which states what it waits for.
 
-    Attributes
-    ----------
-    address : str
-        Of the client.
-    since : float
-        When it began to wait for a header or a body, as `time.monotonic`.
-    measured, unread_then : float, int
-        When `unread` was looked at, and what it was.
+    `since` is when it began to wait for a header or a body, as `time.monotonic`; `measured` is when
+    `unread` was looked at, and `unread_then` what it was.
     """
 
     def __init__(self, connections: Connections, **parts: Any) -> None:

@@ -6,7 +6,7 @@ import hashlib
 import logging
 import time
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
@@ -222,11 +222,9 @@ def enrol_print(
         (conflict,) = gallery.find_conflicts([request])
         if conflict is None:
             (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
-        if conflict not in {None, ENROLLED}:
-            # the command shows the whole path of the other file
-            why, already, source = conflict.partition(" already (")
-            shown = f"{why}{already}{short_name(source)}"
-            raise RequestError(shown, path=upload.name, status=409)
+        if conflict is not None and conflict != ENROLLED:
+            shown = replace(conflict, source=short_name(conflict.source))  # not its whole path
+            raise RequestError(str(shown), path=upload.name, status=409)
         new = {used} if conflict is None else set[Label]()
         added = find_added(gallery, {one.subject for one in new}, {content}.intersection)
         _, unmatched = check_added(gallery, new, added)

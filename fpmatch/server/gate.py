@@ -14,19 +14,11 @@ class BusyError(Exception):
 class Gate:
     """Let requests in while what they take together stays within a bound; others wait.
 
-    A single request is let in however much it takes.
-
-    Parameters
-    ----------
-    most : float
-        That requests inside may take together.
-    queue : int
-        Requests that may wait.
+    A single request is let in however much it takes. Up to `queue` requests wait.
     """
 
     def __init__(self, most: float, queue: int) -> None:
-        self._most = most
-        self._most_waiting = queue
+        self._most, self._most_waiting = most, queue
         self._queue: deque[tuple[float, anyio.Event]] = deque()  # amount, and what ends the wait
         self.taken = 0.0
 

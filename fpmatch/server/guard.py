@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Final
 import anyio
 
 from fpmatch.base.printable import printable
-from fpmatch.server.access import LOCAL, digest_of
 from fpmatch.server.errors import send_error
 from fpmatch.server.gate import BusyError, Gate
+from fpmatch.server.settings import LOCAL, digest_of
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from fpmatch.server.access import Client
-    from fpmatch.server.settings import Settings
+    from fpmatch.server.settings import Client, Settings
 
-CLIENT: Final = "fpmatch.server.client"  # key of the client in the scope of a request
+CLIENT: Final = "fpmatch.client"  # key of the client in the scope of a request
 RETRY_AFTER_S: Final = 5
 FORM_BYTES: Final = 64 * 1024  # of a request, besides its files
 MOST_FILES: Final = 2
@@ -114,18 +113,10 @@ class Guard:
     another site, a missing token, a body that is too large or too slow, and requests that waited
     too long for their turn. Large requests wait unread until there is room for all their bytes, and
     every request waits for a place when it has arrived.
-
-    Parameters
-    ----------
-    app : ASGI application
-        The application behind the guard.
-    settings : Settings
-        Hosts, token and limits.
     """
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
-        self._app = app
-        self._settings = settings
+        self._app, self._settings = app, settings
         limits = settings.limits
         self._places = Gate(settings.workers + limits.waiting, limits.queue)
         self._bytes = Gate(limits.megabytes_at_once * 1e6, limits.queue)

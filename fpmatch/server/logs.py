@@ -67,14 +67,9 @@ class Incidents:
 
 
 def set_up_logging(form: str, stream: Any = None) -> None:
-    """Let this process write its log as text or as JSON, a line an event.
+    """Let this process write its log to a stream (default: stderr), a line an event.
 
-    Parameters
-    ----------
-    form : str
-        "none" (warnings and errors only, as text), "text" or "json".
-    stream : file, optional
-        Where to (default: stderr).
+    The form is "none" (warnings and errors only, as text), "text" or "json".
     """
     handler = logging.StreamHandler(stream or sys.stderr)
     words = "%(asctime)s %(levelname)s %(name)s %(message)s"

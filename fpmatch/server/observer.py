@@ -23,19 +23,9 @@ _log: Final = logging.getLogger("fpmatch.access")
 
 
 class Observer:
-    """Measure and log every request, and append those about prints to the audit log.
+    """Measure and log every request, and append those about prints to the audit log, if any.
 
-    Parameters
-    ----------
-    guard : Guard
-        The application.
-    settings : Settings
-        With the file of the audit log, if there is one.
-
-    Raises
-    ------
-    AuditError
-        If the audit log cannot be written.
+    Raises AuditError if the audit log cannot be written.
     """
 
     def __init__(self, guard: Guard, settings: Settings) -> None:

@@ -100,7 +100,7 @@ def report_pair(
 
 
 def show_pair(request: PairRequest) -> dict[str, Any]:
-    """Return all that the web interface shows of a verification; see `fpmatch.server.models.Shown`."""
+    """Return all that the web interface shows of a verification: a `models.Shown`."""
     pair = request.compare()
     v = pair.verification
     rows = as_rows(v, pair.quality, identical=pair.identical)

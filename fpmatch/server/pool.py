@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from contextlib import asynccontextmanager, suppress
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import anyio
 from anyio import to_process
 
+from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import FpmatchError
 from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
 
@@ -125,22 +127,28 @@ class Pool:
             await self._in_turn(_START_S, _warm_up)
 
 
-_ready: list[Any] = []  # what keeps this worker process on one thread; empty elsewhere
+def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> tuple[bytes, Any]:
+    """Return the JSON of ``work(*args)``, and its `result`, None where it has none.
+
+    A worker process encodes documents with pictures, so that the server holds them once.
+    """
+    document = work(*args)
+    content = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return content.encode(), document.get("result")
+
+
+_ready: list[bool] = []  # whether this worker process is on one thread
 
 
 def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result:
     """Call `work` in a worker process, silent and on one thread."""
     if not _ready:
-        import cv2  # noqa: PLC0415
-        import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
-        from threadpoolctl import threadpool_limits  # noqa: PLC0415
-
         # a service manager sends SIGTERM to all processes of the server, which ends this one later
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         # libtiff writes to stderr about damaged files; the response contains the error
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-        cv2.setNumThreads(1)
-        _ready.append(threadpool_limits(1))
+        keep_single_threaded()
+        _ready.append(True)
     try:
         return work(*args)
     except MemoryError as error:

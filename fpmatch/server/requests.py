@@ -10,18 +10,17 @@ from typing import Annotated, Any, Final, Literal, cast
 from fastapi import Depends, File, Form, Request, Security, UploadFile, params
 from fastapi.security import HTTPBearer
 
-from fpmatch.audit.client import act_as
 from fpmatch.drawing.overlay.draw import View
 from fpmatch.errors import unknown_name
+from fpmatch.gallery.store.audit_chain import act_as
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 from fpmatch.prints.pair import PairOptions
-from fpmatch.server.access import LOCAL, Client, Role
 from fpmatch.server.auditor import AUDITED, AUDITOR, route_of
 from fpmatch.server.errors import RequestError
 from fpmatch.server.guard import CLIENT
 from fpmatch.server.pair import EnrolledPrint, PairRequest
 from fpmatch.server.prints import PrintOptions, Upload, shown_name
-from fpmatch.server.settings import Settings
+from fpmatch.server.settings import LOCAL, Client, Role, Settings
 
 UploadedFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]

@@ -16,9 +16,8 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.matchers import matcher_names
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server import models, pair, single, views
-from fpmatch.server.access import Role
-from fpmatch.server.encoded import encoded, json_response
 from fpmatch.server.errors import NotReadyError, RequestError
+from fpmatch.server.pool import encoded
 from fpmatch.server.prints import PrintOptions
 from fpmatch.server.requests import (
     KNOWN_NAMES,
@@ -37,6 +36,7 @@ from fpmatch.server.requests import (
     needs,
     read_upload,
 )
+from fpmatch.server.settings import Role
 
 _ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": models.Error, "description": "The token is missing or wrong"},
@@ -75,6 +75,11 @@ _READ, _VERIFY, _ENROL, _ADMIN = ([needs(role), KNOWN_NAMES] for role in Role)
 operations_router = APIRouter(tags=["Operation"], responses={422: _ERRORS[422]})
 router = APIRouter(tags=["Prints"], responses=_ERRORS, dependencies=_VERIFY)
 gallery_router = APIRouter(tags=["Gallery"], responses=_ERRORS)
+
+
+def _json(content: bytes) -> Response:
+    """Return a response with a document that is encoded."""
+    return Response(content, media_type="application/json")
 
 
 def _download(content: bytes, name: str, media: str) -> Response:
@@ -151,7 +156,7 @@ async def compare(run: Run, audit: Audit, prints: UploadedPair) -> Response:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
     content, result = await run(encoded, pair.show_pair, prints)
     audit(match=result["match"], score=result["score"])
-    return json_response(content)
+    return _json(content)
 
 
 @gallery_router.post(
@@ -181,7 +186,7 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
 async def further_views(run: Run, prints: UploadedPair) -> Response:
     """Return the map of ridge agreement and the warped probe: for looking, not for measuring."""
     content, _ = await run(encoded, views.show_views, prints)
-    return json_response(content)
+    return _json(content)
 
 
 @gallery_router.post(
@@ -259,7 +264,7 @@ async def stages(request: Request, run: Run, image: UploadedFile, reading: OneRe
     """Return the pictures that `fpmatch stages` writes."""
     upload = await read_upload(request, image, "image")
     content, _ = await run(encoded, single.show_stages, upload, reading)
-    return json_response(content)
+    return _json(content)
 
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.base.output import reason
 from fpmatch.base.threads import interrupt_kept_from_children
 from fpmatch.errors import FpmatchError
-from fpmatch.server.access import Client, Role, check_token, digest_of
+from fpmatch.server.settings import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

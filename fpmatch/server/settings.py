@@ -1,17 +1,120 @@
-"""Settings of a server: limits, gallery, hosts, token."""
+"""Settings of a server: limits, gallery, hosts; clients, their tokens and what each may request."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.gallery.engine.local import available_cores
+from fpmatch.base.output import reason
+from fpmatch.base.parsing import ParseError, parse_toml
+from fpmatch.base.threads import available_cores
+from fpmatch.errors import FpmatchError
 from fpmatch.gallery.listing.entry import FVC_PATTERN
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Mapping
 
-    from fpmatch.server.access import Client
+MIN_TOKEN: Final = 16  # letters
+_HEX_DIGITS: Final = 64
+
+
+class TokenError(FpmatchError):
+    """A token, or a file of tokens, cannot be used."""
+
+
+class Role(IntEnum):
+    """What a client may request; each role includes those before it."""
+
+    READ = 1  # the state of server and gallery
+    VERIFY = 2  # compare, identify, extract
+    ENROL = 3  # add prints to the gallery
+    ADMIN = 4  # remove prints from the gallery
+
+
+@dataclass(frozen=True, slots=True)
+class Client:
+    """The name of a client, as logs have it, and its role."""
+
+    name: str
+    role: Role
+
+
+# Whoever reaches a server without tokens: the users of this computer.
+LOCAL: Final = Client("local", Role.ENROL)
+
+
+def digest_of(token: str) -> bytes:
+    """Return the SHA-256 of a token."""
+    return hashlib.sha256(token.encode()).digest()
+
+
+def check_token(token: str) -> str:
+    """Return a token; TokenError if it is too short, or not printable ASCII without spaces."""
+    if len(token) < MIN_TOKEN:
+        raise TokenError(f"a token must have at least {MIN_TOKEN} letters", code="token")
+    if not (token.isascii() and token.isprintable() and " " not in token):
+        raise TokenError("a token consists of ASCII letters without spaces", code="token")
+    return token
+
+
+def load_clients(path: str | os.PathLike[str]) -> dict[bytes, Client]:
+    """Read the clients of a server from a TOML file.
+
+    Each table is a client, named by its title, with a ``role`` ("read", "verify", "enrol" or
+    "admin") and either its ``token`` or the ``sha256`` of its token in hexadecimal digits. Returned
+    are the clients by the SHA-256 of their tokens. Raises TokenError, which names the client.
+    """
+    try:
+        document = parse_toml(Path(path).read_bytes())
+    except OSError as error:
+        raise TokenError(f"cannot be read: {reason(error)}", path=path) from error
+    except ParseError as error:
+        raise TokenError(f"is not TOML: {error}", path=path) from error
+    clients: dict[bytes, Client] = {}
+    for name, table in document.items():
+        try:
+            digest, role = _parse(table)
+        except TokenError as error:
+            raise TokenError(f"client {name}: {error}", path=path, code=error.code) from error
+        if digest in clients:
+            other = clients[digest].name
+            raise TokenError(f"clients {other} and {name} have the same token", path=path)
+        clients[digest] = Client(name, role)
+    if not clients:
+        raise TokenError("contains no client", path=path)
+    return clients
+
+
+def _parse(table: Any) -> tuple[bytes, Role]:
+    """Return the digest of the token of one client, and its role."""
+    if not isinstance(table, dict):
+        raise TokenError("must be a table with role and token", code="table")
+    unknown = table.keys() - {"role", "token", "sha256"}
+    if unknown:
+        raise TokenError(f"unknown key {min(unknown)}", code="key")
+    roles = {role.name.lower(): role for role in Role}
+    role = table.get("role")
+    if not isinstance(role, str) or role not in roles:
+        raise TokenError(f"its role must be one of {', '.join(roles)}", code="role")
+    return _digest(table), roles[role]
+
+
+def _digest(table: Mapping[str, Any]) -> bytes:
+    token, digest = table.get("token"), table.get("sha256")
+    if (token is None) == (digest is None):
+        raise TokenError("needs either token or sha256", code="token")
+    if isinstance(token, str):
+        return digest_of(check_token(token))
+    try:
+        if isinstance(digest, str) and len(digest) == _HEX_DIGITS:
+            return bytes.fromhex(digest)
+    except ValueError:
+        pass
+    raise TokenError(f"its sha256 must have {_HEX_DIGITS} hexadecimal digits", code="token")
 
 
 @dataclass(frozen=True, slots=True)

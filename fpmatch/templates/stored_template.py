@@ -1,8 +1,8 @@
 """Packed templates: one template in few bytes, as galleries and indices keep it.
 
 There are two kinds, which differ in the pictures of the ridges: the stored template of a gallery
-has them exactly (`fpmatch.gallery.store.compact`), the compact template of an index has samples of them
-(`fpmatch.matching.compact_template`).
+has them exactly (`fpmatch.gallery.store.compact`), the compact template of an index has samples of
+them (`fpmatch.matching.compact_template`).
 
 All numbers are little-endian; bits are packed from the highest of a byte on, each column of
 numbers beginning with a byte of its own::

@@ -29,7 +29,7 @@ from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.index.gallery_index import segment
+from fpmatch.gallery.index import segment
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.opening import open_search

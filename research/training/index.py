@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import islice, product
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 import numpy as np
@@ -79,9 +79,21 @@ def command(into: Path, mates: int, others: int) -> None:
         "version": fpmatch.__version__,
         "command": "python -m research train index",
     }
-    loss = table.document()
-    write_json(into, {"provenance": provenance, **model.document(), "loss": loss})
+    write_json(into, {"provenance": provenance, **document_of(model, table)})
     click.echo(into)
+
+
+def document_of(model: IndexModel, table: LossTable) -> dict[str, Any]:
+    """Return a model and its table of losses as the document of a file, with rounded numbers."""
+    shares = {
+        name: _rounded(getattr(model, name), 4) for name in ("lengths", "directions", "edges")
+    }
+    loss = {name: _rounded(getattr(table, name), 3) for name in LossTable.__slots__}
+    return {**shares, "loss": loss}
+
+
+def _rounded(numbers: NDArray[np.float64] | float, digits: int) -> Any:
+    return np.vectorize(lambda value: float(f"{value:.{digits}g}"), [np.float64])(numbers).tolist()
 
 
 def model_of_edges(term: NDArray[np.uint16], prints: int) -> IndexModel:

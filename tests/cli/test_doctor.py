@@ -10,7 +10,7 @@ import pytest
 import fpmatch
 from fpmatch.base import kernels
 from fpmatch.cli import doctor as installation
-from fpmatch.gallery.engine.local import available_cores
+from fpmatch.base.threads import available_cores
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 

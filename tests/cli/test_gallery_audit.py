@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from fpmatch.audit.client import OPERATOR, acting_as
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.store.audit import check_audit
+from fpmatch.gallery.store.audit_chain import OPERATOR, acting_as
 from fpmatch.templates.minutiae import Minutiae, Template
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import Gallery, open_gallery
 
 sys.path.append(str(Path(__file__).parent))  # of `made_prints`
@@ -74,6 +75,15 @@ def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
         connection.execute(f"CREATE DATABASE {name}")
     return f"{server}/{name}"
+
+
+@pytest.fixture
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the source of a new key, which the environment gives."""
+    source = f"file:{tmp_path / 'keys.txt'}"
+    make_keys(source)
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    return source
 
 
 @pytest.fixture

@@ -2,17 +2,53 @@
 
 from __future__ import annotations
 
+import sqlite3
 import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import FpmatchError, GalleryError, ImageError
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint
+from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.result import Comparison
 from fpmatch.templates.minutiae import Minutiae, Template
+
+
+def refused(
+    function: Callable[..., object],
+    *arguments: Any,
+    code: str,
+    kind: type[FpmatchError] = GalleryError,
+    **options: Any,
+) -> FpmatchError:
+    """Return the error that refuses a call; it is of a kind and a code, and of one line."""
+    import pytest  # worker processes need none
+
+    with pytest.raises(kind) as caught:
+        function(*arguments, **options)
+    assert caught.value.code == code
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+def changed(path: Path, statement: str, *values: Any) -> list[Any]:
+    """Return the rows of a statement of SQL, by which another program changes a gallery."""
+    with closing(sqlite3.connect(path)) as connection, connection:
+        return connection.execute(statement, values).fetchall()
+
+
+def readable(folder: Path, template: Template) -> bool:
+    """Return whether a run of 32 bytes of a packed template is in any file of a folder."""
+    packed = pack_template(template)
+    files = [path.read_bytes() for path in folder.rglob("*") if path.is_file()]
+    runs = [packed[k : k + 32] for k in range(len(packed) - 31)]
+    return any(run in data for data in files for run in runs)
 
 
 def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:

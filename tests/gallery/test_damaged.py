@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 import struct
 import zlib
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_prints import FAKE, entry_of, scattered
+from made_prints import FAKE, changed, entry_of, refused, scattered
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
@@ -90,9 +89,7 @@ def fill(path: Path) -> None:
 
 def mutate(path: Path, column: str, value: Any, number: int = DAMAGED) -> None:
     """Change one cell of a gallery behind its back."""
-    with sqlite3.connect(path) as connection:
-        connection.execute(f"UPDATE fpmatch_entry SET {column} = ? WHERE id = ?", (value, number))
-    connection.close()
+    changed(path, f"UPDATE fpmatch_entry SET {column} = ? WHERE id = ?", value, number)
 
 
 @pytest.fixture(params=DAMAGE)
@@ -223,9 +220,7 @@ def test_commands_name_it_once_and_count_it(place: Path, tmp_path: Path) -> None
 
 def test_text_that_is_not_utf_8_is_damage_of_one_entry(tmp_path: Path) -> None:
     fill(tmp_path / "g.db")
-    with sqlite3.connect(tmp_path / "g.db") as connection:
-        connection.execute(NOT_UTF_8, [DAMAGED])
-    connection.close()
+    changed(tmp_path / "g.db", NOT_UTF_8, DAMAGED)
     with open_gallery(tmp_path / "g.db") as gallery:
         assert [entry.id for entry in gallery.entries()] == SOUND
         assert list(gallery.damaged) == [DAMAGED]
@@ -244,12 +239,8 @@ def test_a_claim_all_of_which_is_damaged_says_so(tmp_path: Path) -> None:
     for number in (3, 4):
         mutate(tmp_path / "g.db", "template", GOOD[:50], number)
     with open_gallery(tmp_path / "g.db") as gallery:
-        with pytest.raises(GalleryError, match="all impressions of subject 2") as caught:
-            check_claim(gallery, scattered(4, 30), "2")
-        assert caught.value.code == "damaged"
-        with pytest.raises(GalleryError) as caught:
-            gallery.template(3)
-        assert caught.value.code == "damaged"
+        refused(check_claim, gallery, scattered(4, 30), "2", code="damaged")
+        refused(gallery.template, 3, code="damaged")
 
 
 def test_numbers_below_1_are_entries_like_others(tmp_path: Path) -> None:

@@ -10,24 +10,15 @@ from dataclasses import replace
 
 import pytest
 import sqlalchemy as sa
-from made_prints import entry_of, template_at
+from made_prints import changed, entry_of, refused, template_at
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import creation
 from fpmatch.gallery import gallery as gallery_module
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
-from fpmatch.gallery.store import reader, tables
+from fpmatch.gallery.store import reader, sealed_database, tables
 from fpmatch.gallery.store.compact import pack_template, unpack_template
-
-
-def refused(function, *arguments, code, **options):
-    """Return the error with which a gallery refuses a call; it is of the code and of one line."""
-    with pytest.raises(GalleryError) as caught:
-        function(*arguments, **options)
-    assert caught.value.code == code
-    assert "\n" not in str(caught.value)
-    return caught.value
+from fpmatch.gallery.store.tables import ENROLLED, Conflict
 
 
 def test_what_is_enrolled_is_there_when_opened_again(where):
@@ -61,7 +52,7 @@ def test_rows_come_and_go_in_batches(where, monkeypatch):
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([entry_of(k) for k in range(20)]) == [None] * 20
         mixed = [entry_of(k) for k in range(10, 30)]
-        assert gallery.add(mixed) == [""] * 10 + [None] * 10
+        assert gallery.add(mixed) == [ENROLLED] * 10 + [None] * 10
         numbers = [entry.id for entry in gallery.entries()]
         assert len(gallery) == len(numbers) == 30
         assert [number for number, _ in gallery.templates()] == numbers
@@ -74,9 +65,9 @@ def test_duplicates_are_failures_that_say_of_what(where):
     same_picture = entry_of(1, label=Label("9"), source="/prints/9.tif")
     other_dpi = replace(one, source="/b.tif", template=replace(one.template, dpi=569.0))
     reasons = [
-        "the same picture is enrolled as 1_1 already (/prints/1_1.tif)",
-        "another picture is enrolled as 1_1 already (/prints/1_1.tif)",
-        "enrolled already, at 500 dpi, not 569",
+        Conflict("the same picture is enrolled as 1_1 already", "/prints/1_1.tif"),
+        Conflict("another picture is enrolled as 1_1 already", "/prints/1_1.tif"),
+        Conflict("enrolled already, at 500 dpi, not 569"),
     ]
     with open_gallery(where, create=True) as gallery:
         # the first within the same batch, too
@@ -84,9 +75,9 @@ def test_duplicates_are_failures_that_say_of_what(where):
         assert gallery.add([entry_of(2, label=label), other_dpi]) == reasons[1:]
         assert len(gallery) == 1
         assert gallery.failures() == [
-            Failure("/b.tif", reasons[2]),
-            Failure("/prints/2_1.tif", reasons[1]),
-            Failure("/prints/9.tif", reasons[0]),
+            Failure("/b.tif", "enrolled already, at 500 dpi, not 569"),
+            Failure("/prints/2_1.tif", f"{reasons[1].why} (/prints/1_1.tif)"),
+            Failure("/prints/9.tif", f"{reasons[0].why} (/prints/1_1.tif)"),
         ]
         requests = [
             EnrolmentRequest(label, one.content),
@@ -95,7 +86,8 @@ def test_duplicates_are_failures_that_say_of_what(where):
             EnrolmentRequest(label, b"new"),
             EnrolmentRequest(Label("2", impression="1"), b"new"),
         ]
-        assert gallery.find_conflicts(requests) == ["", "", reasons[2], reasons[1], None]
+        expected = [ENROLLED, ENROLLED, reasons[2], reasons[1], None]
+        assert gallery.find_conflicts(requests) == expected
 
 
 def test_failures_are_kept_until_the_source_is_enrolled(where):
@@ -107,7 +99,8 @@ def test_failures_are_kept_until_the_source_is_enrolled(where):
         assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
         assert (gallery.clear_failures(), gallery.clear_failures()) == (1, 0)
         too_far = "minutiae: an x of 1e+06 is beyond 32767 pixels at 500 dpi"
-        assert gallery.add([entry_of(2, template_at(1e6)), entry_of(3)]) == [too_far, None]
+        added = gallery.add([entry_of(2, template_at(1e6)), entry_of(3)])
+        assert added == [Conflict(too_far), None]
         assert gallery.failures() == [Failure("/prints/2_1.tif", too_far)]
 
 
@@ -135,7 +128,9 @@ def test_the_content_hash_changes_with_the_entries_only(where):
             gallery.add([entry_of(k)])
             seen.append(gallery.content_hash())
         sources = [entry.source for entry in gallery.entries()]
-        assert gallery.add([entry_of(1, source="/elsewhere/1_1.tif"), entry_of(2)]) == ["", ""]
+        assert (
+            gallery.add([entry_of(1, source="/elsewhere/1_1.tif"), entry_of(2)]) == [ENROLLED] * 2
+        )
         assert gallery.content_hash() == seen[-1]
         assert [entry.source for entry in gallery.entries()] == sources
         gallery.remove([list(gallery.entries())[-1].id])
@@ -191,7 +186,7 @@ def test_nothing_is_made_unless_asked_and_no_other_version_is_opened(where, monk
     refused(open_gallery, where, code="missing")
     open_gallery(where, create=True).close()
     open_gallery(where).close()
-    monkeypatch.setattr(creation, "VERSION", 3)
+    monkeypatch.setattr(sealed_database, "VERSION", 3)
     for create in (False, True):
         refused(open_gallery, where, create=create, code="version")
 
@@ -218,9 +213,7 @@ class TestSqlite:
     def test_what_is_no_gallery_is_refused_and_left_alone(self, tmp_path, create):
         (tmp_path / "folder").mkdir()
         (tmp_path / "text").write_text("This is not a gallery, and longer than a header.\n")
-        with sqlite3.connect(tmp_path / "other") as other:
-            other.execute("CREATE TABLE mine (x)")
-        other.close()
+        changed(tmp_path / "other", "CREATE TABLE mine (x)")
         for name in ("folder", "text", "other"):
             file = tmp_path / name
             before = file.read_bytes() if file.is_file() else b""
@@ -263,9 +256,7 @@ class TestSqlite:
             assert "\n" not in reason
 
     def test_half_of_a_gallery_is_damaged(self, path):
-        with sqlite3.connect(path) as connection:
-            connection.execute("DELETE FROM fpmatch_gallery")
-        connection.close()
+        changed(path, "DELETE FROM fpmatch_gallery")
         refused(open_gallery, path, code="damaged")
 
     def test_a_full_disk_is_said_and_loses_nothing(self, path, monkeypatch):

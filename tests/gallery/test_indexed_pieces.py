@@ -10,7 +10,7 @@ from fpmatch.gallery import indexed_pieces, indexed_search
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
-from fpmatch.gallery.index.gallery_index import stages
+from fpmatch.gallery.index import stages
 from fpmatch.gallery.index.loss import SearchPlan
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.listing.entry import Label

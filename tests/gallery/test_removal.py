@@ -18,11 +18,10 @@ import pytest
 from click.testing import CliRunner
 from made_prints import entry_of
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.compaction import compact_gallery
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import prepare_gallery
 from fpmatch.gallery.index.print_segment import PrintSegment
@@ -179,11 +178,8 @@ def test_what_earlier_versions_left_is_erased(
 
 @pytest.mark.parametrize("encrypt", [False, True])
 def test_prepared_prints_are_copied_without_those_removed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, encrypt: bool
+    tmp_path: Path, source: str, *, encrypt: bool
 ) -> None:
-    if encrypt:
-        make_keys(f"file:{tmp_path / 'keys'}")
-        monkeypatch.setenv("FPMATCH_KEY", f"file:{tmp_path / 'keys'}")
     with open_gallery(tmp_path / "g.db", create=True, encrypt=encrypt) as gallery:
         same = [random_entry(k) for k in range(6)]
         labels = [Label("ada", "", "1"), Label("ada", "", "2"), *(e.label for e in same[2:])]
@@ -279,7 +275,7 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
 COMPACT = """
 import resource, signal, sys
 from pathlib import Path
-from fpmatch.gallery.compaction import compact_gallery
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
 most = int(sys.argv[2])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

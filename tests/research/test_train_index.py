@@ -1,10 +1,13 @@
 """`research.training.index`: the model that the terms of prints come to."""
 
+import json
+
 import numpy as np
 import pytest
 
-from fpmatch.gallery.index.model import TERMS
-from research.training.index import model_of_edges
+from fpmatch.gallery.index.loss import loss_table
+from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
+from research.training.index import document_of, model_of_edges
 
 
 def test_a_model_has_the_shares_of_lengths_and_of_directions_from_either_end(rng):
@@ -17,3 +20,10 @@ def test_a_model_has_the_shares_of_lengths_and_of_directions_from_either_end(rng
     other = np.roll(model.directions.transpose(1, 0, 2), (12, 12), (0, 1))
     other = other[:, :, [5, 4, 3, 2, 1, 0, 6]]
     assert other == pytest.approx(model.directions)
+
+
+def test_the_model_of_the_package_is_written_as_it_is():
+    document = json.loads(MODEL_FILE.read_bytes())
+    assert document_of(index_model(), loss_table()) == {
+        name: document[name] for name in ("lengths", "directions", "edges", "loss")
+    }

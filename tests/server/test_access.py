@@ -6,19 +6,12 @@ import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
+import httpx
 import pytest
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
+from fpmatch.server.settings import Role, TokenError, digest_of, load_clients
 
-import httpx
-
-from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.access import Role, TokenError, digest_of, load_clients
-from fpmatch.server.app import make_app
-from fpmatch.server.settings import Settings
-
-from .conftest import served
+from .conftest import served_gallery
 
 TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
 
@@ -80,9 +73,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     )
     clients = load_clients(write(folder, "\n".join(tables)))
     gallery = folder / "prints.db"
-    with open_gallery(gallery, create=True):
-        pass
-    with served(make_app(Settings(workers=1, gallery=str(gallery), clients=clients))) as client:
+    with served_gallery(gallery, clients=clients) as client:
         yield client
 
 

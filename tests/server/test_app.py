@@ -11,11 +11,6 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
-
 from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
@@ -25,7 +20,7 @@ from fpmatch.server import models
 from fpmatch.server.app import STATIC, make_app
 from fpmatch.server.settings import Limits, Settings
 
-from .conftest import png, served
+from .conftest import png, served, served_gallery
 
 Prints = dict[str, bytes]
 
@@ -289,8 +284,7 @@ def test_too_long_work_is_stopped_and_the_next_is_done(prints):
 
 
 def test_a_print_of_another_person_is_told_when_it_is_enrolled(prints, gallery):
-    with open_gallery(gallery, create=True):
-        pass
+    open_gallery(gallery, create=True).close()
     copy = io.BytesIO()
     Image.open(io.BytesIO(prints["1_1.png"])).save(copy, "bmp", dpi=(500, 500))
     with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
@@ -315,19 +309,18 @@ def test_identical_prints_are_called_so(client, prints):
 
 
 def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
-    with open_gallery(gallery, create=True):
-        pass
-    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
+    with served_gallery(gallery) as client:
         done = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert done.status_code == 201
         assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
         again = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert (again.status_code, again.json()["enrolled"]) == (200, False)
-        label = {"subject": "ada", "finger": "left-thumb"}
+        label = {"subject": "ada already (a/b)", "finger": "left"}
         other = client.post("/enrol", files=sent(prints, image="2_1.png"), data=label)
-        assert other.json()["subject"] == "ada"
+        assert other.json()["subject"] == label["subject"]
         taken = client.post("/enrol", files=sent(prints, image="1_2.png"), data=label)
-        assert taken.status_code == 409
+        why = "another picture is enrolled as ada already (a/b)_left already (2_1.png)"
+        assert (taken.status_code, taken.json()["error"]) == (409, f"1_2.png: {why}")
         unnamed = client.post("/enrol", files={"image": ("holiday.png", prints["1_2.png"])})
         assert unnamed.status_code == 422
         blank = client.post("/enrol", files={"image": ("9_1.png", prints["blank.png"])})
@@ -395,9 +388,7 @@ def test_a_template_that_would_be_damage_is_refused_and_not_stored(gallery):
         '"ridge_field": {"step": STEP, "rows": 1, "columns": 2, "orientation": "AAAAAAAAAAA=", '
         '"mask": "wA=="}}'
     )
-    with open_gallery(gallery, create=True):
-        pass
-    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
+    with served_gallery(gallery) as client:
         for step in ("1e-50", "5e-324", "1e30"):
             data = template.replace("STEP", step).encode()
             answer = client.post("/enrol", files={"image": ("7_1.json", data)})

@@ -9,20 +9,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
 import httpx
+import pytest
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_on
 from fpmatch.gallery.store.audit_chain import AuditError
 from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.app import make_app
-from fpmatch.server.settings import Settings
+from fpmatch.server.settings import Client, Role, Settings, digest_of
 
 from .conftest import served
 

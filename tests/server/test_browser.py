@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
 pytest.importorskip("selenium", reason="the extra `browser` is not installed")
 
 from selenium import webdriver
@@ -22,9 +19,8 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 from fpmatch import extract, read_image, save_template
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.app import make_app
-from fpmatch.server.settings import Settings
+from fpmatch.server.settings import Client, Role, Settings, digest_of
 
 from .conftest import png, served
 from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, compare

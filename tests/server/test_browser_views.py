@@ -5,9 +5,6 @@ import re
 import numpy as np
 import pytest
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
 pytest.importorskip("selenium", reason="the extra `browser` is not installed")
 
 from selenium import webdriver

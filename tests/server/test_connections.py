@@ -14,10 +14,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import pytest
-
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
-
 from prometheus_client import CollectorRegistry
 
 from fpmatch.server.guard import Guard

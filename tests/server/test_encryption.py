@@ -6,9 +6,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
 from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.base.encryption.keys import load_keys
 from fpmatch.formats.files import save_template

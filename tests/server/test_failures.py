@@ -8,21 +8,15 @@ import socket
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import httpx
 import pytest
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
-import httpx
-
-from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.app import make_app
 from fpmatch.server.gallery import short_name
 from fpmatch.server.logs import Incidents, OncePerSecond
-from fpmatch.server.settings import Settings
+from fpmatch.server.settings import Client, Role, Settings, digest_of
 
-from .conftest import served
+from .conftest import served, served_gallery
 
 TOKEN = "a-long-enough-token"
 BEARER = {"authorization": f"Bearer {TOKEN}"}
@@ -99,9 +93,7 @@ def running(
     tmp_path_factory: pytest.TempPathFactory, prints: dict[str, bytes]
 ) -> Iterator[tuple[httpx.Client, Path]]:
     gallery = tmp_path_factory.mktemp("a_secret_folder") / "prints.db"
-    with open_gallery(gallery, create=True):
-        pass
-    with served(make_app(Settings(workers=1, gallery=str(gallery), clients=ADMIN))) as http:
+    with served_gallery(gallery, clients=ADMIN) as http:
         files = {"image": ("1_1.png", prints["1_1.png"])}
         assert http.post("/enrol", headers=BEARER, files=files).status_code == 201
         shutil.copytree(gallery.parent, gallery.parent.with_name("copy"))

@@ -5,14 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
-
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.guard import FORM_BYTES, Guard
-from fpmatch.server.settings import Limits, Settings
+from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
 
 from .conftest import served
 

@@ -8,7 +8,6 @@ import pytest
 
 from .conftest import png
 
-pytest.importorskip("fastapi")
 CONTROLS = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\ud800-\udfff]")
 TEXTS = ("a\0b", "\x1b[2J", "a\nb", "a\x9bb", "\u202eb", "a\u2028b", "x" * 5_000)
 NUMBERS = ("nan", "inf", "-inf", "-1", "1e999", "5e-324", "9" * 5_000, "\x1b[2J", "a\0b")

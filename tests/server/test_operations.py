@@ -10,12 +10,8 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import pytest
-
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
 import httpx
+import pytest
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.engine.engine import serial
@@ -23,11 +19,10 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.server import gallery as served_gallery
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.app import make_app
 from fpmatch.server.client import ServerClient, ServerError
 from fpmatch.server.logs import set_up_logging
-from fpmatch.server.settings import Limits, Settings
+from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
 from fpmatch.templates.minutiae import Minutiae, Template
 
 from .conftest import served
@@ -44,8 +39,7 @@ def audit_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def http(tmp_path_factory: pytest.TempPathFactory, audit_log: Path) -> Iterator[httpx.Client]:
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
-    with open_gallery(gallery, create=True):
-        pass
+    open_gallery(gallery, create=True).close()
     settings = Settings(
         workers=1,
         gallery=str(gallery),

@@ -8,23 +8,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from click.testing import CliRunner
-
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
-import httpx
 
 import fpmatch
 from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch as command
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.app import STATIC, make_app
-from fpmatch.server.settings import Limits, Settings
+from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
 
-from .conftest import served
+from .conftest import served, served_gallery
 
 TOKEN = "a-long-enough-token"
 MARKER = "SECRETMARKER"
@@ -198,9 +193,7 @@ def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
 
 def test_the_working_folder_becomes_no_label(place: Path, prints: dict[str, bytes]) -> None:
     gallery = place / "by_folder.db"
-    with open_gallery(gallery, create=True):
-        pass
-    with served(make_app(Settings(workers=1, gallery=str(gallery), pattern=BY_FOLDER))) as client:
+    with served_gallery(gallery, pattern=BY_FOLDER) as client:
         answer = check(client.post("/enrol", files={"image": ("1_1.png", prints["1_1.png"])}))
         assert answer.status_code == 422
         assert "does not contain the subject" in answer.json()["error"]

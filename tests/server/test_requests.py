@@ -7,18 +7,13 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+import httpx
 import pytest
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
-import httpx
-
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.access import Client, Role, digest_of
 from fpmatch.server.app import STATIC, make_app
 from fpmatch.server.client import _OPTIONS, ServerClient, ServerError
-from fpmatch.server.settings import Settings
+from fpmatch.server.settings import Client, Role, Settings, digest_of
 
 from .conftest import served
 
@@ -31,8 +26,7 @@ FORM = "multipart/form-data"
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     """Serve an empty gallery, to a client that may request everything."""
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
-    with open_gallery(gallery, create=True):
-        pass
+    open_gallery(gallery, create=True).close()
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
     with served(make_app(Settings(workers=1, gallery=str(gallery), clients=clients))) as client:
         client.headers["authorization"] = f"Bearer {TOKEN}"

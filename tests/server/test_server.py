@@ -4,9 +4,8 @@ import socket
 
 import pytest
 
-from fpmatch.server.access import Client, Role, TokenError, digest_of
 from fpmatch.server.server import ServeError, bind_server
-from fpmatch.server.settings import Settings
+from fpmatch.server.settings import Client, Role, Settings, TokenError, digest_of
 
 
 def test_on_loopback_there_is_no_token():

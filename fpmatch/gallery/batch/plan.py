@@ -102,9 +102,9 @@ class ListedPairs:
         sides = (
             one if isinstance(one, PrintNames) else PrintNames(one) for one in (probes, references)
         )
-        found = number_pairs(path, iterate_pairs(path), *sides)
-        self._pairs = found.prints
-        self._genuine = found.genuine if (found.genuine >= 0).any() else None
+        listed = number_pairs(path, iterate_pairs(path), *sides)
+        self._pairs = listed.prints
+        self._genuine = listed.genuine if (listed.genuine >= 0).any() else None
         self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)
         self.probes: Sequence[int] = np.unique(self._pairs[:, 0]).tolist()
         self.references: Sequence[int] = np.unique(self._pairs[:, 1]).tolist()
@@ -145,13 +145,13 @@ def find_identical_pairs(
     if isinstance(plan, AllPairs):
         pairs = ((i, j) for i in sorted(partners) for j in partners[i])
         return sum(map(len, partners.values())), list(islice(pairs, most))
-    found = [
+    identical = [
         pair
         for chunk in plan.chunks()
         for pair in zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
         if pair[0] in partners and references.get(pair[1]) == probes[pair[0]]
     ]
-    return len(found), found[:most]
+    return len(identical), identical[:most]
 
 
 def _span(number: int, size: int, end: int) -> NDArray[np.int32]:

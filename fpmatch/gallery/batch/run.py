@@ -144,7 +144,7 @@ def compare_pairs(comparer: BytesComparer, task: ComparisonTask) -> NDArray[np.f
     They are not a number where a print has no template.
     A probe that is paired with all references of the chunk is compared with them at once.
     """
-    similarity, reachable = found = np.full((2, len(task.pairs)), np.nan)
+    similarity, reachable = both = np.full((2, len(task.pairs)), np.nan)
     usable = np.isin(task.pairs.reference, list(task.references))
     every = sorted(task.references)
     packed = [task.references[number] for number in every]
@@ -159,7 +159,7 @@ def compare_pairs(comparer: BytesComparer, task: ComparisonTask) -> NDArray[np.f
             similarity[rows] = comparer.one_by_one(data, references)
         if numbers:
             reachable[rows] = comparer.reachable(data, references)
-    return found
+    return both
 
 
 def collect(
@@ -208,9 +208,9 @@ class Comparing:
         pending: deque[PairChunk] = deque()
         tasks = self._tasks(start, pending)
         with closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results:
-            for found in results:
+            for similarities in results:
                 chunk = pending.popleft()
-                lines, rows, failed = self.writer.lines(chunk, *found)
+                lines, rows, failed = self.writer.lines(chunk, *similarities)
                 yield Rows(lines, pairs=len(chunk), rows=rows, failed=failed)
 
     def _tasks(self, start: int, pending: deque[PairChunk]) -> Iterator[ComparisonTask]:

@@ -105,42 +105,19 @@ def score(
     The rows are the same, byte by byte, with every engine and however often the run was
     interrupted; its state is kept beside the output until that is complete.
 
-    Parameters
-    ----------
-    references, probes : PrintSource or path-like or str
-        Folders of prints, manifests or galleries; see `open_source`.
-    output : path-like
-        The ``.csv`` or ``.parquet`` to write or replace; see `fpmatch.gallery.batch.score_file`.
-    pairs : path-like or Plan, optional
-        A list of the pairs to score (see `ListedPairs`); by default all (see `AllPairs`).
-    matcher : str or Matcher
-        The matcher, or its name.
-    calibration : Calibration, optional
-        Turns similarities into scores (default: the package's own for the matcher).
-    threshold : float, optional
-        Keep only rows whose score is at least this, and those without a score.
-    fingers : path-like, optional
-        A CSV file for the scores of fingers, too, which need all rows: not with a threshold.
-    dpi : float, optional
-        Resolution of all images of folders, in dots per inch.
-    engine : Engine, optional
-        Where the work is done, entered here (default: in this process).
-    progress : callable
-        Called with the stages "references", "probes" (in prints) and "compare" (in pairs).
-    save_every_s : float
-        Seconds of work between two saved positions, about.
+    The sides are folders of prints, manifests or galleries (see `open_source`), `dpi` the
+    resolution of all images of folders. The output is a ``.csv`` or ``.parquet`` file. The `pairs`
+    are those of a list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
+    `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
+    and those without a score. `fingers` is a CSV file for the scores of fingers, too, which need
+    all rows: not with a threshold. The `engine` is entered here (default: this process); `progress`
+    is called with the stages "references", "probes" (in prints) and "compare" (in pairs); a
+    position is saved about every `save_every_s` seconds of work.
 
-    Raises
-    ------
-    ScoringError
-        If the list of pairs is malformed, or a different run of this output is unfinished.
-    MatcherError
-        If the matcher is unknown, or there is a threshold but no calibration, or it is not in
-        0..100; or finger scores are requested with a threshold or without a calibration.
-    OutputError
-        If the output cannot be written.
-    FpmatchError
-        If a side cannot be opened or the engine broke down.
+    Raises ScoringError if the list of pairs is malformed, or a different run of this output is
+    unfinished; MatcherError if the matcher is unknown, or threshold or finger scores do not go with
+    the calibration; OutputError if the output cannot be written; other FpmatchErrors if a side
+    cannot be opened or the engine broke down.
 
     Examples
     --------

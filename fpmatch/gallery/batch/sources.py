@@ -97,25 +97,11 @@ def open_source(
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
-    Parameters
-    ----------
-    place : path-like or str
-        A folder of prints, a manifest (see `fpmatch.gallery.listing.manifest`), or a gallery: a file or
-        the URL of a database.
-    dpi : float, optional
-        Resolution of all images of a folder (default: that in a manifest or ``dataset.toml``, else
-        each file's own).
-    polarity, reader
-        For the files of a folder, as for
-        `fpmatch.image.folder_polarity.find_polarities`.
-    pattern, by_folder
-        Where the names or subfolders of a folder contain the fingers, as for
-        `fpmatch.gallery.listing.prints.find_prints`.
-
-    Raises
-    ------
-    FpmatchError
-        If there is no such folder or gallery, or nothing in it.
+    The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database. Of
+    the files of a folder, `dpi`, `pattern` and `by_folder` are as for
+    `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
+    `fpmatch.image.folder_polarity.find_polarities`. Raises FpmatchError if there is no such
+    folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:
         return GallerySource(place)

@@ -202,12 +202,14 @@ class Store:
 
     def templates(self, side: str, numbers: Sequence[int]) -> dict[int, bytes]:
         """Return the templates, in bytes, of those of some prints that have one."""
-        found: dict[int, bytes] = {}
+        templates: dict[int, bytes] = {}
         for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
             part = ",".join(map(str, numbers[k : k + _NUMBERS_PER_QUERY]))
             stored = self._items(side, "data", f"data IS NOT NULL AND number IN ({part})")
-            found |= {number: self._opened(side, number, data) for number, data in stored.items()}
-        return found
+            templates |= {
+                number: self._opened(side, number, data) for number, data in stored.items()
+            }
+        return templates
 
     def _sealed(self, side: str, number: int, data: bytes | None) -> bytes | None:
         """Return a template as it is stored: encrypted, where a key was given."""
@@ -237,9 +239,9 @@ class Store:
 
     def notes(self, side: str) -> dict[int, list[str]]:
         """Return the notes on reading prints of a side, by number."""
-        found = self._items(side, "notes", "notes != ''")
+        stored = self._items(side, "notes", "notes != ''")
         try:
-            parsed = {number: parse_json(notes) for number, notes in found.items()}
+            parsed = {number: parse_json(notes) for number, notes in stored.items()}
         except (TypeError, ParseError) as error:
             raise self._damaged() from error
         for notes in parsed.values():

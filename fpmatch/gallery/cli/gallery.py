@@ -13,8 +13,7 @@ from fpmatch.cli.notes import first_of, json_lines, say_damaged, say_note, show,
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.gallery_audit import audit
-from fpmatch.gallery.cli.gallery_rewrite import rotate
-from fpmatch.gallery.cli.gallery_space import compact
+from fpmatch.gallery.cli.gallery_rewrite import compact, rotate
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -1,16 +1,20 @@
-"""`fpmatch gallery rotate`: encrypt a gallery, or change its key."""
+"""`fpmatch gallery rotate` and `compact`: a gallery is sealed with a key, or freed of space."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.base.printable import json_text
+from fpmatch.base.printable import json_text, printable
 from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_note, show, show_line
 from fpmatch.cli.options import json_option, key_option
 from fpmatch.cli.progress import ProgressBars
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.erasure import Compaction
 
 
 @click.command(
@@ -50,3 +54,42 @@ def rotate(gallery: str, decrypt: bool, as_json: bool) -> int:
         state = "not encrypted any more" if done.key == PLAIN else f"encrypted with key {done.key}"
         show_line(f"{name}: {state}; {count(done.sealed, 'template')} rewritten")
     return 1 if done.damaged else 0
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery compact prints.db
+  fpmatch gallery compact postgresql://me@host/prints --json
+
+On SQLite the file is rewritten; meanwhile the disk must have room for a second copy, and no other
+program may use the gallery: if one holds it for a minute, the command ends. On PostgreSQL its
+tables are rewritten by VACUUM FULL, which only their owner may do; the server's write-ahead log and
+backups keep what they have.
+
+Exit status: 0 when it is done, 2 when it could not be; the gallery is whole then.
+"""
+)
+@click.argument("gallery")
+@key_option
+@json_option
+def compact(gallery: str, as_json: bool) -> None:
+    """Rewrite GALLERY without free space, and delete prepared prints that no longer fit.
+
+    What versions up to 0.2 removed, which did not overwrite it, is erased.
+    """
+    from fpmatch.gallery.erasure import compact_gallery
+    from fpmatch.gallery.gallery import open_gallery
+
+    with open_gallery(gallery) as opened:
+        done, name = compact_gallery(opened), opened.name
+    show(json_text({"gallery": name, **done.as_dict()}) if as_json else _as_text(name, done))
+
+
+def _as_text(name: str, done: Compaction) -> str:
+    rows = [
+        ("Database", done.database_before, done.database_after),
+        ("Prepared", done.prepared_before, done.prepared_after),
+    ]
+    lines = (f"  {label:<12}{after} bytes, {before} before" for label, before, after in rows)
+    return "\n".join([printable(name), *lines])

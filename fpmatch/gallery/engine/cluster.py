@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from fpmatch._version import __version__
 from fpmatch.base.threads import single_threaded
 from fpmatch.errors import EngineError
-from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT
-from fpmatch.gallery.engine.pending import results_in_order
+from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT, results_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Iterable, Iterator
@@ -36,7 +35,7 @@ RUNS_HELD: Final = 2  # runs that a worker keeps, the latest ones
 
 
 class DaskCluster:
-    """Work on the Dask cluster of a scheduler's address; see `fpmatch.gallery.engine.engine.Engine`."""
+    """Work on the Dask cluster of a scheduler's address, as an `engine.Engine`."""
 
     def __init__(self, scheduler: str) -> None:
         try:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.gallery.engine.cluster import KILLED, POLL_S, run_chunk
-from fpmatch.gallery.engine.pending import results_in_order
+from fpmatch.gallery.engine.local import results_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Sequence

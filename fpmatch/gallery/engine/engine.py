@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from fpmatch.gallery.engine.local import Processes, Serial, available_cores
+from fpmatch.base.threads import available_cores
+from fpmatch.gallery.engine.local import Processes, Serial
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, TypeVar
 
-from fpmatch.gallery.engine.local import available_cores
+from fpmatch.base.threads import available_cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

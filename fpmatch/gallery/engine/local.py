@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import sys
 import warnings
+from collections import deque
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.base.threads import (
+    available_cores,
     interrupt_deferred,
     loaded_single_threaded,
     main_hidden,
@@ -19,17 +20,17 @@ from fpmatch.base.threads import (
     single_threaded,
 )
 from fpmatch.errors import EngineError
-from fpmatch.gallery.engine.pending import results_in_order
 from fpmatch.gallery.engine.task import init_worker, pack_task, run_chunk, task_file
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Collection, Generator, Iterable
     from concurrent.futures import Future, ProcessPoolExecutor
     from typing import Self
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
+Pending = TypeVar("Pending")
 
 # A fork server forks each worker from a process that has imported what it needs and run nothing.
 _START_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
@@ -47,11 +48,31 @@ _ONE_PROCESS: Final = (
 )
 
 
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def results_in_order(
+    chunks: Iterable[Chunk],
+    submit: Callable[[Chunk], Pending],
+    result: Callable[[Pending], Result],
+    most_pending: Callable[[], int],
+    cancel: Callable[[Collection[Pending]], object] = lambda _: None,
+) -> Generator[Result, None, None]:
+    """Submit chunks and yield their results in order; `most_pending` are submitted at a time.
+
+    Those whose results were not taken when the generator is closed or an error is raised are
+    cancelled, but for an EngineError, after which nothing is left that would work on them.
+    """
+    pending: deque[Pending] = deque()
+    try:
+        for chunk in chunks:
+            pending.append(submit(chunk))
+            if len(pending) >= most_pending():
+                yield result(pending.popleft())
+        while pending:
+            yield result(pending.popleft())
+    except EngineError:
+        pending.clear()
+        raise
+    finally:
+        cancel(pending)
 
 
 def start_fork_server(workers: int | None, *modules: str) -> None:

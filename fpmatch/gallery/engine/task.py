@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
@@ -64,13 +65,8 @@ def init_worker() -> None:
     # Ctrl-C reaches the whole process group: the parent reports it and ends its workers. A worker
     # that died in the middle of an answer would leave the parent waiting for the rest.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    import cv2  # noqa: PLC0415
-    import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
-    from threadpoolctl import threadpool_limits  # noqa: PLC0415
-
     Thread(target=_end_with_parent, daemon=True).start()
-    cv2.setNumThreads(1)
-    threadpool_limits(1)
+    keep_single_threaded()
 
 
 def _end_with_parent() -> None:

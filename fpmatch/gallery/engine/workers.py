@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
 
+from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.engine.engine import processes
-from fpmatch.gallery.engine.local import available_cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator, Sequence

@@ -1,1 +1,1 @@
-"""TODO."""
+"""What is kept beside a gallery so that it is searched fast: an index, and prepared prints."""

@@ -11,7 +11,7 @@ added up although they lie in two cells.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.indexing._vote_cells import (
+    from cython.cimports.fpmatch.gallery.index._vote_cells import (
         AHEAD,
         CELLS,
         MOST,
@@ -59,15 +59,15 @@ def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, t
                 prefetch(cython.address(posting[0]) + cursor[q + AHEAD])
                 prefetch(cython.address(posting[0]) + cursor[q + AHEAD] + 16)
             while at < end:
-                found = posting[at]
-                if found > limit:
+                posted = posting[at]
+                if posted > limit:
                     break
                 at += 1
-                own: cython.uint = place[found >> 10 & TURN]
+                own: cython.uint = place[posted >> 10 & TURN]
                 # the highest two bits of x and of y, without a carry from y to x
-                cell: cython.uint = (((found | 31) - own) >> 2 & 192) + ((found - own) >> 3 & 3)
+                cell: cython.uint = (((posted | 31) - own) >> 2 & 192) + ((posted - own) >> 3 & 3)
                 cell += own >> 8 & 60
-                counted = cython.address(cells[(found >> 8 & PRINT_BITS) + cell])
+                counted = cython.address(cells[(posted >> 8 & PRINT_BITS) + cell])
                 count = counted[0] + votes_each
                 counted[0] = count if count < MOST else MOST
             cursor[q] = at
@@ -92,7 +92,7 @@ def lists_ascend(start, posting, prints):
 
 
 if not cython.compiled:
-    from fpmatch.gallery.index.gallery_index import numpy_forms
+    from fpmatch.gallery.index import numpy_forms
 
     count_votes = numpy_forms.count_votes
     lists_ascend = numpy_forms.lists_ascend

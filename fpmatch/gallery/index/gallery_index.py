@@ -1,9 +1,9 @@
 """The index of a large gallery: it follows the database as entries are added and removed.
 
-The database is the only truth. By its history (see `fpmatch.gallery.store.history`) the index finds what
-was changed since it was written, by this program or any other; where that is not known, or a file
-is damaged, the index, or the damaged segment, is built again, with a note. Files are written while
-their folder is locked; where that is impossible, the index is kept in memory.
+The database is the only truth. By its history (see `fpmatch.gallery.store.history`) the index finds
+what was changed since it was written, by this program or any other; where that is not known, or a
+file is damaged, the index, or the damaged segment, is built again, with a note. Files are written
+while their folder is locked; where that is impossible, the index is kept in memory.
 """
 
 from __future__ import annotations

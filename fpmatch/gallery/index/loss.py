@@ -39,44 +39,26 @@ LEAST_PASSED_ON: Final = (1000, 20)
 
 @dataclass(frozen=True, slots=True)
 class SearchPlan:
-    """The numbers by which a gallery is searched in stages.
+    """The numbers by which a gallery is searched in stages."""
 
-    Parameters
-    ----------
-    loss : float
-        Share of the mates that the search is expected to lose.
-    budget : float
-        Postings a print that the first stage visits, for each minutia of the probe.
-    by_terms, by_descriptors : int
-        How many prints the first stage passes on to the second, and this to the comparison.
-    """
-
-    loss: float
-    budget: float
-    by_terms: int
-    by_descriptors: int
+    loss: float  # share of the mates that the search is expected to lose
+    budget: float  # postings a print that the first stage visits, for each minutia of the probe
+    by_terms: int  # prints that the first stage passes on to the second,
+    by_descriptors: int  # and this to the comparison
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LossTable:
     """The shares of a gallery that have to be passed on.
 
-    Parameters
-    ----------
-    prints : ndarray of float64, shape (N,)
-        Sizes of galleries, ascending.
-    budgets : ndarray of float64, shape (B,)
-        Postings a print, for each minutia of the probe.
-    losses : ndarray of float64, shape (L,)
-        Shares of mates, ascending.
-    by_terms, by_descriptors : ndarray of float64, shape (N, B, L)
-        The shares of the prints that the first and the second stage pass on, in a gallery of this
-        size and with this budget, so that both together lose that share of the mates.
+    `by_terms` and `by_descriptors`, shape (N, B, L), are the shares of the prints that the first
+    and the second stage pass on, in a gallery of a size and with a budget, so that both together
+    lose a share of the mates.
     """
 
-    prints: NDArray[np.float64]
-    budgets: NDArray[np.float64]
-    losses: NDArray[np.float64]
+    prints: NDArray[np.float64]  # (N,): sizes of galleries, ascending
+    budgets: NDArray[np.float64]  # (B,): postings a print, for each minutia of the probe
+    losses: NDArray[np.float64]  # (L,): shares of mates, ascending
     by_terms: NDArray[np.float64]
     by_descriptors: NDArray[np.float64]
 
@@ -95,11 +77,6 @@ class LossTable:
         if not (rise and all(s.shape == shape and (np.abs(s - 0.5) <= 0.5).all() for s in shares)):
             raise MatcherError("no table of losses", code="malformed")
         return made
-
-    def document(self, digits: int = 3) -> dict[str, Any]:
-        """Return the table as it stands in the document of a model, with rounded numbers."""
-        rounded = np.vectorize(lambda value: float(f"{value:.{digits}g}"), otypes=[np.float64])
-        return {name: rounded(getattr(self, name)).tolist() for name in self.__slots__}
 
     def plan(self, loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
         """Return the fastest plan of a loss; see `search_plan`."""
@@ -142,20 +119,9 @@ def loss_table() -> LossTable:
 def search_plan(loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
     """Return how a gallery of so many prints is searched, with a loss of at most this share.
 
-    Parameters
-    ----------
-    loss : float
-        Share of the mates that comparing all prints would find, and that the search may miss.
-    prints : int
-        Size of the gallery.
-    threshold : float
-        Score that a candidate has to reach: only mates above it can be missed, and these are easier
-        to find than those that reach the first rank in a gallery.
-
-    Raises
-    ------
-    MatcherError
-        If the loss is not between 0 and 1.
+    The loss, between 0 and 1 (else MatcherError), is the share of the mates that comparing all
+    prints would find, and that the search may miss. Only mates above a `threshold` can be missed,
+    and these are easier to find than those that reach the first rank in a gallery.
 
     Examples
     --------

@@ -59,15 +59,6 @@ class IndexModel:
             raise MatcherError("no model of an index", code="malformed")
         return cls(lengths, directions, edges)
 
-    def document(self, digits: int = 4) -> dict[str, Any]:
-        """Return the model as the document of a file, its numbers rounded."""
-        shares = (self.lengths, self.directions.ravel(), np.array([self.edges]))
-        lengths, directions, edges = (
-            [float(f"{share:.{digits}g}") for share in part.tolist()] for part in shares
-        )
-        shares = np.reshape(directions, self.directions.shape).tolist()
-        return {"lengths": lengths, "directions": shares, "edges": edges[0]}
-
 
 @cache
 def index_model() -> IndexModel:

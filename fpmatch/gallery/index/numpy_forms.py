@@ -6,22 +6,22 @@ from typing import Any, Final
 
 import numpy as np
 
-TURN: Final = 6.283185307179586
+from fpmatch.gallery.index.model import CURVATURES, LENGTHS, SECTORS
+
+# The kernels have the same numbers.
+TURN: Final = 2 * np.pi
 LENGTH_ERROR_PX: Final = 2.5
-GROWTH: Final = 0.03
-WIDTH: Final = 2.5
-LENGTHS: Final = 14
-SECTORS: Final = 24
-CURVATURES: Final = 7
+GROWTH: Final = 0.03  # of the error, by the length
+WIDTH: Final = 2.5  # of a cell of length, in errors
 STRONG: Final = 0.6108652381980153
 MODERATE: Final = 0.2617993877991494
 BORDERS: Final = np.array([-STRONG, -MODERATE, 0.0, MODERATE, STRONG])
-UNKNOWN: Final = 4.0
+UNKNOWN: Final = 4.0  # greater than any curvature
 SIDE_PX: Final = 28.0
 LEAST_KNOWN: Final = 0.25
 ROTATIONS: Final = 64
 PLACES: Final = 32
-PER_PX: Final = 0.125
+PER_PX: Final = 0.125  # steps of a place
 SHAPE: Final = (4, 16, 4)  # cells of shifts along x, of rotation, of shifts along y
 CELLS: Final = 256
 MOST: Final = 63

@@ -1,8 +1,8 @@
 """Prepared prints of a gallery, kept in a file that later searches map into memory.
 
-Where it is, `fpmatch.gallery.store.kept_files` states. It is renewed when the gallery or the matcher has
-changed, when it is damaged, or another one stands in its place; prints that are in an old, whole
-file are copied.
+Where it is, `store.kept_files` states. It is renewed when the gallery or the matcher has changed,
+when it is damaged, or another one stands in its place; prints that are in an old, whole file are
+copied.
 """
 
 from __future__ import annotations
@@ -130,12 +130,8 @@ def _find_damaged(gallery: GalleryReader, kept: Prepared) -> None:
 def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) -> Prepared:
     """Return the content of a file, whose name states which gallery it is of.
 
-    That of a gallery with `sealing` is decrypted into memory.
-
-    Raises
-    ------
-    FpmatchError
-        With the codes of `fpmatch.base.array_file.read_arrays`.
+    That of a gallery with `sealing` is decrypted into memory. Raises FpmatchError with the codes of
+    `fpmatch.base.array_file.read_arrays`.
     """
     arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
     prints = PreparedPrints.of_arrays(arrays)

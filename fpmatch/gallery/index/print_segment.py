@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.base.array_file import Column
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.gallery_index import segment
+from fpmatch.gallery.index import segment
 from fpmatch.gallery.index.model import TERMS
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.matching import compact_template
@@ -106,11 +106,6 @@ class PrintSegment:
     def fingers(self) -> NDArray[Any]:
         """The number of the finger of each, shape (N,)."""
         return self.terms.finger
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all arrays."""
-        return sum(array.nbytes for array in self.arrays().values())
 
     def __len__(self) -> int:
         return len(self.numbers)

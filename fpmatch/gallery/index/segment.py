@@ -71,11 +71,8 @@ class Segment:
     ) -> Segment:
         """Return the segment of prints with these numbers, ascending, of their entries.
 
-        Raises
-        ------
-        MatcherError
-            If there are more than 65,536 prints, or another number of them than of numbers, or
-            these do not ascend.
+        Raises MatcherError if there are more than 65,536 prints, or another number of them than of
+        numbers, or these do not ascend.
         """
         numbers, fingers = np.array(numbers, np.int64), np.array(fingers, np.int64)
         sizes: list[int] = []

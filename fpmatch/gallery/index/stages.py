@@ -25,19 +25,11 @@ _REMOVED = _BINS - 1  # more than any print can have
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """Prints of an index, in the order of the segments, then of their prints.
+    """Prints of an index, in the order of the segments, then of their prints."""
 
-    Parameters
-    ----------
-    segment, local : ndarray of int64, shape (K,)
-        The segment of each print, and its number within.
-    votes : ndarray of uint16, shape (K,)
-        As `Segment.votes` gives them.
-    """
-
-    segment: NDArray[np.int64]
-    local: NDArray[np.int64]
-    votes: NDArray[np.uint16]
+    segment: NDArray[np.int64]  # (K,)
+    local: NDArray[np.int64]  # (K,): the number of each within its segment
+    votes: NDArray[np.uint16]  # (K,), of `Segment.votes`
 
     def __len__(self) -> int:
         return len(self.segment)

@@ -24,6 +24,16 @@ import numpy as np
 
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
 from fpmatch.gallery.index.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
+from fpmatch.gallery.index.numpy_forms import (
+    GROWTH,
+    LENGTH_ERROR_PX,
+    PER_PX,
+    PLACES,
+    ROTATIONS,
+    TURN,
+    UNKNOWN,
+    WIDTH,
+)
 from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
@@ -33,19 +43,9 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.model import IndexModel
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
-FULL_TURN: Final = 2 * np.pi
-# The kernel has the same numbers.
-LENGTH_ERROR_PX: Final = 2.5
-GROWTH: Final = 0.03  # of the error, by the length
-WIDTH: Final = 2.5  # of a cell of length, in errors
-ROTATIONS: Final = 64
-PLACES: Final = 32
-STEP_PX: Final = 8.0  # of a place
-
 ANGLE_ERROR: Final = np.radians(7.0)  # of a direction relative to an edge
 CURVATURE_ERROR: Final = np.radians(5.0)
 CURVATURE_BORDERS: Final = np.radians([-90.0, -35.0, -15.0, 0.0, 15.0, 35.0, 90.0])  # of cells
-UNKNOWN_CURVATURE: Final = 4.0  # the kernel's number for one that is not known
 UNKNOWN_SHARE: Final = 0.12  # of the edges with known curvature that have none in another print
 WRONG_SHARE: Final = 0.05  # of the others that are in any cell
 LOGISTIC: Final = 1.702  # makes the logistic function nearly the normal distribution
@@ -75,7 +75,7 @@ def curvatures(print_: PreparedTemplate, edges: NDArray[np.int32]) -> NDArray[np
     """Return the curvature of the ridges across edges (E, 2), in radians, as the kernel does.
 
     It is by how much the ridge orientation on the left of an edge, seen from its first end, differs
-    from that on the right; `UNKNOWN_CURVATURE` where one of them is not known.
+    from that on the right; `UNKNOWN` where one of them is not known.
     """
     region = print_.region
     code = region.code if region.has_flow else _NO_CODES
@@ -95,7 +95,7 @@ def curvatures(print_: PreparedTemplate, edges: NDArray[np.int32]) -> NDArray[np
 
 def _doubled() -> NDArray[np.float64]:
     """Return the unit vectors at twice the angle of all codes of orientation; 0 for code 0."""
-    angle = FULL_TURN / ORIENTATIONS * (np.arange(ORIENTATIONS + 1) - 1.0)
+    angle = TURN / ORIENTATIONS * (np.arange(ORIENTATIONS + 1) - 1.0)
     return np.stack([np.cos(angle), np.sin(angle)]) * (np.arange(ORIENTATIONS + 1) > 0)
 
 
@@ -140,7 +140,7 @@ def probe_terms(
     growth = GROWTH / LENGTH_ERROR_PX
     length = np.log1p(growth * np.hypot(dx, dy)) / GROWTH / WIDTH
     own = [_share(theta[end] - along) * SECTORS for end in (first, second)]
-    error = ANGLE_ERROR / FULL_TURN * SECTORS
+    error = ANGLE_ERROR / TURN * SECTORS
     at_length, p_length = _near(np.minimum(length, LENGTHS - 0.5), 1 / WIDTH)
     within = (at_length >= 0) & (at_length < LENGTHS)
     p_length, at_length = p_length * within, np.clip(at_length, 0, LENGTHS - 1)
@@ -151,7 +151,7 @@ def probe_terms(
     likely = p_length[:, :, None, None] * p_first[:, None, :, None] * p_second[:, None, None, :]
     share = _share_of(model)[cell]
     across = curvatures(probe, edges)
-    known = across < UNKNOWN_CURVATURE
+    known = across < UNKNOWN
     likely = likely[..., None] * _share_by_curvature(across, share)
     likely, share = (_with_unoriented(each, unoriented) for each in (likely, share))
     gain = (0.5 * KEPT * likely / np.maximum(share, LEAST_SHARE)).ravel()
@@ -179,7 +179,7 @@ def _share_of(model: IndexModel) -> NDArray[np.float64]:
 
 def _share(angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return angles as shares of a turn, 0 to 1."""
-    share: NDArray[np.float64] = angle / FULL_TURN
+    share: NDArray[np.float64] = angle / TURN
     return share - np.floor(share)
 
 
@@ -201,7 +201,7 @@ def _share_by_curvature(
     `across` are the probe's. Where one is not known, another print has it as often as others, by
     their `share` of edges.
     """
-    known = np.tile(across < UNKNOWN_CURVATURE, 2)
+    known = np.tile(across < UNKNOWN, 2)
     across = np.concatenate([across, -across])[:, None]  # sides change places
     turns = np.pi * np.arange(-1, 2)[:, None, None]
     off = LOGISTIC / CURVATURE_ERROR * (CURVATURE_BORDERS - across + turns)
@@ -226,9 +226,9 @@ def _turned(middle: NDArray[np.float64], rotation: NDArray[np.int64]) -> NDArray
     The place is quantised as poses are; above it stands the cell of rotations, of four each. The
     direction of the print's edge is the place in a row, that of the probe's edge is given.
     """
-    turn = FULL_TURN / ROTATIONS * np.arange(ROTATIONS)
+    turn = TURN / ROTATIONS * np.arange(ROTATIONS)
     c, s = np.cos(turn), np.sin(turn)
-    x, y = middle[..., None] / STEP_PX
+    x, y = middle[..., None] * PER_PX
     column = np.rint(c * x - s * y).astype(np.int64) & (PLACES - 1)
     row = np.rint(s * x + c * y).astype(np.int64) & (PLACES - 1)
     place = (np.arange(ROTATIONS) // 4 * PLACES + column) * PLACES + row

@@ -50,26 +50,10 @@ def is_manifest(path: str | os.PathLike[str]) -> bool:
 
 
 def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
-    r"""Read a manifest, in the form that this module describes.
+    """Read a manifest, in the form that this module describes.
 
-    Raises
-    ------
-    DatasetError
-        If the file cannot be read, lacks a column, lists nothing, or a row is malformed, comes
-        twice or lists a file that is missing; the message names file, line and column.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> from fpmatch.gallery.listing.manifest import read_manifest
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     Path(folder, "a.png").touch()
-    ...     manifest = Path(folder, "manifest.csv")
-    ...     _ = manifest.write_text("path,subject,finger\na.png,ada,right index\n")
-    ...     (print_,) = read_manifest(manifest)
-    >>> print_.name, str(print_.label)
-    ('a.png', 'ada_right index_1')
+    Raises DatasetError, which names file, line and column, if the file cannot be read, lacks a
+    column, lists nothing, or a row is malformed, comes twice or lists a file that is missing.
     """
     source = Path(path)
     lines: list[int] = []

@@ -80,17 +80,9 @@ def find_prints(
     in the ``dataset.toml`` beside a file or in the place, else the file's own).
 
     Labels are those of a manifest, else by a `pattern`, with which subfolders may lie deeper, else
-    of the subfolders.
-
-    Raises
-    ------
-    ImageReadError
-        If one of `places` is missing, or is a folder without images and templates.
-    DatasetError
-        If a folder cannot be listed, its ``dataset.toml`` or a manifest is malformed, or its
-        subfolders are not of one finger each.
-    ResolutionError
-        If `dpi` is outside 100 to 4000.
+    of the subfolders. Raises ImageReadError if one of `places` is missing, or is a folder without
+    images and templates; DatasetError if a folder cannot be listed, its ``dataset.toml`` or a
+    manifest is malformed, or its subfolders are not of one finger each.
     """
     if dpi is not None:
         check_dpi(dpi)
@@ -143,9 +135,9 @@ def extract_print(
     """Return the template of a print: extracted from an image, or read from a template file.
 
     `reader` reads the file (default: `PrintReader`), and an image is `graded` with its quality.
-    Raises TemplateError, ImageReadError or
-    ImageError if it cannot be read, cannot contain a fingerprint, has no minutiae, or contains
-    several prints; QualityError if the quality of an image, 0 to 100, is below `min_quality`.
+    Raises TemplateError, ImageReadError or ImageError if it cannot be read, cannot contain a
+    fingerprint, has no minutiae, or contains several prints; QualityError if the quality of an
+    image, 0 to 100, is below `min_quality`.
     """
     content = (reader or PrintReader())(file.path)
     if isinstance(content, TemplateRecord) and len(content.views) > 1:

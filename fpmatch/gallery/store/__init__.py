@@ -1,1 +1,1 @@
-"""TODO."""
+"""The database of a gallery: rows, history, encryption at rest, audit."""

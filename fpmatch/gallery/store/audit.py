@@ -1,4 +1,4 @@
-"""The audit of a gallery: a table of the lines of `fpmatch.gallery.store.audit_chain`, in its database.
+"""The audit of a gallery: a table of the lines of `audit_chain`, in its database.
 
 The event of a change is committed with the change. Triggers refuse to change or remove lines; who
 owns the database can remove the triggers, too, but not restore the chain up to a hash noted before.
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
-from fpmatch.audit.client import current_client
 from fpmatch.gallery.store.audit_chain import (
     START,
     AuditError,
     AuditState,
     check_chain,
+    current_client,
     event_line,
     hash_of,
     parse_line,
@@ -161,13 +161,7 @@ def audit_lines(gallery: Database) -> Iterator[bytes]:
 
 
 def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> AuditState:
-    """Check the audit of a gallery, as `check_chain`, and that each change has its event.
-
-    Raises
-    ------
-    AuditError
-        If a line was changed, removed or inserted, or the gallery was changed without an event.
-    """
+    """Check the audit of a gallery, as `check_chain`, and that its last change has its event."""
     with gallery.reading() as connection:
         last = _last(connection)
         state = _state(connection) if last is not None else ""

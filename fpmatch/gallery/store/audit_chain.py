@@ -9,19 +9,27 @@ number and the last hash elsewhere. Files (`fpmatch.gallery.store.audit_log`) an
 from __future__ import annotations
 
 import hashlib
+import os
+import platform
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.base.printable import json_text
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+Result = TypeVar("Result")
 
 START: Final = "0" * 64  # what the first line contains in place of a hash
 INCOMPLETE: Final = "incomplete line"  # action: the line before was written in part
+OPERATOR: Final = "FPMATCH_OPERATOR"  # environment variable: who uses the commands
+_client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
 
 
 class AuditError(FpmatchError):
@@ -57,12 +65,8 @@ def follow_chain(
 ) -> Iterator[tuple[int, str, dict[str, Any] | None]]:
     """Yield number, hash and event of each line, checked against the line before it.
 
-    The event is None for a line that was written in part, which the event after it states.
-
-    Raises
-    ------
-    AuditError
-        If a line was changed, removed or inserted, or is damaged; the message names it.
+    The event is None for a line that was written in part, which the event after it states. Raises
+    AuditError, which names the line, if one was changed, removed or inserted, or is damaged.
     """
     previous, torn, torn_hash = START, [], hashlib.sha256()
     for number, line in enumerate(lines, 1):
@@ -95,11 +99,8 @@ def check_chain(
 ) -> AuditState:
     """Check lines against one another and, with `expect`, against an earlier number and hash.
 
-    Raises
-    ------
-    AuditError
-        As for `follow_chain`; with `expect`, also if there are fewer lines (code "shortened"), or
-        the line of that number has another hash (code "changed").
+    Raises AuditError as `follow_chain`; with `expect`, also if there are fewer lines (code
+    "shortened"), or the line of that number has another hash (code "changed").
     """
     events, last, incomplete = 0, START, []
     for events, last, event in follow_chain(lines, place):
@@ -121,3 +122,49 @@ def parse_line(line: bytes) -> dict[str, Any] | None:
     except ParseError:
         return None
     return event if isinstance(event, dict) else None
+
+
+@contextmanager
+def acting_as(client: str) -> Iterator[None]:
+    """Name who requests what is done inside the block.
+
+    Examples
+    --------
+    >>> with acting_as("ada"):
+    ...     current_client()
+    'ada'
+    """
+    token = _client.set(client)
+    try:
+        yield
+    finally:
+        _client.reset(token)
+
+
+def act_as(client: str, work: Callable[..., Result], *args: Any) -> Result:
+    """Return ``work(*args)``, done for a client; for other processes."""
+    with acting_as(client):
+        return work(*args)
+
+
+def current_client() -> str:
+    """Return who requests this: of `acting_as`, else $FPMATCH_OPERATOR, else user and host."""
+    if (named := _client.get()) is not None:
+        return named
+    system = f"{_system_user()}@{platform.node() or 'localhost'}"
+    operator = os.environ.get(OPERATOR, "").strip()
+    return f"{operator} ({system})" if operator else system
+
+
+def _system_user() -> str:
+    """Return the user of this process as the system has it, not its environment."""
+    try:
+        import pwd  # noqa: PLC0415  (not on Windows)
+
+        return pwd.getpwuid(os.getuid()).pw_name
+    except (ImportError, KeyError):
+        import getpass  # noqa: PLC0415
+
+        with suppress(Exception):
+            return getpass.getuser()
+        return str(os.getuid()) if hasattr(os, "getuid") else "unknown"

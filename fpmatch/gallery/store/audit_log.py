@@ -28,20 +28,10 @@ _BLOCK: Final = 1 << 12
 
 
 class AuditLog:
-    """Append events to a file that is never rewritten.
+    """Append events to a file that is never rewritten; it is made for its owner only.
 
     Several processes may append to one file. Where a program was stopped within a line, the next
-    event is preceded by one that states it.
-
-    Parameters
-    ----------
-    path : path-like
-        The file; made where it is missing, for its owner only.
-
-    Raises
-    ------
-    AuditError
-        If the file cannot be written.
+    event is preceded by one that states it. Raises AuditError if the file cannot be written.
 
     Examples
     --------
@@ -66,22 +56,7 @@ class AuditLog:
             raise AuditError(f"cannot be written: {reason(error)}", path=path) from error
 
     def append(self, client: str, action: str, details: Mapping[str, Any]) -> None:
-        """Append one event.
-
-        Parameters
-        ----------
-        client : str
-            Who requested it.
-        action : str
-            What was requested.
-        details : mapping
-            JSON values: entries, outcome. Never pictures or templates.
-
-        Raises
-        ------
-        AuditError
-            If the file cannot be written.
-        """
+        """Append one event: who requested what, and JSON values, never pictures or templates."""
         try:
             with self._lock, _open_to_append(self.path) as stream:
                 last, torn = _tail(stream, self.path)
@@ -100,27 +75,7 @@ class AuditLog:
 def check_audit_log(
     path: str | os.PathLike[str], *, expect: tuple[int, str] | None = None
 ) -> AuditState:
-    """Check all lines of an audit log against one another.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    expect : tuple of int and str, optional
-        Number of lines and last hash of an earlier state, of which this log must be the
-        continuation.
-
-    Returns
-    -------
-    AuditState
-        The number of lines and the last hash: with those noted earlier, they show that no line
-        is missing at the end.
-
-    Raises
-    ------
-    AuditError
-        If the file cannot be read, or as for `check_chain`.
-    """
+    """Check all lines of an audit log, as `check_chain`; AuditError if it cannot be read, too."""
     return check_chain(log_lines(path), path, expect=expect)
 
 

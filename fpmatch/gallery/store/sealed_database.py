@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import secrets
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
 
 from fpmatch.base.encryption.keys import KeyRing, load_keys
 from fpmatch.base.encryption.records import is_sealed
 from fpmatch.errors import EncryptionError
-from fpmatch.gallery.store.database import DamagedRowError, Database
-from fpmatch.gallery.store.sealing import read_sealing
-from fpmatch.gallery.store.tables import ENTRY, PACKED
+from fpmatch.gallery.store.database import DamagedRowError, Database, mark_overwritten
+from fpmatch.gallery.store.history import keep_history
+from fpmatch.gallery.store.sealing import ENCRYPTED_VERSION, create_sealing, read_sealing
+from fpmatch.gallery.store.tables import ENTRY, GALLERY, PACKED, VERSION, create_tables
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
-
-    import sqlalchemy as sa
 
     from fpmatch.gallery.store.sealing import Sealing
 
@@ -115,3 +117,38 @@ class SealedDatabase(Database):
 def as_keys(given: KeyRing | str | None) -> KeyRing:
     """Return the keys that were given, read from their source where that was given."""
     return given if isinstance(given, KeyRing) else load_keys(given)
+
+
+def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> None:
+    """Check that there is a gallery of a known version, or make an empty one.
+
+    One that is made to `encrypt` is encrypted with the current key; another must be encrypted.
+    """
+    with gallery.reading() as connection:
+        tables = set(sa.inspect(connection).get_table_names())
+    if GALLERY.name not in tables:
+        if tables and gallery.file is not None:
+            raise gallery.error("not a gallery but a database of something else", "no gallery")
+        if not create:
+            raise gallery.error("holds no gallery; `fpmatch enrol` makes one", "missing")
+        with gallery.creating() as connection:
+            if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
+                create_tables(connection, secrets.token_hex(16))
+                keep_history(connection)
+                mark_overwritten(connection)
+                if encrypt:
+                    create_sealing(connection, (gallery.current_key(),))
+                    connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
+    with gallery.reading() as connection:
+        version = connection.scalar(sa.select(GALLERY.c.version))
+    if version is None:
+        raise gallery.error("damaged: its version is missing", "damaged")
+    if version not in {VERSION, ENCRYPTED_VERSION}:
+        raise gallery.error(
+            f"a gallery of version {version}; this fpmatch reads versions {VERSION} and "
+            f"{ENCRYPTED_VERSION}",
+            "version",
+        )
+    if encrypt and version == VERSION:
+        why = "is not encrypted; `fpmatch gallery rotate` encrypts it"
+        raise gallery.error(why, "not encrypted")

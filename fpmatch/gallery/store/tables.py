@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
@@ -61,8 +62,6 @@ FAILURE: Final = sa.Table(
 TABLES: Final = (GALLERY, ENTRY, FAILURE)
 """The tables that every gallery has."""
 
-ENROLLED: Final = ""
-"""What `Conflicts.find` returns for a print that is enrolled already."""
 DPI_TOLERANCE: Final = 0.05  # resolutions in files have one decimal
 PRINTS_PER_QUERY: Final = 500
 _LABEL: Final = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
@@ -74,6 +73,21 @@ _SQLITE_TYPES: Final = {
     sa.Float: "real",
     sa.LargeBinary: "blob",
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Why a print cannot be enrolled, and the file of the entry that it conflicts with, if any."""
+
+    why: str
+    source: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.why} ({self.source})" if self.source else self.why
+
+
+ENROLLED: Final = Conflict("")
+"""What `Conflicts.find` returns for a print that is enrolled already."""
 
 
 def is_sound(dialect: str) -> sa.ColumnElement[bool]:
@@ -122,19 +136,21 @@ class Conflicts:
         self._by_content[entry.content] = entry
         self._by_label[entry.label] = entry
 
-    def find(self, request: EnrolmentRequest) -> str | None:
+    def find(self, request: EnrolmentRequest) -> Conflict | None:
         """Return why a print cannot be enrolled, `ENROLLED`, or None where it can be."""
         known = self._by_content.get(request.content)
         if known is not None:
             if known.label != request.label:
-                return f"the same picture is enrolled as {known.label} already ({known.source})"
+                why = f"the same picture is enrolled as {known.label} already"
+                return Conflict(why, known.source)
             if request.dpi is not None and abs(request.dpi - known.dpi) > DPI_TOLERANCE:
-                return f"enrolled already, at {known.dpi:g} dpi, not {request.dpi:g}"
+                return Conflict(f"enrolled already, at {known.dpi:g} dpi, not {request.dpi:g}")
             return ENROLLED
         for key in (request.content, request.label):
             if key in self._damaged:
-                return f"entry {self._damaged[key]}, which is damaged, has its picture or label"
+                number = self._damaged[key]
+                return Conflict(f"entry {number}, which is damaged, has its picture or label")
         other = self._by_label.get(request.label)
         if other is not None:
-            return f"another picture is enrolled as {request.label} already ({other.source})"
+            return Conflict(f"another picture is enrolled as {request.label} already", other.source)
         return None

@@ -111,38 +111,14 @@ def enrol(
     two runs may enrol at the same time. A print that cannot be enrolled does not stop the run; it
     is a failure, in the outcome and in the gallery, until it is enrolled.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    prints : sequence of PrintFile
-        From `find_prints`.
-    pattern : NamePattern, optional
-        Gets the labels of prints without one from their paths (default: FVC's names).
-    prefix : str
-        Text before each subject.
-    engine : Engine, optional
-        Where templates are extracted (default: all cores); its workers must see the files, unless
-        there is an `opener`.
-    extractor : callable
-        Makes the template of a print (default: `extract_print`, the images of a folder read with
-        one polarity); a function at the top of a module.
-    opener : callable, optional
-        Reads each print here: a `fpmatch.gallery.listing.prints.open_print` with its reader. The extractor,
-        a `fpmatch.gallery.listing.prints.extract_opened`, is then called with what it returns.
-    progress : callable
-        Called with stage "enrol", and with "prepare" while a large gallery is indexed, and numbers
-        of prints.
-    strict : bool
-        Whether to refuse, once all are extracted, impressions that do not match the others of
-        their finger; see `fpmatch.gallery.tasks.consistency`.
-
-    Raises
-    ------
-    GalleryError
-        If the gallery cannot be read or written.
-    EngineError
-        If the engine broke down.
+    The `pattern` gets the labels of prints without one from their paths (default: FVC's names), and
+    `prefix` stands before each subject. Templates are made on the `engine` (default: all cores) by
+    the `extractor`, a function at the top of a module (default: `extract_print`, the images of a
+    folder read with one polarity). Workers must see the files, unless there is an `opener`: it
+    reads each print here, an `open_print` with its reader, and the extractor, an `extract_opened`,
+    is called with what it returns. `progress` is called with stage "enrol", and with "prepare"
+    while a large gallery is indexed. If `strict`, impressions that do not match the others of their
+    finger are refused once all are extracted; see `fpmatch.gallery.tasks.consistency`.
     """
     check_prefix(prefix)
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress, prefix)
@@ -243,7 +219,7 @@ class _Run:
                 elif conflict == ENROLLED:
                     self._note_known(request.label, request.content)
                 else:
-                    self._fail(file, conflict)
+                    self._fail(file, str(conflict))
             self._report_progress()
 
     def _note_known(self, label: Label, content: bytes) -> None:
@@ -296,7 +272,7 @@ class _Run:
                 elif conflict == ENROLLED:
                     self._note_known(entry.label, entry.content)
                 else:
-                    self.failures.append(Failure(entry.source, conflict))
+                    self.failures.append(Failure(entry.source, str(conflict)))
         self._report_progress()
 
     @property

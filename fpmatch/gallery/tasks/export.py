@@ -37,14 +37,7 @@ def export_templates(
     They are written in the formats of some `suffixes`, as of `save_template`; `subject` selects
     those of one; damaged entries are skipped, as `gallery.damaged` states. `progress` is called
     with stage "export" and numbers of templates, `noted` with a file and each note on what its
-    format cannot hold.
-
-    Raises
-    ------
-    OutputError
-        If two entries would have the same file name, or a file cannot be written.
-    GalleryError
-        If the gallery cannot be read.
+    format cannot hold. Raises OutputError if two entries would have the same file name.
     """
     names = _names(gallery.entries(subject=subject))
     for number in [number for number, name in names.items() if len(name) > _LONGEST_NAME]:

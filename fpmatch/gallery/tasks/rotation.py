@@ -43,24 +43,11 @@ class Rotation:
 def rotate(
     gallery: Gallery, *, decrypt: bool = False, progress: Progress = no_progress
 ) -> Rotation:
-    """Seal all templates of a gallery with the current one of its keys.
+    """Seal all templates of a gallery, or `decrypt` them, with the current one of its keys.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery, with all keys in use and the new one.
-    decrypt : bool
-        Whether to store all templates without encryption instead.
-    progress : callable
-        Called with stage "rotate" and numbers of entries.
-
-    Raises
-    ------
-    GalleryError
-        If a key is missing, another rotation was begun meanwhile, or the gallery cannot be read or
-        written.
-    EncryptionError
-        If the source of the keys cannot be read.
+    The gallery is open with all keys in use and the new one. `progress` is called with stage
+    "rotate" and numbers of entries. Raises GalleryError if a key is missing, or another rotation
+    was begun meanwhile; EncryptionError if the source of the keys cannot be read.
     """
     with gallery.naming_keys():
         return _rotate(gallery, decrypt, progress)

@@ -36,37 +36,8 @@ def enrol_gallery(
     Templates are checked and copied as they are, with their labels, sources and SHA-256; entries
     get new numbers, in the same order. A thousand are committed at once: a run that was killed
     continues when it is started again. A damaged entry, and one whose label or picture is enrolled
-    otherwise, is a failure.
-
-    Parameters
-    ----------
-    gallery, source : Gallery
-        Open galleries; either may be encrypted.
-    prefix : str
-        Text before each subject.
-    progress : callable
-        Called with stage "enrol", and with "prepare" while a large gallery is indexed, and numbers
-        of entries.
-    strict : bool
-        Whether to refuse, once all are copied, impressions that do not match the others of their
-        finger; see `fpmatch.gallery.tasks.consistency`.
-
-    Raises
-    ------
-    GalleryError
-        If a gallery cannot be read or written, or both are the same.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> from fpmatch.gallery.gallery import open_gallery
-    >>> from fpmatch.gallery.tasks.transfer import enrol_gallery
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with open_gallery(Path(folder, "all.db"), create=True) as gallery:
-    ...         with open_gallery(Path(folder, "more.db"), create=True) as more:
-    ...             enrol_gallery(gallery, more)
-    Enrolment(enrolled=0, known=0, failures=(), noted={}, added={}, unmatched=(), copies=0)
+    otherwise, is a failure. Either gallery may be encrypted. `prefix`, `progress` and `strict` are
+    as for `fpmatch.gallery.tasks.enrol.enrol`; GalleryError is raised if both are the same, too.
     """
     if gallery.name == source.name or _same_file(gallery, source):
         raise gallery.error("its entries cannot be enrolled in itself", "same gallery")
@@ -87,7 +58,7 @@ def enrol_gallery(
         conflicts = gallery.add_packed(new)
         subjects = set()
         for entry, conflict in zip(new, conflicts, strict=True):
-            if conflict or isinstance(entry, Failure):
+            if isinstance(entry, Failure) or conflict not in {None, ENROLLED}:
                 failures.append(Failure(entry.source, str(conflict)))
                 continue
             subjects.add(entry.label.subject)

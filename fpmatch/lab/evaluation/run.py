@@ -176,8 +176,9 @@ def evaluate_templates(
 ) -> EvaluationReport:
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
-    `engine` is as for `fpmatch.gallery.engine.workers.run_chunks`, `probes` as for `compare_sets`. With an
-    `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are probes too.
+    `engine` is as for `fpmatch.gallery.engine.workers.run_chunks`, `probes` as for `compare_sets`.
+    With an `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are
+    probes too.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     enrolled = None

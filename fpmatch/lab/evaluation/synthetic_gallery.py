@@ -123,7 +123,7 @@ def _missing(
     for part in parts:
         requests = [EnrolmentRequest(label, content) for label, content in _prints(plan, part)]
         conflicts = gallery.find_conflicts(requests)
-        wrong = next((conflict for conflict in conflicts if conflict), None)
+        wrong = next((one for one in conflicts if one not in {None, ENROLLED}), None)
         if wrong is not None:
             raise DatasetError(f"{gallery.name}: {wrong}")
         known = frozenset(k for k, conflict in enumerate(conflicts) if conflict == ENROLLED)

@@ -147,12 +147,11 @@ def serve(
     missing = [name for name in _PACKAGES if not importlib.util.find_spec(name)]
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
-    from fpmatch.gallery.engine.local import available_cores
+    from fpmatch.base.threads import available_cores
     from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
-    from fpmatch.server.access import load_clients
     from fpmatch.server.server import bind_server
     from fpmatch.server.server import serve as serve_requests
-    from fpmatch.server.settings import Limits, Settings
+    from fpmatch.server.settings import Limits, Settings, load_clients
 
     settings = Settings(
         gallery=gallery,

@@ -26,7 +26,7 @@ from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.pointset.points_csv import load_points
-from fpmatch.server.access import load_clients
+from fpmatch.server.settings import load_clients
 from research.fuzzing.mutators.containers import npy_header
 from research.fuzzing.mutators.text import JSON, TABLE, TOML, json_line, table_cell, toml_line
 from research.fuzzing.targets.target import Reader, Target, scratch, written

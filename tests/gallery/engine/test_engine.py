@@ -187,7 +187,8 @@ def _is_there(process):
 def test_workers_end_with_the_process_that_started_them(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
-        "from pathlib import Path; import chunk_work; from fpmatch.gallery.engine.engine import processes\n"
+        "from pathlib import Path; import chunk_work\n"
+        "from fpmatch.gallery.engine.engine import processes\n"
         "if __name__ == '__main__':\n"
         f"    list(processes(2).map(chunk_work.sleep_long, Path({str(tmp_path)!r}), range(2)))"
     )
@@ -208,7 +209,8 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
 def test_what_workers_need_is_imported_before_they_start(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
-        "import os, signal; import chunk_work; from fpmatch.gallery.engine.engine import processes\n"
+        "import os, signal; import chunk_work\n"
+        "from fpmatch.gallery.engine.engine import processes\n"
         "from fpmatch.gallery.engine.local import start_fork_server\n"
         "if __name__ == '__main__':\n"
         "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"

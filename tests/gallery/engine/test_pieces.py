@@ -1,4 +1,4 @@
-"""`fpmatch.gallery.engine.pieces`: workers hold pieces, and the results are the same on every engine."""
+"""Workers hold pieces, and the results are the same on every engine."""
 
 from __future__ import annotations
 

@@ -7,9 +7,9 @@ from itertools import count, islice
 
 import pytest
 
+from fpmatch.base.threads import available_cores
 from fpmatch.errors import ImageError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.engine.local import available_cores
 from fpmatch.gallery.engine.workers import attempt_all, attempt_each, results_of_each, run_chunks
 
 

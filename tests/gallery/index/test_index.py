@@ -17,15 +17,15 @@ import platformdirs
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made_prints import entry_of, scattered
+from made_prints import changed, entry_of, scattered
 
 from fpmatch.errors import OutputError
-from fpmatch.gallery.compaction import compact_gallery
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.erasure import compact_gallery
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index import files as index_files
+from fpmatch.gallery.index import state as index_state
 from fpmatch.gallery.index.gallery_index import GalleryIndex
-from fpmatch.gallery.index.gallery_index import files as index_files
-from fpmatch.gallery.index.gallery_index import state as index_state
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -190,8 +190,7 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
 
 def test_damaged_entries_are_known_to_every_index(gallery):
     gallery.add([new_entry(number) for number in range(4)])
-    with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
-        database.execute("UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
+    changed(gallery.file, "UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
     assert [row[0] for row in contents(index_of(gallery))] == [1, 3, 4]
     gallery.damaged.clear()
     assert len(index_of(gallery).refresh()) == 3
@@ -391,7 +390,7 @@ def test_killed_at_30_random_moments_the_index_is_that_of_the_gallery(tmp_path):
     folder.mkdir()
     with open_gallery(folder / "g.db", create=True) as gallery:
         gallery.add([new_entry(number, number // 3) for number in range(20)])
-    words = [folder / "g.db", tmp_path / "cache", 20, Path(__file__).parent]
+    words = [folder / "g.db", tmp_path / "cache", 20, *Path(__file__).parents[:2]]
     script = [sys.executable, "-c", WORK, *map(str, words)]
     copies = [tmp_path / f"copy {attempt}" for attempt in range(30)]
     with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as worker:

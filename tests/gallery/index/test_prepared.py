@@ -12,14 +12,14 @@ import platformdirs
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made_prints import entry_of, scattered
+from made_prints import entry_of, refused, scattered
 
 from fpmatch.base.array_file import decode_arrays, encode_arrays, read_content, write_content
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
-from fpmatch.gallery.index.gallery_index import prepared as prepared_module
+from fpmatch.gallery.index import prepared as prepared_module
 from fpmatch.gallery.index.prepared import COLUMNS, load_prepared, prepare_gallery, save_prepared
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -338,9 +338,7 @@ def test_every_length_but_the_right_one_is_found(kept_file, tmp_path):
     path = tmp_path / kept_file.path.name
     for length in range(0, len(kept_file.whole), 17):
         path.write_bytes(kept_file.whole[:length])
-        with pytest.raises(FpmatchError) as caught:
-            load_prepared(path, MATCHER)
-        assert caught.value.code == "damaged"
+        refused(load_prepared, path, MATCHER, code="damaged", kind=FpmatchError)
 
 
 @given(data=st.data())

@@ -1,6 +1,7 @@
 """Segments: the mate has most votes, kernels do as their numpy forms, damage is refused."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -17,14 +18,14 @@ from matching_prints import (
 )
 
 from fpmatch.errors import MatcherError
+from fpmatch.gallery.index import numpy_forms
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
 from fpmatch.gallery.index._vote_kernel import count_votes, lists_ascend
-from fpmatch.gallery.index.gallery_index import numpy_forms
-from fpmatch.gallery.index.model import CURVATURES, TERMS, IndexModel, index_model
+from fpmatch.gallery.index.model import CURVATURES, MODEL_FILE, TERMS, IndexModel, index_model
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
 from fpmatch.gallery.index.stages import preselect, unoriented_share
 from fpmatch.gallery.index.terms import (
-    UNKNOWN_CURVATURE,
+    UNKNOWN,
     curvatures,
     edges_of,
     print_terms,
@@ -106,11 +107,11 @@ def test_where_the_orientation_is_not_known_the_curvature_is_not():
     points = spread_points(np.random.default_rng(3), 12)
     without = prepare(template_of(points))
     edges = edges_of(without)
-    assert (curvatures(without, edges) == UNKNOWN_CURVATURE).all()
+    assert (curvatures(without, edges) == UNKNOWN).all()
     small = prepare(template_of(points, field=striped_field(side=6)))  # of 96 px
     found = curvatures(small, edges)
-    assert 0 < (found == UNKNOWN_CURVATURE).sum() < len(edges)
-    assert found[found != UNKNOWN_CURVATURE] == pytest.approx(0, abs=1e-9)
+    assert 0 < (found == UNKNOWN).sum() < len(edges)
+    assert found[found != UNKNOWN] == pytest.approx(0, abs=1e-9)
 
 
 @pytest.mark.parametrize("fields", [(0, 0), (0, 1), (1, 0)])
@@ -205,10 +206,9 @@ def test_the_lookups_are_those_of_the_greatest_gain_within_the_budget():
 
 
 def test_a_model_is_what_its_document_says():
-    model = index_model()
-    again = IndexModel.of_document(model.document(17))
-    assert again.share.tolist() == model.share.tolist()
-    for wrong in ({}, {**model.document(), "lengths": [1.0]}, {**model.document(), "edges": -1}):
+    document = json.loads(MODEL_FILE.read_bytes())
+    assert index_model().lengths.tolist() == document["lengths"]
+    for wrong in ({}, {**document, "lengths": [1.0]}, {**document, "edges": -1}):
         with pytest.raises(MatcherError, match="no model"):
             IndexModel.of_document(wrong)
 

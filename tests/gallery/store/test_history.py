@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shutil
-import sqlite3
 import tempfile
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,7 @@ import pytest
 import sqlalchemy as sa
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_prints import entry_of, scattered
+from made_prints import changed, entry_of, scattered
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.gallery import Gallery, open_gallery
@@ -22,6 +20,7 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.history import UNKNOWN
 
 TEMPLATE = scattered(1, 5)
+TABLES = ("TABLE fpmatch_state", "TABLE fpmatch_removal")
 OTHERS = ("insert", "update", "removal", "state")  # what history has triggers for
 
 
@@ -54,12 +53,8 @@ def enrol(gallery: Gallery, number: int, subject: str = "ada", finger: str = "")
 
 def without_history(path: Path) -> None:
     """Make a gallery as version 0.2 made it."""
-    with closing(sqlite3.connect(path)) as database:
-        for name in OTHERS:
-            database.execute(f"DROP TRIGGER fpmatch_history_{name}")
-        database.execute("DROP TABLE fpmatch_state")
-        database.execute("DROP TABLE fpmatch_removal")
-        database.commit()
+    for what in (*(f"TRIGGER fpmatch_history_{name}" for name in OTHERS), *TABLES):
+        changed(path, f"DROP {what}")
 
 
 def test_changes_are_known_on_either_database(where: str) -> None:
@@ -126,8 +121,7 @@ def test_a_gallery_of_an_earlier_version_gets_a_history_with_its_next_change(
         before, content = gallery.revision(), gallery.content_hash()
         assert before.removals == UNKNOWN
         assert gallery.removals_since(before) == []
-        with closing(sqlite3.connect(path)) as database:
-            (state,) = database.execute("SELECT state FROM fpmatch_gallery").fetchone()
+        ((state,),) = changed(path, "SELECT state FROM fpmatch_gallery")
         # the hash of version 0.2, which is in the names of its prepared prints
         assert content == hashlib.sha256(f"{state} 2 2".encode()).hexdigest()[:32]
         gallery.remove([1])
@@ -146,9 +140,7 @@ def test_a_change_by_another_program_is_known(tmp_path: Path) -> None:
         for number in range(1, 5):
             enrol(gallery, number)
         follower, content = Follower(gallery), gallery.content_hash()
-        with closing(sqlite3.connect(path)) as database:
-            database.execute("DELETE FROM fpmatch_entry WHERE id = 1")
-            database.commit()
+        changed(path, "DELETE FROM fpmatch_entry WHERE id = 1")
         follower.follow(gallery)
         assert follower.fingers == {2: 2, 3: 2, 4: 2}
         assert gallery.content_hash() != content

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 from made_prints import extractor, finger_extractor
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.gallery import open_gallery
@@ -22,7 +21,7 @@ from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.tasks import enrol as enrol_module
 from fpmatch.prints.reading import ASSUMED_DPI
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 
 
 def enrol(gallery, *places, dpi=None, **options):
@@ -250,12 +249,7 @@ def colliding(tmp_path):
 
 
 @pytest.mark.parametrize("encrypt", [False, True])
-def test_prints_that_join_other_people_are_counted_and_named(
-    where, colliding, encrypt, tmp_path, monkeypatch
-):
-    keys = f"file:{tmp_path / 'keys.txt'}"
-    make_keys(keys)
-    monkeypatch.setenv("FPMATCH_KEY", keys)
+def test_prints_that_join_other_people_are_counted_and_named(where, colliding, encrypt, source):
     first, second = colliding
     with open_gallery(where, create=True, encrypt=encrypt) as gallery:
         done = enrol(gallery, first, extractor=finger_extractor)

@@ -136,8 +136,8 @@ def evaluate_scores(
     distances : bool
         As for `fpmatch.lab.evaluation.rates.scores.read_scores`.
     pattern : str, optional
-        Finds the fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by default
-        prints are named FFF_M.
+        Finds the fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by
+        default prints are named FFF_M.
 
     Raises
     ------

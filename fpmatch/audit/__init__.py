@@ -1,1 +1,0 @@
-"""Audit: who requested what and when, as a chain of lines in a file or a gallery."""

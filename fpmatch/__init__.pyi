@@ -26,12 +26,12 @@ from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.matchers import matcher_names as matcher_names
 from .matching.result import Verification as Verification
 from .matching.scale import find_scale as find_scale
-from .minutiae import Minutia as Minutia
-from .minutiae import Minutiae as Minutiae
-from .minutiae import MinutiaKind as MinutiaKind
-from .minutiae import Template as Template
 from .pointset.affine.transform import AffineTransform as AffineTransform
 from .pointset.match import match_points as match_points
 from .pointset.point_match import PointMatch as PointMatch
 from .pointset.similarity import Similarity as Similarity
-from .ridge_field import RidgeField as RidgeField
+from .templates.minutiae import Minutia as Minutia
+from .templates.minutiae import Minutiae as Minutiae
+from .templates.minutiae import MinutiaKind as MinutiaKind
+from .templates.minutiae import Template as Template
+from .templates.ridge_field import RidgeField as RidgeField

@@ -15,9 +15,9 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
-from fpmatch.minutiae import Template
 from fpmatch.output import atomic_write_bytes
 from fpmatch.report import as_rows
+from fpmatch.templates.minutiae import Template
 from fpmatch.text_table import html_table
 
 if TYPE_CHECKING:

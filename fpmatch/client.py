@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import httpx
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Print = str | os.PathLike[str] | bytes
 

@@ -22,7 +22,7 @@ from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.io.limits import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import is_image_file
-from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.image.recorder import Recorder
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 Name = TypeVar("Name")
 

@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.evaluation.impostors import ImpostorSet
 from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 def compare_all_pairs(
@@ -39,7 +39,7 @@ def compare_all_pairs(
     [False, True, False]
     """
     prints = [MATCHER.prepare(template) for template in templates]
-    many = PackedTemplates.pack(prints)
+    many = PreparedPrints.pack(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
         return MATCHER.similarities(prints[k], many, k + 1)

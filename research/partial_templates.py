@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
-    from fpmatch.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import Template
+    from fpmatch.templates.ridge_field import RidgeField
 
 MARGIN_PX: Final = 6.0  # minutiae this near the border of a part are not found, at 500 dpi
 DISC_MARGIN_PX: Final = 8.0  # ridges beyond the outermost minutia of a fragment, at 500 dpi
@@ -26,7 +26,7 @@ def fragment(template: Template, size: int, rng: np.random.Generator) -> Templat
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
     >>> len(fragment(whole, 2, np.random.default_rng(1)).minutiae)
     2
@@ -51,7 +51,7 @@ def thinned(template: Template, size: int, rng: np.random.Generator) -> Template
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
     >>> len(thinned(whole, 2, np.random.default_rng(1)).minutiae)
     2
@@ -69,7 +69,7 @@ def window(template: Template, side_px: float, rng: np.random.Generator) -> Temp
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
     >>> len(window(whole, 40, np.random.default_rng(1)).minutiae)
     2

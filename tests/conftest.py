@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 import fpmatch
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
 # sources of `fpmatch`, too, which must not hide the installed package.

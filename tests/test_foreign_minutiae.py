@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from fpmatch.errors import DatasetError, TemplateError
-from fpmatch.minutiae import MinutiaKind
+from fpmatch.templates.minutiae import MinutiaKind
 
 ROOT = Path(__file__).resolve().parents[1]
 FINGERS, IMPRESSIONS, MINUTIAE = 4, 3, 30

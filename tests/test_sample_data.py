@@ -13,7 +13,6 @@ from PIL import Image
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import load_truth
-from fpmatch.minutiae import MinutiaKind
 from fpmatch.pointset.match import match_points
 from fpmatch.pointset.points_csv import load_points
 from fpmatch.pointset.similarity import Similarity
@@ -22,6 +21,7 @@ from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.plan import Plan, sensors_named
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.templates.minutiae import MinutiaKind
 from research.figures import sample_data
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -22,16 +22,16 @@ from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.words import odds, outcome, score_as_high
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.minutiae import MM_PER_INCH
 from fpmatch.printable import printable, printable_lines
 from fpmatch.report import as_rows
+from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from fpmatch.minutiae import Template
     from fpmatch.pair import ComparedPair, PairOptions
     from fpmatch.reading import GivenPrint
+    from fpmatch.templates.minutiae import Template
 
 KINDS: Final = ("unknown", "ending", "bifurcation")
 SIDES: Final = ("probe", "reference")

@@ -129,8 +129,8 @@ def _template(
     """Return the record of a template file, at `dpi` where that is given."""
     from fpmatch.formats.files import load_record
     from fpmatch.formats.record import ReadingOptions
-    from fpmatch.minutiae import check_dpi
     from fpmatch.reading import ASSUMED_DPI
+    from fpmatch.templates.minutiae import check_dpi
 
     sides = None if size is None else (size.width, size.height)
     options = ReadingOptions(None if dpi is None else check_dpi(dpi), sides, angles)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 
@@ -108,9 +108,9 @@ def extract(
     """
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
-    from fpmatch.minutiae import check_dpi
     from fpmatch.output import make_folder
     from fpmatch.reading import PrintReader, group_by_note, make_given_print
+    from fpmatch.templates.minutiae import check_dpi
 
     if dpi is not None:
         check_dpi(dpi)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.gallery_audit import audit
-from fpmatch.cli.gallery_compact import compact
 from fpmatch.cli.gallery_rotate import rotate
+from fpmatch.cli.gallery_space import compact
 from fpmatch.cli.notes import first_of, json_lines, say_damaged, say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.cli.progress import ProgressBars

@@ -56,8 +56,8 @@ def inspect(
     """
     from fpmatch.gallery.inspection import inspect_file
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
-    from fpmatch.minutiae import check_dpi
     from fpmatch.reading import PrintReader
+    from fpmatch.templates.minutiae import check_dpi
 
     reader = PrintReader(raw, quiet=True).image
     if dpi is not None:

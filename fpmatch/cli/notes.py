@@ -91,7 +91,7 @@ def say_notes_on(prints: Iterable[GivenPrint], *, resolution: bool = False) -> N
 
 def say_dpi_assumed(prints: Sequence[object], remedy: str) -> None:
     """Note of which prints of a batch the resolution is unknown, and what sets it."""
-    from fpmatch.minutiae import STANDARD_DPI
+    from fpmatch.templates.minutiae import STANDARD_DPI
 
     if prints:
         assumed = f"{STANDARD_DPI:g} dpi assumed; the resolution is unknown ({remedy} sets it)"

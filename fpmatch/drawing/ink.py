@@ -8,13 +8,13 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.ridge_field import CELL_BITS, RidgeField
+from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.ridge_field import CELL_BITS, RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Pixels = NDArray[np.uint8]
 

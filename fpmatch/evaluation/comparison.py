@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.fingers.finger import Finger
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
-from fpmatch.matching.finger import Finger
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.protocol import Pairs
     from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Sides = Sequence[Sequence[Sequence[Template | None]]]
     Enrolled = Mapping[int, Sequence[int]]
@@ -96,7 +96,7 @@ class Comparer(Generic[Key]):
         if not hasattr(self.matcher, "similarities"):
             return self.one_by_one(probe, references)
         if self._packed[0] != references:
-            self._packed = references, PackedTemplates.pack(map(self.prepare, references))
+            self._packed = references, PreparedPrints.pack(map(self.prepare, references))
         found: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
         return found
 

@@ -12,7 +12,7 @@ from fpmatch.errors import ImageError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.report import SetResult
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.prints import ExtractedPrint
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 def crop_about_centroid(image: GreyImage, template: Template, side_px: float) -> GreyImage:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.dataset import Dataset
     from fpmatch.evaluation.impression import Impression
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
 

@@ -27,7 +27,7 @@ from fpmatch.evaluation.report import (
 from fpmatch.evaluation.scores import finger_of_fvc_name, read_genuine_and_impostor, read_scores
 from fpmatch.evaluation.scores_set import scores_of_set
 from fpmatch.gallery.entry import NamePattern
-from fpmatch.packed_template import minutiae_digest
+from fpmatch.templates.stored_template import minutiae_digest
 
 if TYPE_CHECKING:
     import os

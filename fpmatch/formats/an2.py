@@ -24,7 +24,7 @@ from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span
 from fpmatch.formats.fmr_header import CM_PER_INCH, ROUND_DPI
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MM_PER_INCH, MinutiaKind, Template
+from fpmatch.templates.minutiae import MM_PER_INCH, MinutiaKind, Template
 
 MINUTIAE_TYPE: Final = 9
 TEXT_IMAGES: Final = frozenset({13, 14, 15})

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 HEAD_BYTES: Final = 4096  # enough to recognise a format
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32

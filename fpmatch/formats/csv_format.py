@@ -24,12 +24,12 @@ import numpy as np
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, minutiae_from_columns
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 DIGITS: Final = 9  # significant digits that restore a float32 exactly
 MAGIC: Final = "# fpmatch-template"

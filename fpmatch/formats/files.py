@@ -9,19 +9,19 @@ from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import plain_csv
 from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.bounds import check_bounds
 from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.output import atomic_write_bytes
+from fpmatch.templates.bounds import check_bounds
 
 if TYPE_CHECKING:
     import os
 
     from fpmatch.formats.codec import Codec
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
 
@@ -147,7 +147,7 @@ def save_template(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch import load_template, save_template
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> template = Template(Minutiae(x=[10], y=[20], angle=[1.5]), width=100, height=120)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     notes = save_template(Path(folder, "print.csv"), template)

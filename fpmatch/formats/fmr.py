@@ -25,7 +25,7 @@ from fpmatch.formats.codec import (
 )
 from fpmatch.formats.fmr_header import MAGIC, dpi_of
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import MinutiaKind, Template
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.fmr_header import Frame
     from fpmatch.formats.record import ReadingOptions
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255

@@ -12,7 +12,7 @@ from fpmatch.formats.codec import check_fits
 if TYPE_CHECKING:
     from fpmatch.binary_records import ByteReader
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MAGIC: Final = b"FMR\x00"
 CM_PER_INCH: Final = 2.54

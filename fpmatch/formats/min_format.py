@@ -32,7 +32,7 @@ from fpmatch.formats.codec import (
     whole_pixels,
 )
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import MinutiaKind, Template
 
 MOST_MINUTIAE: Final = 9999  # largest number of four digits
 STEPS: Final = 32  # of a turn

@@ -18,8 +18,8 @@ from fpmatch.formats.angles import UNKNOWN, range_notes
 from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns, side
 from fpmatch.formats.csv_format import parse_number, text_lines
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
 from fpmatch.npy import decode_npy, is_npy
+from fpmatch.templates.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

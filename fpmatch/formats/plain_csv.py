@@ -32,7 +32,7 @@ from fpmatch.formats.csv_format import (
     text_lines,
 )
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import MinutiaKind, Template
 
 COLUMNS: Final = ("x", "y", "theta", "type", "quality")
 TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.bounds import MOST_SIDE_PX
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.bounds import MOST_SIDE_PX
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 # Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
 IMPRESSIONS: Final = {

@@ -32,7 +32,7 @@ from fpmatch.formats.codec import (
     whole_steps,
 )
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

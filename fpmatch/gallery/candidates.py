@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.identify_fused import FusedIdentification
     from fpmatch.gallery.prepared_search import Search
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 def identify_entries(

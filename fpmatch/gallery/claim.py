@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.matching.finger import verify_finger
+from fpmatch.fingers.finger import verify_finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
 from fpmatch.printable import printable
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
+    from fpmatch.fingers.finger import FingerVerification
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.finger import FingerVerification
     from fpmatch.matching.result import Matcher
     from fpmatch.matching.verify import Identity
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ def check_claim(
     `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
     Impressions that are damaged are skipped. `dpi_assumed` is true where nothing states the
     resolution of the probe. Other parameters, and the errors, are as for
-    `fpmatch.matching.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
+    `fpmatch.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
     nothing of the subject or finger is enrolled, or all of it is damaged.
     """
     before = len(gallery.damaged)

@@ -8,12 +8,12 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.fingers.consolidate import link_impressions, linked_groups
+from fpmatch.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.audit import ranges
 from fpmatch.gallery.entry import Failure
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.consolidate import link_impressions, linked_groups
 from fpmatch.matching.decision import find_shortage
-from fpmatch.matching.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 SUBJECTS_PER_QUERY: Final = 500
 SEARCHED_UP_TO: Final = 20_000  # entries of a gallery in which copies are looked for,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MOST_LETTERS: Final = 255
 """Of a subject, a finger or an impression."""

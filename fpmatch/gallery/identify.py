@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError, number_text
+from fpmatch.fingers.finger import fused_scores
 from fpmatch.gallery.prepared_search import (
     EXHAUSTIVE_UP_TO,
     Candidate,
@@ -18,7 +19,6 @@ from fpmatch.gallery.prepared_search import (
 )
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
-from fpmatch.matching.finger import fused_scores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.search import ConsolidatedFingers
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
 MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
@@ -130,7 +130,7 @@ def identify(
         docs/explanation/searching.md).
     impressions : bool
         Whether each impression is a candidate, with its own score, rather than each finger with
-        the score of its impressions together (see `fpmatch.matching.finger`).
+        the score of its impressions together (see `fpmatch.fingers.finger`).
     consolidated : ConsolidatedFingers, optional
         Compares each candidate also with the consolidated template of its impressions and ranks
         the candidates again; the same fingers are candidates (default: this is not done).

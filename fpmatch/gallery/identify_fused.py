@@ -1,7 +1,7 @@
 """Identification by several fingers: find the subjects whose fingers match the probes best.
 
 Each probe is searched alone. The subjects that are among the best of any probe are compared by all
-their fingers, and the scores of a subject's fingers are fused (`fpmatch.matching.fused_fingers`).
+their fingers, and the scores of a subject's fingers are fused (`fpmatch.fingers.fused_fingers`).
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 
 from fpmatch.engine.in_threads import Threads
 from fpmatch.errors import MatcherError
+from fpmatch.fingers.finger import fused_scores
+from fpmatch.fingers.fused_fingers import assign_fingers
 from fpmatch.gallery.identify import identify
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.matching.finger import fused_scores
-from fpmatch.matching.fused_fingers import assign_fingers
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.identify import Identification
     from fpmatch.gallery.prepared_search import CandidateListSize, Each, Search
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
 CONSIDERED: Final = 300

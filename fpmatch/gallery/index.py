@@ -18,12 +18,12 @@ import numpy as np
 from fpmatch.engine.engine import processes, serial
 from fpmatch.engine.workers import no_progress
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
-from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.index_files import IndexFolder
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index_state import IndexState, Part, removals_between
 from fpmatch.gallery.kept_files import FAULTS, kept_folders
 from fpmatch.output import folder_lock, make_folder, reason
+from fpmatch.templates.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -13,20 +13,19 @@ from fpmatch.errors import MatcherError
 from fpmatch.indexing import segment
 from fpmatch.indexing.model import TERMS
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
-from fpmatch.matching import compact_template, packed_descriptors, packed_templates
-from fpmatch.matching.compact_template import CompactTemplates
-from fpmatch.matching.packed_arrays import PRINT, START
-from fpmatch.matching.packed_descriptors import PackedDescriptors
-from fpmatch.matching.prepare_compact import prepare_compact
+from fpmatch.matching.prints import compact_template, prepared_prints, stored_descriptors
+from fpmatch.matching.prints.compact_template import CompactTemplates, prepare_compact
+from fpmatch.matching.prints.print_arrays import PRINT, START
+from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.packed_templates import PackedTemplates
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.minutiae import Template
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared_prints import PreparedPrints
+    from fpmatch.templates.minutiae import Template
 
 MOST_PRINTS: Final = MAX_PRINTS
 _SHARED: Final = {PRINT, START}
@@ -40,7 +39,7 @@ class PrintSegment:
     """
 
     terms: Segment
-    descriptors: PackedDescriptors
+    descriptors: StoredDescriptors
     templates: CompactTemplates
 
     @classmethod
@@ -51,7 +50,7 @@ class PrintSegment:
         prepared = [row[3] for row in prints]
         return cls(
             Segment.build(numbers, fingers, prepared),
-            PackedDescriptors.pack(prepared),
+            StoredDescriptors.pack(prepared),
             CompactTemplates.pack(row[2] for row in prints),
         )
 
@@ -116,19 +115,19 @@ class PrintSegment:
 
 def prepare_prints(
     segments: Sequence[PrintSegment], segment: NDArray[np.integer], place: NDArray[np.integer]
-) -> PackedTemplates:
+) -> PreparedPrints:
     """Return prints of some segments, prepared: the numbers of their segments, and their places."""
     order = np.argsort(segment, kind="stable")
     bounds = np.searchsorted(segment[order], np.arange(len(segments) + 1)).tolist()
     of_each = zip(segments, pairwise(bounds), strict=True)
     parts = [prepare_compact(one.templates, place[order[a:b]]) for one, (a, b) in of_each if a < b]
-    prints = packed_templates.PackedTemplates.concatenate(parts)
+    prints = prepared_prints.PreparedPrints.concatenate(parts)
     return prints if (order[1:] > order[:-1]).all() else prints.take(np.argsort(order))
 
 
 _PARTS: Final[dict[str, tuple[Any, Mapping[str, Column]]]] = {
     "terms": (Segment, segment.COLUMNS),
-    "descriptors": (PackedDescriptors, packed_descriptors.COLUMNS),
+    "descriptors": (StoredDescriptors, stored_descriptors.COLUMNS),
     "templates": (CompactTemplates, compact_template.COLUMNS),
 }
 
@@ -151,4 +150,4 @@ COLUMNS: Final = _columns()
 
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{packed_templates.preparation()}; {TERMS} terms"
+    return f"{prepared_prints.preparation()}; {TERMS} terms"

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index import GalleryIndex
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.prepared_search import Preselection, Search, parts_of
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import preselect
-from fpmatch.matching.candidate_list import PRINTS_AT_ONCE
+from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index_state import IndexState
     from fpmatch.gallery.prepared_search import Each
     from fpmatch.gallery.reader import GalleryReader
-    from fpmatch.matching.packed_templates import PackedTemplates
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared_prints import PreparedPrints
     from fpmatch.matching.result import Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
 
@@ -48,7 +48,7 @@ class IndexedPrints:
         """Return print k, prepared."""
         return self.take(np.array([k]))[0]
 
-    def take(self, which: NDArray[np.integer]) -> PackedTemplates:
+    def take(self, which: NDArray[np.integer]) -> PreparedPrints:
         """Return some prints, packed."""
         return prepare_prints(self._state.segments, *self._state.places(which))
 

@@ -14,7 +14,7 @@ from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
-from fpmatch.minutiae import MinutiaKind
+from fpmatch.templates.minutiae import MinutiaKind
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ from fpmatch.formats.codec import read_head
 from fpmatch.gallery.csv_rows import DELIMITERS, csv_rows, row_error
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.print_file import PrintFile, number_impressions
-from fpmatch.minutiae import check_dpi
 from fpmatch.printable import as_file_name
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os

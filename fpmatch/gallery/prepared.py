@@ -20,7 +20,6 @@ from fpmatch._version import __version__
 from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.engine.engine import processes
 from fpmatch.errors import FpmatchError, OutputError
-from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.kept_files import (
     FAULTS,
     PREPARED,
@@ -29,10 +28,11 @@ from fpmatch.gallery.kept_files import (
     seal_of,
     unseal_of,
 )
-from fpmatch.matching import packed_templates
-from fpmatch.matching.packed_arrays import PRINT
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints import prepared_prints
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.prints.print_arrays import PRINT
 from fpmatch.output import make_folder, remove_unfinished
+from fpmatch.templates.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -51,7 +51,7 @@ COLUMNS: Final = {
     "number": Column("<i8", (PRINT,)),
     "finger": Column("<i8", (PRINT,)),
     "digest": Column("|u1", (PRINT, 16)),
-    **packed_templates.COLUMNS,
+    **prepared_prints.COLUMNS,
 }
 """The arrays of a file."""
 
@@ -67,7 +67,7 @@ class Prepared:
     numbers: NDArray[np.int64]
     fingers: NDArray[np.int64]
     digests: NDArray[np.uint8]
-    prints: PackedTemplates
+    prints: PreparedPrints
 
     def digest_list(self) -> list[bytes]:
         """Return the digests."""
@@ -138,7 +138,7 @@ def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) 
         With the codes of `fpmatch.array_file.read_arrays`.
     """
     arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
-    prints = PackedTemplates.of_arrays(arrays)
+    prints = PreparedPrints.of_arrays(arrays)
     numbers, fingers = arrays["number"], arrays["finger"]
     if not ((np.diff(numbers) > 0).all() and (fingers <= numbers).all()):
         raise FpmatchError("damaged", path=path, code="damaged")
@@ -162,7 +162,7 @@ def prepared_name(matcher: Matcher, content: str) -> str:
 
 def _about(path: Path, matcher: Matcher) -> dict[str, str]:
     """Return what a file must be about."""
-    how = packed_templates.preparation()
+    how = prepared_prints.preparation()
     return {"name": path.name, "prepared": how, "matcher": matcher.name, "version": __version__}
 
 
@@ -230,11 +230,11 @@ def _renew(
         prints = new
     elif len(digests) == len(before) + len(new) and digests[: len(before)] == before:
         # prints were only added
-        prints = PackedTemplates.concatenate([old.prints, new])
+        prints = PreparedPrints.concatenate([old.prints, new])
     else:
         added = (new[k] for k in range(len(new)))
         kept = (old.prints[place[d]] if d in place else next(added) for d in digests)
-        prints = PackedTemplates.pack(kept)
+        prints = PreparedPrints.pack(kept)
     of_entries = np.array(numbers, np.int64), np.array(shown, np.int64)
     listed = np.frombuffer(b"".join(digests), np.uint8).reshape(-1, 16)
     return Prepared(*of_entries, listed, prints)
@@ -245,11 +245,11 @@ def _prepare_all(
     templates: Sequence[tuple[int, bytes]],
     engine: Engine,
     progress: Progress,
-) -> tuple[PackedTemplates, dict[int, str]]:
+) -> tuple[PreparedPrints, dict[int, str]]:
     """Return the prepared prints of those templates that are sound, and why others are not."""
     done, total = 0, len(templates)
     chunks = [templates[k : k + PRINTS_PER_CHUNK] for k in range(0, total, PRINTS_PER_CHUNK)]
-    parts: list[PackedTemplates] = []
+    parts: list[PreparedPrints] = []
     damaged: dict[int, str] = {}
     progress("prepare", done, total)
     with engine, closing(engine.map(_prepare, matcher, chunks)) as results:
@@ -258,16 +258,16 @@ def _prepare_all(
             damaged |= failed
             done += len(part) + len(failed)
             progress("prepare", done, total)
-    return PackedTemplates.concatenate(parts), damaged
+    return PreparedPrints.concatenate(parts), damaged
 
 
 def _prepare(
     matcher: Matcher, templates: Sequence[tuple[int, bytes]]
-) -> tuple[PackedTemplates, dict[int, str]]:
+) -> tuple[PreparedPrints, dict[int, str]]:
     prepared, damaged = [], {}
     for number, data in templates:
         try:
             prepared.append(matcher.prepare(unpack_template(data)))
         except FpmatchError as error:
             damaged[number] = str(error)
-    return PackedTemplates.pack(prepared), damaged
+    return PreparedPrints.pack(prepared), damaged

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.matching.candidate_list import candidate_list
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.candidate_list import candidate_list
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.reader import GalleryReader
     from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Each = Callable[..., Iterable[Any]]
 
@@ -39,7 +39,7 @@ class Candidate:
     `number` is that of the entry; of a finger, that of its most similar impression, to which
     `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
     which comparisons with another finger, of as many `impressions`, score as high, and `score` is
-    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.matching.finger`. `expected_false` is `fmr` times the
+    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.fingers.finger`. `expected_false` is `fmr` times the
     number of searched fingers (or impressions): how many score as high if none is the probe's.
     """
 
@@ -81,7 +81,7 @@ class Search:
     matcher: Matcher
     numbers: NDArray[np.int64]
     fingers: NDArray[np.int64]
-    references: Sequence[Any] | PackedTemplates
+    references: Sequence[Any] | PreparedPrints
     damaged: Mapping[int, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -163,8 +163,8 @@ class Search:
             self.matcher,
             np.concatenate([self.numbers, numbers]),
             np.concatenate([self.fingers, numbers]),
-            PackedTemplates.concatenate([known, PackedTemplates.pack(stored)])
-            if isinstance(known, PackedTemplates)
+            PreparedPrints.concatenate([known, PreparedPrints.pack(stored)])
+            if isinstance(known, PreparedPrints)
             else [*known, *stored],
             self.damaged,
         )
@@ -172,14 +172,14 @@ class Search:
     @property
     def has_bit_descriptors(self) -> bool:
         """Whether candidate lists can be made: the matcher's prints have bit descriptors."""
-        return isinstance(self.references, PackedTemplates)
+        return isinstance(self.references, PreparedPrints)
 
     def candidate_list(self, probe: Any, count: int, each: Each = map) -> NDArray[np.intp]:
         """Return the ascending indices of the `count` prints with the most similar descriptors.
 
         Raises MatcherError if the matcher's prints have none.
         """
-        if not isinstance(self.references, PackedTemplates):
+        if not isinstance(self.references, PreparedPrints):
             raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
         return candidate_list(probe, self.references, count, each)
 
@@ -188,7 +188,7 @@ class Search:
     ) -> NDArray[np.float64]:
         """Return the similarity of a prepared probe to each print, or to those of `which`."""
         references = self.references
-        if hasattr(self.matcher, "similarities") and isinstance(references, PackedTemplates):
+        if hasattr(self.matcher, "similarities") and isinstance(references, PreparedPrints):
             compare = self.matcher.similarities
             if which is None:
                 firsts = range(0, len(self), COMPARED_AT_ONCE)

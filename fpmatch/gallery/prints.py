@@ -22,8 +22,8 @@ from fpmatch.gallery.manifest import read_manifest
 from fpmatch.gallery.print_file import PrintFile
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.minutiae import check_dpi
 from fpmatch.reading import ASSUMED_DPI, PrintReader, make_given_print
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.folder_polarity import PolarityReader
     from fpmatch.image.quality.polarity import Polarity
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
     OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]

@@ -24,8 +24,8 @@ from fpmatch.gallery.tables import (
     PRINTS_PER_QUERY,
     is_sound,
 )
-from fpmatch.packed_template import packed_minutiae_digest
 from fpmatch.printable import as_text, printable
+from fpmatch.templates.stored_template import stored_minutiae_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.entry import Entry, PackedEntry
     from fpmatch.gallery.history import Removal, Revision
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 Converted = TypeVar("Converted")
 
@@ -180,7 +180,7 @@ class GalleryReader(SealedDatabase):
         """Yield number and digest of the minutiae of the entries with some numbers of minutiae."""
         query = PACKED.where(ENTRY.c.minutiae.in_(counts))
         for number, data in self._rows(query, lambda row: as_packed(self.opened(row))):
-            yield number, packed_minutiae_digest(data)
+            yield number, stored_minutiae_digest(data)
 
     def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
         """Yield number and content of all entries; each template was read once to check it."""

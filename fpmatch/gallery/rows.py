@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.bounds import MOST_MINUTIAE
-from fpmatch.gallery.compact import check_packed, pack_template, unpack_template
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Entry, Failure, Label, PackedEntry
-from fpmatch.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.templates.bounds import MOST_MINUTIAE
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.templates.stored_template import check_packed, pack_template, unpack_template
 
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import NewEntry
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 _KINDS: Final = {
     **dict.fromkeys(("id", "minutiae"), int),

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.fingers.finger import Finger
 from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO, LISTED_UP_TO, Search
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.matching.finger import Finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class ConsolidatedFingers:
         self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
 
     def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """Score fingers by `fpmatch.matching.finger.Finger`, and rank them again.
+        """Score fingers by `fpmatch.fingers.finger.Finger`, and rank them again.
 
         The score of a finger with one impression is unchanged.
         """

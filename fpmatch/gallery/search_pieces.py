@@ -20,8 +20,8 @@ from fpmatch.engine.pieces import hold_pieces, map_to_all
 from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.indexing.loss import DEFAULT_LOSS
-from fpmatch.matching.candidate_list import greatest, prefilter_scores
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.candidate_list import greatest, prefilter_scores
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.pieces import Pieces
     from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
     from fpmatch.gallery.prepared_search import CandidateListSize, Each
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
 MAX_PIECE: Final = 4096
@@ -113,7 +113,7 @@ def piece_size(prints: int) -> int:
 
 def _piece(search: Search, first: int, last: int) -> SearchPiece:
     references = search.references
-    if isinstance(references, PackedTemplates):
+    if isinstance(references, PreparedPrints):
         part: Any = references.part(first, last)
     else:
         part = references[first:last]
@@ -148,7 +148,7 @@ def hold_search(
 
 def _can_be_sent(search: Search) -> bool:
     """Return whether other processes can get prepared prints; of some matchers they cannot."""
-    if isinstance(search.references, PackedTemplates):
+    if isinstance(search.references, PreparedPrints):
         return True
     try:
         pickle.dumps((search.matcher, list(search.references[:1])))
@@ -274,7 +274,7 @@ def _within(which: NDArray[np.intp] | None, span: tuple[int, int]) -> NDArray[np
 def _preselect(_: None, piece: SearchPiece, probes: Sequence[Any]) -> list[NDArray[np.uint16]]:
     """Return for each probe the scores of the bit descriptors of a piece's prints."""
     references = piece.prints.references
-    assert isinstance(references, PackedTemplates)
+    assert isinstance(references, PreparedPrints)
     return [prefilter_scores(probe, references).astype(np.uint16) for probe in probes]
 
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
 
-from fpmatch.formats.bounds import MOST_MINUTIAE
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.rows import as_entry
-from fpmatch.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.templates.bounds import MOST_MINUTIAE
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

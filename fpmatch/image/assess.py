@@ -16,7 +16,7 @@ from fpmatch.image.quality.print_quality import (
     grade,
     wrong_resolution,
 )
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True)

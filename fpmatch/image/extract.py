@@ -27,8 +27,8 @@ from fpmatch.image.skeleton.spurious import (
     remove_spurs_and_islands,
 )
 from fpmatch.image.skeleton.thin import thin
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template, check_dpi
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template, check_dpi
+from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -19,7 +19,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.indexing.model import MODEL_FILE
-from fpmatch.matching.candidate_list import size_normalized
+from fpmatch.matching.prints.candidate_list import size_normalized
 from fpmatch.parsing import parse_json
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.indexing.segment import Segment
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 _NO_NUMBERS = np.empty(0, np.int64)
 _BINS = 1 << 16  # values that votes can have

@@ -24,14 +24,14 @@ import numpy as np
 
 from fpmatch.indexing._term_kernel import describe_edges, measure_curvatures
 from fpmatch.indexing.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
-from fpmatch.matching.quantization import ORIENTATIONS
+from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.indexing.model import IndexModel
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 FULL_TURN: Final = 2 * np.pi
 # The kernel has the same numbers.

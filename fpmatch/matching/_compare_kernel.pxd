@@ -1,9 +1,9 @@
 # Types of the kernel.
 from fpmatch.matching._align_kernel cimport Aligner
-from fpmatch.matching._prefilter_kernel cimport Prefilter
+from fpmatch.matching.prints._prefilter_kernel cimport Prefilter
 from fpmatch.matching._evidence_kernel cimport EvidenceScorer
 from fpmatch.matching._local_kernel cimport NeighbourIndex
-from fpmatch.matching._template_view_kernel cimport PackedView, TemplateView
+from fpmatch.matching.prints._template_view_kernel cimport PreparedView, TemplateView
 
 
 cdef class Comparer:
@@ -22,7 +22,7 @@ cdef class Comparer:
     cpdef double align(self, TemplateView reference, bint reference_first) noexcept nogil
     cdef int _normalize(self, TemplateView a, TemplateView b) noexcept nogil
     cpdef int compare_packed(
-        self, PackedView packed, TemplateView reference, Py_ssize_t first,
+        self, PreparedView packed, TemplateView reference, Py_ssize_t first,
         const signed char[::1] order, double[::1] similarity,
     )
     cdef double _similarity(self, TemplateView reference, bint reference_first) noexcept nogil

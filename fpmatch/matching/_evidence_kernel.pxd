@@ -1,6 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 from fpmatch.matching._align_kernel cimport Aligner
-from fpmatch.matching._template_view_kernel cimport TemplateView
+from fpmatch.matching.prints._template_view_kernel cimport TemplateView
 from fpmatch.matching._ridge_kernel cimport RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel cimport RidgeSearch
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from fpmatch.matching import score
 from fpmatch.matching._compare_kernel import Comparer
-from fpmatch.matching._template_view_kernel import TemplateView
 from fpmatch.matching.align import best_alignment, identity_alignment, make_aligner
-from fpmatch.matching.bit_descriptors import prefilter, score_descriptors
 from fpmatch.matching.local import LocalParameters, index_neighbours, local_similarity
+from fpmatch.matching.prints._template_view_kernel import TemplateView
+from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching._local_kernel import NeighbourIndex
     from fpmatch.matching.align import Alignment
-    from fpmatch.matching.bit_descriptors import BitDescriptors
-    from fpmatch.matching.packed_templates import PackedTemplates
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.bit_descriptors import BitDescriptors
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared_prints import PreparedPrints
     from fpmatch.matching.score import Evidence
 
 MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
@@ -81,7 +81,7 @@ class Workspace:
         return best_alignment(aligner), score.evidence_of(self.scorer, total)
 
     def similarities(
-        self, references: PackedTemplates, first: int, order: NDArray[np.int8]
+        self, references: PreparedPrints, first: int, order: NDArray[np.int8]
     ) -> NDArray[np.float64]:
         """Return the similarities of the probe to references from number `first` on.
 
@@ -93,7 +93,7 @@ class Workspace:
             n, size = self.capacity, references.neighbour.shape[1]
             arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
             self._packed_view = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-        self._kernel.compare_packed(references.packed, self._packed_view, first, order, similarity)
+        self._kernel.compare_packed(references.view, self._packed_view, first, order, similarity)
         return similarity
 
 
@@ -144,7 +144,7 @@ def align(
 
 
 def similarities(
-    probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
+    probe: PreparedTemplate, references: PreparedPrints, first: int, last: int
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Return the similarities to the references from number `first` up to, not including, `last`.
 
@@ -161,7 +161,7 @@ def similarities(
 
 
 def canonical_order(
-    probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
+    probe: PreparedTemplate, references: PreparedPrints, first: int, last: int
 ) -> NDArray[np.int8]:
     """Return which of the probe and each reference comes first, in the order of their keys.
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import cv2
 import numpy as np
 
-from fpmatch.minutiae import MM_PER_INCH
+from fpmatch.templates.minutiae import MM_PER_INCH
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.minutiae import Template
-    from fpmatch.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import Template
+    from fpmatch.templates.ridge_field import RidgeField
 
 Decision = Literal["match", "no match", "inconclusive"]
 MATCH: Final = "match"

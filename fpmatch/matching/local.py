@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching import _local_kernel as kernel
-from fpmatch.matching.neighbourhood import NeighbourhoodParameters
+from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.neighbourhood import Neighbourhoods
+    from fpmatch.matching.prints.neighbourhood import Neighbourhoods
 
 CELL_PX: Final = 20.0  # side of the cells in which neighbours are looked up
 HALF: Final = 7  # such cells from the middle to each border; both set the time it takes, no more

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.decision import Decision
     from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.matching.scale import ScaleMeasurement
-    from fpmatch.minutiae import Template
     from fpmatch.pointset.similarity import Similarity
+    from fpmatch.templates.minutiae import Template
 
     Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
 

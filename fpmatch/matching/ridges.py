@@ -13,7 +13,7 @@ from fpmatch.matching.align import aligner_of
 
 if TYPE_CHECKING:
     from fpmatch.matching.align import Alignment
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def correlate(
     --------
     >>> from fpmatch import Minutiae, Template
     >>> from fpmatch.matching.align import identity_alignment
-    >>> from fpmatch.matching.prepare import prepare
+    >>> from fpmatch.matching.prints.prepare import prepare
     >>> bare = prepare(Template(Minutiae(x=[20, 60], y=[20, 30], angle=[0, 1]), 100, 100))
     >>> correlator, cells = correlate(bare, bare, identity_alignment(bare.points))
     >>> correlator.correlation, cells

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.result import Verification
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MIN_PAIRS: Final = 8  # below which no scale is measured
 MAX_LOG_DIFFERENCE: Final = math.log1p(0.07)  # of scales that count as one
@@ -51,7 +51,7 @@ def measure_scale(
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> x, y = np.meshgrid(np.arange(0, 100, 25.0), np.arange(0, 100, 25.0))
     >>> minutiae = Minutiae(x.ravel(), y.ravel(), np.zeros(16))
     >>> right = Template(minutiae, width=100, height=100, dpi=569)

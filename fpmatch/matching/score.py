@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.align import Alignment
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json"
 

@@ -17,7 +17,7 @@ from fpmatch.matching.calibration import (
 )
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import PreparedPair, Verification, may_match, score_of
-from fpmatch.packed_template import minutiae_digest
+from fpmatch.templates.stored_template import minutiae_digest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Identity = Literal["pixels", "template"]
 

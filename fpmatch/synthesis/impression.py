@@ -19,11 +19,11 @@ from fpmatch.synthesis.warp import draw_warp
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Minutiae
     from fpmatch.synthesis.master import Master
     from fpmatch.synthesis.presets import Preset
     from fpmatch.synthesis.sensor import Sensor
     from fpmatch.synthesis.warp import Warp
+    from fpmatch.templates.minutiae import Minutiae
 
     Field = NDArray[np.float32]  # a value a pixel
 

@@ -17,7 +17,7 @@ from fpmatch.synthesis.orientation import OrientationParameters, ridge_orientati
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 AVERAGE_ROWS: Final = 560  # of a print of average size, to which lengths in the classes refer
 SMALLEST_SIDE_PX: Final = 64

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import Minutiae, MinutiaKind
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import DatasetError
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.parsing import ParseError, parse_toml
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.presets import preset_named
 from fpmatch.synthesis.sensor import SENSORS, Sensor
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

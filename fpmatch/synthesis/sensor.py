@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.ridge_field import RidgeField
 from fpmatch.synthesis import _impression_kernel as kernel
 from fpmatch.synthesis.contact import DRY_SPOT, WET_SPOT
 from fpmatch.synthesis.counted_random import keys_of, uniform
 from fpmatch.synthesis.presets import preset_named
 from fpmatch.synthesis.template_fingers import STEP_PX, TURN, smooth_grids
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -15,8 +15,8 @@ from fpmatch.synthesis.template_impressions import draw_impressions
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from fpmatch.minutiae import Template
     from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.templates.minutiae import Template
 
 LARGEST_FINGER: Final = 2**53
 _AT_ONCE: Final = 32  # fingers

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Minutiae
     from fpmatch.synthesis.impression import Impression
     from fpmatch.synthesis.master import Master
     from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.templates.minutiae import Minutiae
 
 TRUTH_FOLDER: Final = "truth"
 _DIGEST_KEY: Final = b',"sha256":"'  # of the truth, before its last two characters

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.points import as_points
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Ink
-    from fpmatch.minutiae import Template
     from fpmatch.pair import ComparedPair, PairOptions
+    from fpmatch.templates.minutiae import Template
     from fpmatch.web.prints import PrintOptions
 
 LARGEST_SIDE_SHOWN: Final = 1600  # pixels of a print

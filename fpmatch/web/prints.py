@@ -10,8 +10,8 @@ from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.limits import ImageLimits
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.reading import decode_print, make_given_print
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.recorder import Recorder

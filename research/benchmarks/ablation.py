@@ -156,7 +156,7 @@ VARIANTS: Final = (
         "nearest neighbours instead of Delaunay",
         (
             (MESH, FIND_RING, NEAREST_RING),
-            ("fpmatch/matching/neighbourhood.py", NEIGHBOURS, NEAREST_NEIGHBOURS),
+            ("fpmatch/matching/prints/neighbourhood.py", NEIGHBOURS, NEAREST_NEIGHBOURS),
         ),
     ),
     Variant(

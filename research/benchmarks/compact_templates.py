@@ -23,16 +23,20 @@ from scipy.spatial import Delaunay
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.indexing.segment import Segment
-from fpmatch.matching.bit_descriptors import prefilter_of
-from fpmatch.matching.candidate_list import prefilter_scores
-from fpmatch.matching.compact_template import CompactTemplates, compact, expand
-from fpmatch.matching.packed_descriptors import PackedDescriptors
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.prepare import prepare
-from fpmatch.matching.prepare_compact import prepare_compact
-from fpmatch.matching.ridge_samples import ORIENTATIONS, RidgeSampleParameters
+from fpmatch.matching.prints.bit_descriptors import prefilter_of
+from fpmatch.matching.prints.candidate_list import prefilter_scores
+from fpmatch.matching.prints.compact_template import (
+    CompactTemplates,
+    compact,
+    expand,
+    prepare_compact,
+)
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.prints.ridge_samples import ORIENTATIONS, RidgeSampleParameters
+from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
+from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.commands import Command, folders, json_file, workers, write_json
 from research.tables.stored_prints import RATES, stored_forms, stored_parts, stored_times
 
@@ -43,8 +47,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.minutiae import Template
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.templates.minutiae import Template
 
 REACH = 5  # bits, of the weights of an estimate
 TIMED = 5  # the fastest of so many rounds
@@ -67,8 +71,8 @@ def without_ridges(template: Template) -> Template:
 def sampled(template: Template, *, kept: Callable[[Any, Any], Any], estimated: bool) -> Template:
     """Return a template of whose ridges some bits are kept, by row and column.
 
-    The others are estimated along the ridges as `fpmatch.matching.ridge_samples` does, or they are
-    those of the nearest kept bit.
+    The others are estimated along the ridges as `ridge_samples` does, or they are those of the
+    nearest kept bit.
     """
     p, found = RidgeSampleParameters(), exact(template)
     if found.field is None or found.field.ridges is None:
@@ -181,11 +185,11 @@ def measure_parts(sets: list[ExtractedSet]) -> list[dict[str, Any]]:
         parts = {
             # the starts of terms are those of 65,536 prints
             "index": index.nbytes - index.term_start.nbytes,
-            "descriptors": PackedDescriptors.pack(prints).nbytes,
+            "descriptors": StoredDescriptors.pack(prints).nbytes,
             "template": CompactTemplates.pack(templates).nbytes,
             "minutiae": sum(map(len, templates)),
             "gallery": sum(len(pack_template(template)) for template in templates),
-            "prepared": PackedTemplates.pack(prints).nbytes,
+            "prepared": PreparedPrints.pack(prints).nbytes,
         }
         measured.append(
             {"name": one.dataset.name, **{k: v / len(prints) for k, v in parts.items()}}
@@ -199,8 +203,8 @@ def measure_times(sets: list[ExtractedSet]) -> dict[str, Any]:
     packed = [compact(template) for template in templates]
     prints = [prepare(template) for template in templates]
     many, every = CompactTemplates.of_bytes(packed), np.arange(len(packed))
-    full = PackedTemplates.concatenate([PackedTemplates.pack(prints)] * COPIES)
-    small = PackedDescriptors.concatenate([PackedDescriptors.pack(prints)] * COPIES)
+    full = PreparedPrints.concatenate([PreparedPrints.pack(prints)] * COPIES)
+    small = StoredDescriptors.concatenate([StoredDescriptors.pack(prints)] * COPIES)
     probes, count = prints[::16], len(full)
     places: NDArray[np.float64] = np.random.default_rng(0).uniform(0, 300, (40, 2))
     scores = [(prefilter_scores(p, full), small.scores(p)) for p in probes]
@@ -209,9 +213,9 @@ def measure_times(sets: list[ExtractedSet]) -> dict[str, Any]:
         "compact": each_us(lambda: [compact(template) for template in templates], len(templates)),
         "expand": each_us(lambda: [expand(data) for data in packed], len(packed)),
         "prepare": each_us(lambda: [prepare(template) for template in templates], len(templates)),
-        "pack": each_us(lambda: PackedTemplates.pack(prints), len(prints)),
+        "pack": each_us(lambda: PreparedPrints.pack(prints), len(prints)),
         "prepare_compact": each_us(lambda: prepare_compact(many, every), len(prints)),
-        "pack_descriptors": each_us(lambda: PackedDescriptors.pack(prints), len(prints)),
+        "pack_descriptors": each_us(lambda: StoredDescriptors.pack(prints), len(prints)),
         "prefilter": float(np.mean([prefilter_us(p, full, None) for p in probes])),
         "packed_prefilter": float(np.mean([prefilter_us(p, full, small) for p in probes])),
         "scores": count * len(probes),
@@ -220,7 +224,7 @@ def measure_times(sets: list[ExtractedSet]) -> dict[str, Any]:
 
 
 def prefilter_us(
-    probe: PreparedTemplate, full: PackedTemplates, small: PackedDescriptors | None
+    probe: PreparedTemplate, full: PreparedPrints, small: StoredDescriptors | None
 ) -> float:
     """Return the CPU time to score a print, in microseconds."""
     if small is None:

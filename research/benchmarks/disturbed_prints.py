@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fpmatch.image.extract import extract
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 PRINTS = Path(__file__).parents[2] / "sample_data"
 MINUTIAE = 40

@@ -39,7 +39,7 @@ from research.commands import Command, json_file, write_json
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 BATCH = 500  # entries a transaction
 ROUNDS = 5

@@ -25,7 +25,7 @@ from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.minutiae import STANDARD_DPI, Template
+from fpmatch.templates.minutiae import STANDARD_DPI, Template
 from fpmatch.text_table import text_table
 from research.all_pairs import compare_all_pairs
 from research.commands import Command, folders, json_file, workers, write_json

@@ -22,9 +22,9 @@ from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.indexing.stages import preselect
 from fpmatch.indexing.terms import probe_terms
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.candidate_list import SizeNormalization, prefilter_scores
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from research.commands import Command, folders, json_file, write_json
 from research.tables.indexing import format_indexing
 from research.training.index import PASSED_ON, gallery_prints, segment_of
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 GALLERIES = (100_000, 1_000_000)
 LOSSES = (0.005, 0.01, 0.02, 0.05)
@@ -56,7 +56,7 @@ class Kind:
 class Others:
     """Prints of other fingers, among which mates are ranked."""
 
-    packed: PackedTemplates
+    packed: PreparedPrints
     segment: Segment
 
 
@@ -66,7 +66,7 @@ def lost(kind: Kind, others: Others, every: int) -> dict[str, Any]:
     A mate counts if it is more similar than all prints of other fingers of the database, and in a
     gallery of N prints by the probability that none of them, of its FMR, scores higher.
     """
-    own, packed = segment_of(list(kind.prints)), PackedTemplates.pack(kind.prints)
+    own, packed = segment_of(list(kind.prints)), PreparedPrints.pack(kind.prints)
     finger = np.array([hash(f) for f in kind.finger])
     calibration = load_calibration(MATCHER.name)
     budgets = sorted({search_plan(loss, n).budget for loss in LOSSES for n in GALLERIES})
@@ -165,7 +165,7 @@ def bytes_a_print(kind: Kind) -> dict[str, float | str]:
 def measured(kinds: Sequence[Kind], prints: int, every: int = 1) -> dict[str, Any]:
     """Return all results."""
     made = list(gallery_prints(prints))
-    others = Others(PackedTemplates.pack(made), segment_of(made))
+    others = Others(PreparedPrints.pack(made), segment_of(made))
     probes = [print_ for kind in kinds for print_ in kind.prints]
     return {
         "others": prints,

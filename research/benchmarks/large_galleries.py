@@ -33,11 +33,11 @@ from fpmatch.gallery.index_segment import prepare_prints
 from fpmatch.indexing.loss import search_plan, with_votes
 from fpmatch.indexing.stages import preselect
 from fpmatch.indexing.terms import probe_terms
-from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.candidate_list import SizeNormalization
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.bit_descriptors import prefilter_of
+from fpmatch.matching.prints.candidate_list import SizeNormalization
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.synthesis.templates import make_templates
 from research.commands import PATH, Command, json_file, write_json
 from research.tables.searching import format_searching
@@ -50,8 +50,8 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.index_segment import PrintSegment
     from fpmatch.indexing.loss import SearchPlan
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.minutiae import Template
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.templates.minutiae import Template
 
 COUNTS = (10_000, 100_000, 1_000_000, 10_000_000)
 MOST_ON_DEMAND = 1_000_000  # more need --most
@@ -264,7 +264,7 @@ def compare_all(
     rivals: dict[tuple[int, int], float] = {}
     for first in range(0, len(rows), COMPARED):
         numbers = range(first, min(first + COMPARED, len(rows)))
-        many = PackedTemplates.pack(MATCHER.prepare(template_of(rows, k)) for k in numbers)
+        many = PreparedPrints.pack(MATCHER.prepare(template_of(rows, k)) for k in numbers)
         for n, kind in enumerate(given):
             for k in kind.probes(COMPARED_WITH_ALL):
                 rival = float(MATCHER.similarities(kind.prints[k], many).max())

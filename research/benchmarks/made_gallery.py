@@ -21,16 +21,16 @@ import repository
 
 from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index_segment import COLUMNS, PrintSegment
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.templates import make_templates
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 SEED = 22
 PART = 65_536  # prints
@@ -38,7 +38,7 @@ SYNTHESIS = "1"  # another where `make_templates` gives other templates
 # modules that decide what an index holds
 CODE_OF_INDEX = (
     *(f"indexing/{name}.py" for name in ("terms", "_term_kernel", "segment")),
-    *(f"matching/{name}.py" for name in ("packed_descriptors", "compact_template")),
+    *(f"matching/prints/{name}.py" for name in ("stored_descriptors", "compact_template")),
 )
 ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("bytes",))}
 

@@ -35,7 +35,7 @@ from research.synthetic_sets import TEST_SEED, synthetic_sets
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 Counts = dict[str, PlaceCounts]
 Known = tuple["Minutiae", "np.ndarray", "np.ndarray | None"]  # minutiae, visible, cores

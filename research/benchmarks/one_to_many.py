@@ -32,15 +32,15 @@ from fpmatch.array_file import read_arrays, write_arrays
 from fpmatch.matching import score
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import COLUMNS, PackedTemplates
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.ridge_field import RidgeField
+from fpmatch.matching.prints.prepared_prints import COLUMNS, PreparedPrints
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 from research.training.score_samples import NO_PREFILTER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 COUNTS = (1_000, 10_000, 100_000)
 POINTS = 40
@@ -119,19 +119,19 @@ def seconds(function: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def repeated(few: PackedTemplates, count: int) -> PackedTemplates:
+def repeated(few: PreparedPrints, count: int) -> PreparedPrints:
     """Return so many prints, those of `few` again and again."""
-    return PackedTemplates.concatenate([few] * (count // len(few)))
+    return PreparedPrints.concatenate([few] * (count // len(few)))
 
 
-def file_seconds(many: PackedTemplates) -> tuple[float, float]:
+def file_seconds(many: PreparedPrints) -> tuple[float, float]:
     """Return the seconds that it takes to save prints, and to map and check them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "prints")
         start = time.perf_counter()
         write_arrays(path, many.arrays(), COLUMNS, {})
         saved = time.perf_counter()
-        PackedTemplates.of_arrays(read_arrays(path, COLUMNS, {}))
+        PreparedPrints.of_arrays(read_arrays(path, COLUMNS, {}))
         return saved - start, time.perf_counter() - saved
 
 
@@ -143,7 +143,7 @@ def main() -> int:
     rng = np.random.default_rng(40)
     print(f"kernels {'compiled' if COMPILED else 'interpreted'}")
     made = prints(rng, PREPARED)
-    few = PackedTemplates.pack(made)
+    few = PreparedPrints.pack(made)
     probes = made[:: PREPARED // PROBES]
     clouds = [rng.random((POINTS, 2)) for _ in range(200)]
     print(

@@ -23,14 +23,14 @@ from disturbed_prints import disturbed, sample_templates
 from fpmatch.engine.engine import make_engine
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import StoredTemplate
-from fpmatch.gallery.compact import pack_template
 from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from fpmatch.engine.engine import Engine
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MAX_BYTES = 1e9
 REPORT_EVERY_S = 20.0

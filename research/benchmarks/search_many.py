@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prepared_search import Search
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 WARM_UP = 2  # probes of the first, short run of each engine
 CORES = 2

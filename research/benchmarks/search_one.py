@@ -27,15 +27,16 @@ from unittest.mock import patch
 
 from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
-from fpmatch import packed_columns
+from fpmatch import stored_columns
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.search import open_search
 from fpmatch.indexing import segment
-from fpmatch.matching import bit_descriptors, candidate_list, compare, ridge_samples
-from fpmatch.matching.packed_descriptors import PackedDescriptors
+from fpmatch.matching import compare
+from fpmatch.matching.prints import bit_descriptors, candidate_list, ridge_samples
+from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
 from fpmatch.synthesis.templates import make_templates
 
 if TYPE_CHECKING:
@@ -43,18 +44,18 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prepared_search import Search
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock
     (compare.Workspace, "similarities"),
     (candidate_list, "prefilter_scores"),
-    (PackedDescriptors, "scores"),
+    (StoredDescriptors, "scores"),
     (segment, "count_votes"),
     (bit_descriptors, "encode_neighbours"),
     (bit_descriptors, "encode_orientations"),
     (ridge_samples, "restore"),
-    (packed_columns, "read_columns"),
-    (packed_columns, "read_cells"),
+    (stored_columns, "read_columns"),
+    (stored_columns, "read_cells"),
 )
 BATCH = 1000  # entries a transaction
 LOSS = 0.01

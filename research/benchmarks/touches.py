@@ -21,8 +21,8 @@ from repository import ROOT
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import error_rates
+from fpmatch.fingers.finger import Finger, fused_score
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.finger import Finger, fused_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.plan import plain_sensor

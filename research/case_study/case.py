@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.result import Verification
-    from fpmatch.minutiae import Template
     from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.templates.minutiae import Template
 
     Floats = NDArray[np.float64]
 

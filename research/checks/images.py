@@ -13,7 +13,7 @@ from fpmatch import Template, find_scale, verify
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.image.assess import assess
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.text_table import markdown_table
 from research.commands import PATH, Command, folders
 from research.marked_blocks import write_marked_block

@@ -16,11 +16,11 @@ from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import common_polarity, is_inverted, polarity_evidence
 from fpmatch.image.recorder import StageRecorder
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.text_table import markdown_table
 from research.commands import PATH, Command, folders
 from research.marked_blocks import write_marked_block

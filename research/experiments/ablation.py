@@ -24,7 +24,7 @@ from fpmatch.evaluation.run import load_datasets
 from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching import score
 from fpmatch.matching.score_model import ScoreWeights
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs
 from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json
 from research.synthetic_sets import TRAINING_SEED, make_synthetic_sets

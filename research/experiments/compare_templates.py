@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 SEED: Final = 31
 FINGERS: Final = 60  # of each sensor

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import os
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 MAX_DISTANCE_PX: Final = 8.0  # between positions of the same minutia
 MAX_TURN_DEG: Final = 30.0  # between directions that agree
@@ -66,7 +66,7 @@ def compare_directions(ours: Minutiae, theirs: Minutiae) -> Agreement:
 
     Examples
     --------
-    >>> from fpmatch.minutiae import Minutiae
+    >>> from fpmatch.templates.minutiae import Minutiae
     >>> ours = Minutiae(x=[10, 50], y=[10, 50], angle=[0.0, 1.0])
     >>> theirs = Minutiae(x=[12, 51, 90], y=[10, 50, 90], angle=[0.1, 1.0 + np.pi, 0.0])
     >>> compare_directions(ours, theirs)

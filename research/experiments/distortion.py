@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
     from fpmatch.synthesis.impression import Impression
     from fpmatch.synthesis.master import Master
     from fpmatch.synthesis.presets import Preset
     from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.templates.minutiae import Template
 
 FIRST_FINGER: Final = 1
 CONDITIONS: Final = {

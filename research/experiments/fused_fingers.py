@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -18,7 +18,7 @@ from fpmatch.evaluation.extraction import attempt_each_image
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.recorder import StageRecorder
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:

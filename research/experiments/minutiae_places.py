@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.ground_truth.minutiae_counts import Tolerance
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
 """The places, in the order of the table."""

@@ -26,7 +26,7 @@ from fpmatch.matching.decision import (
     uniformity,
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.text_table import markdown_table
 from research.partial_templates import fragment
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.impression import Impression
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)  # minutiae
 CROP_SIDES_PX: Final = (64, 96, 128, 160)  # at 500 dpi
@@ -74,7 +74,7 @@ class WholePrints:
         self.templates: list[Template] = [template for _, template in kept]
         self.finger = np.array([one.finger for one in self.impressions])
         prepared = [MATCHER.prepare(template) for template in self.templates]
-        self._packed = PackedTemplates.pack(prepared)
+        self._packed = PreparedPrints.pack(prepared)
         sides = zip(self.templates, prepared, strict=True)
         self._evidence = np.stack([evidence_in(MATCHER, *one) for one in sides])
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
     from fpmatch_revocable.template import RevocableTemplate
 
 KEYS: Final = 2

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching.candidate_list import SIZE_OFFSET, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.matching.prints.candidate_list import SIZE_OFFSET, prefilter_scores
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.minutiae import Template
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.templates.minutiae import Template
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of a distribution that are reported."""
@@ -83,7 +83,7 @@ def describe(group: Group) -> dict[str, Any]:
 
 def non_mated(probes: Group, gallery: Group) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return similarities and prefilter scores of probes with all prints of other fingers."""
-    many = PackedTemplates.pack(MATCHER.prepare(template) for template in gallery.templates)
+    many = PreparedPrints.pack(MATCHER.prepare(template) for template in gallery.templates)
     finger = np.array([hash(f) for f in gallery.finger])
     similarity, prefilter = [], []
     for template, own in zip(probes.templates, probes.finger, strict=True):

@@ -11,8 +11,8 @@ from fpmatch.drawing.files import png_bytes
 from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.image.io.read import read_image
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
 from research.figures.print_sheet import DEFAULT_DPI, PrintTile, print_sheet
 

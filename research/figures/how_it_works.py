@@ -21,7 +21,7 @@ from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.overlay.marks import MarkStyle
     from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene.items import Item, Point
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.pointset.delaunay.triangulation import Triangulation
 
 

@@ -14,7 +14,7 @@ from fpmatch.drawing.palette import PANEL_EDGE, TEXT_MUTED
 from fpmatch.drawing.scene.items import Item, Path, Pen, Text
 from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import OutputError
-from fpmatch.minutiae import check_dpi
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.compact_template import CompactTemplates
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_descriptors import PackedDescriptors
+from fpmatch.matching.prints.compact_template import CompactTemplates
+from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
+from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.scale.plan import MAX_SCORE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 ENROLLED: Final = 10_000
 BATCH: Final = 1_000
@@ -92,7 +92,7 @@ def _index(templates: Sequence[Template]) -> tuple[dict[str, float], dict[str, f
         "unpack": lambda: [unpack_template(data) for data in packed],
         "prepare": lambda: [MATCHER.prepare(template) for template in stored],
         "terms": lambda: Segment.build(numbers, numbers, prints),
-        "descriptors": lambda: PackedDescriptors.pack(prints),
+        "descriptors": lambda: StoredDescriptors.pack(prints),
         "compact": lambda: CompactTemplates.pack(stored),
     }
     taken = {name: microseconds(step, count) for name, step in steps.items()}
@@ -100,7 +100,7 @@ def _index(templates: Sequence[Template]) -> tuple[dict[str, float], dict[str, f
     lists = (segment.nbytes - segment.term_start.nbytes) / count
     sizes = {
         "lists": lists + segment.term_start.nbytes / MAX_PRINTS,
-        "descriptors": PackedDescriptors.pack(prints).nbytes / count,
+        "descriptors": StoredDescriptors.pack(prints).nbytes / count,
         "templates": CompactTemplates.pack(stored).nbytes / count,
     }
     return taken, sizes

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.indexing.segment import MAX_PRINTS
-from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

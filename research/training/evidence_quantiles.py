@@ -26,7 +26,7 @@ import numpy as np
 
 from fpmatch.matching.compare import MIN_MINUTIAE, Workspace
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import available
+from fpmatch.matching.prints.prepare import available
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
     AMOUNTS,
@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.matching.score_model import ScoreWeights
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 SEED: Final = 17
 FORMS: Final = {

@@ -14,9 +14,9 @@ from fpmatch.indexing.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, Ind
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
 from fpmatch.indexing.terms import print_terms, probe_terms
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.candidate_list import SizeNormalization, prefilter_scores
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.output import check_writable
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.templates import make_templates
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 PRESETS: Final = ("clean", "easy", "normal", "stretched")  # which lose as many mates as FVC
 SEED: Final = 901
@@ -127,7 +127,7 @@ def measure(
     pairs: Iterable[tuple[PreparedTemplate, ...]],
 ) -> LossTable:
     """Return the shares of `prints` that rank before mates."""
-    several = PackedTemplates.pack(prints)
+    several = PreparedPrints.pack(prints)
     gallery = segment_of(prints)
     calibration = load_calibration(MATCHER.name)
     score, rank = [], []
@@ -140,12 +140,12 @@ def measure(
 def ranks(
     model: IndexModel,
     gallery: Segment,
-    several: PackedTemplates,
+    several: PreparedPrints,
     probe: PreparedTemplate,
     mate: PreparedTemplate,
 ) -> NDArray[np.float64]:
     """Return the shares of the gallery that rank before a mate, (2, B), by stage and budget."""
-    alone, packed = segment_of([mate]), PackedTemplates.pack([mate])
+    alone, packed = segment_of([mate]), PreparedPrints.pack([mate])
     scores, sizes = prefilter_scores(probe, several), np.diff(several.minutiae_start)
     score_of_mate, size_of_mate = prefilter_scores(probe, packed), np.diff(packed.minutiae_start)
     found = np.empty((2, len(BUDGETS)))

@@ -11,10 +11,10 @@ import numpy as np
 
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.matching.align import AlignmentParameters, aligner_of
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.matching._evidence_kernel import EvidenceScorer
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses

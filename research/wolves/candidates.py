@@ -11,8 +11,8 @@ import numpy as np
 
 from fpmatch.image.extract import extract, resample
 from fpmatch.matching.compare import MIN_MINUTIAE
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 from research.partial_templates import fragment
 from research.wolves.probes import grey_of
 from research.wolves.scores import FORMS

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
     from research.wolves.scores import Prints
 
 FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)

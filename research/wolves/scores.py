@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from research.experiments.calibration_check import SCORES, CalibrationCheck
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 FORMS: Final = ("with ridges", "minutiae alone")
 AT: Final = 40.0  # the default threshold: prints that reach it count as matched
@@ -70,7 +70,7 @@ class Prints:
 class References:
     """The prepared prints of a form that templates are compared with."""
 
-    many: PackedTemplates
+    many: PreparedPrints
     finger: NDArray[np.intp]
     searched: NDArray[np.bool_]
 
@@ -78,7 +78,7 @@ class References:
     def of(cls, prints: Prints, form: str) -> References:
         """Prepare prints as they are, or their minutiae alone."""
         made = [MATCHER.prepare(in_form(template, form)) for template in prints.templates]
-        return cls(PackedTemplates.pack(made), prints.finger, prints.searched)
+        return cls(PreparedPrints.pack(made), prints.finger, prints.searched)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ def scores_of(
     matcher: UnitCircleMatcher,
     calibration: Calibration,
     probe: Template,
-    references: PackedTemplates,
+    references: PreparedPrints,
 ) -> NDArray[np.float64]:
     """Return the score of a template against each of many prints; all scores come from here."""
     return calibration.scores(matcher.similarities(matcher.prepare(probe), references))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
     from research.wolves.scores import Prints
 
 MOST_SEARCHED: Final = 160  # prints of the objective

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from collections.abc import Callable

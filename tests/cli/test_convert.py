@@ -9,7 +9,7 @@ from fpmatch import extract, load_template, save_template
 from fpmatch.formats.files import load_record, save_record
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, written_formats
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from fpmatch.evaluation import comparison, cropping, extraction
 from fpmatch.evaluation import run as work
 from fpmatch.formats.files import save_template
 from fpmatch.matching.calibration import Calibration
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 from .conftest import assert_refused, copied, rows_of
 

@@ -5,7 +5,7 @@ import pytest
 from fpmatch.formats.files import load_record, load_template
 from fpmatch.gallery.entry import Failure, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 from .conftest import assert_refused
 

@@ -13,7 +13,7 @@ from fpmatch.audit.client import OPERATOR, acting_as
 from fpmatch.gallery.audit import check_audit
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture

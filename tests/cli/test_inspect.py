@@ -9,7 +9,7 @@ from PIL import Image
 from fpmatch import assess
 from fpmatch.formats.files import save_record, save_template
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture

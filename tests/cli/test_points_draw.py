@@ -12,8 +12,8 @@ from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair, rot
 from fpmatch.drawing.paper_figures.rings import choose_ring_pair
 from fpmatch.drawing.paper_figures.sheet import draw_sheets
 from fpmatch.formats.files import save_template
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 from .conftest import assert_refused
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fpmatch.matching.result import Comparison, Verification
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 PERIOD = 9.0
 TRUE_TRANSFORM = Similarity(1.0, math.radians(12), 18.0, -9.0)

@@ -6,7 +6,7 @@ import pytest
 from fpmatch.drawing.ink import grey_pixels, ink_coverage, ridge_picture, shrunk, thinned_off_print
 from fpmatch.errors import ImageError
 from fpmatch.image.extract import extract
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
 def stripes(contrast, level=128.0, period=9.0, shape=(120, 140)):

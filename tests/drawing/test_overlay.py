@@ -29,8 +29,8 @@ from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK, agreement, hexad
 from fpmatch.drawing.scene.items import Box, Circle, Text
 from fpmatch.drawing.scene.placement import of_transform
 from fpmatch.errors import ImageError, OutputError
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 PANEL = Box(0, 0, 600, 600)
 RIGHT = (1.0, 0.0)

@@ -16,8 +16,8 @@ from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.scene.items import Box
 from fpmatch.drawing.scene.placement import of_transform
 from fpmatch.matching.result import Comparison, Verification
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 SIZE = 400

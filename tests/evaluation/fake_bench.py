@@ -7,8 +7,8 @@ import numpy as np
 from fpmatch.errors import ImageReadError
 from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 SPREAD = 30.0
 

@@ -10,7 +10,7 @@ from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.cropping import crop_about_centroid, extract_crop, failed_crops
 from fpmatch.evaluation.run import evaluate_matchers
 from fpmatch.image.io.read import GreyImage
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
 def numbered(height, width, dpi=500.0):

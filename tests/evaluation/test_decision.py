@@ -9,7 +9,7 @@ from fpmatch.evaluation.decision import matches, rho_of
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import matcher_names
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.mark.parametrize("matcher", matcher_names())

@@ -13,9 +13,9 @@ from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.enrolment import Enrolment, plan_enrolment
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
+from fpmatch.fingers.finger import fused_score
 from fpmatch.matching.calibration import Calibration
-from fpmatch.matching.finger import fused_score
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 CURVE = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
 

@@ -5,9 +5,9 @@ import pytest
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation import synthetic_gallery
 from fpmatch.evaluation.synthetic_gallery import make_gallery
-from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.synthesis.templates import make_templates
+from fpmatch.templates.stored_template import pack_template
 
 
 def content_of(path):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 # Not the encrypted one, whose files need a key and differ each time: see test_sealed.py.

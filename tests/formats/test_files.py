@@ -27,8 +27,8 @@ from fpmatch.formats.files import (
 )
 from fpmatch.formats.record import ReadingOptions, ReadLimits
 from fpmatch.formats.registry import codec_of_content, codec_of_name
-from fpmatch.matching.prepare import prepare
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 
 SUFFIXES = [codec_of_name(name).suffixes[0] for name in WRITTEN]
 LEADER = FORMATS.parent / "minutiae" / "leader" / "fvc2004" / "DB1_B" / "101_1.csv"

@@ -12,7 +12,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.fmr_header import dpi_of, per_cm
 from fpmatch.formats.record import ExtendedData, TemplateRecord
-from fpmatch.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 # Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
 # degrees, quality 77.

@@ -17,7 +17,7 @@ from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.files import load_template, save_template
 from fpmatch.formats.record import ReadLimits, TemplateRecord
 from fpmatch.formats.registry import CODECS
-from fpmatch.minutiae import Template
+from fpmatch.templates.minutiae import Template
 
 FILES = sample_files()
 STARTS = [b"", *(data[:n] for data in FILES.values() for n in (8, 20, 40))]

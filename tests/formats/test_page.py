@@ -13,7 +13,7 @@ from made_records import read, record_of, sample_record, written
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.record import ReadLimits
 from fpmatch.formats.registry import CODECS, codec_of_name
-from fpmatch.minutiae import MAX_DPI, MIN_DPI, Template
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, Template
 
 DOCS = Path(__file__).parents[2] / "docs" / "reference"
 PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")

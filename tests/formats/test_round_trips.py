@@ -25,7 +25,7 @@ from made_records import (
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.record import ExtendedData, TemplateRecord
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 TEXT_EXACT = ("csv", "json")
 

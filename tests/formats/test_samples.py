@@ -10,7 +10,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.files import load_record, load_template
 from fpmatch.image.extract import extract
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Template
+from fpmatch.templates.minutiae import Template
 
 pytestmark = pytest.mark.skipif(not FORMATS.is_dir(), reason="no files of other software here")
 

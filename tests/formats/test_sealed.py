@@ -56,7 +56,7 @@ def test_without_its_key_the_error_names_the_key(sealed, source, monkeypatch):
 
 
 def load_empty():
-    from fpmatch.minutiae import Minutiae, Template
+    from fpmatch.templates.minutiae import Minutiae, Template
 
     return Template(Minutiae(x=[1], y=[1], angle=[0]), 10, 10)
 

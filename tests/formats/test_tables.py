@@ -21,8 +21,8 @@ from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord
 from fpmatch.formats.registry import codec_of_content
-from fpmatch.minutiae import Minutiae
 from fpmatch.npy import decode_npy
+from fpmatch.templates.minutiae import Minutiae
 
 ROWS = [[10.0, 20.0, 0.5], [30.5, 40.0, 1.5], [50.0, 6.0, 3.0], [7.0, 8.0, 6.0]]
 RADIANS = AngleConvention("rad")

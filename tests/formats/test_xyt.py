@@ -9,7 +9,7 @@ from made_records import only_view, read, record_of, sample_record, turn_deg, wr
 from fpmatch.errors import TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.registry import codec_of_content
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 # One minutia of a print of 300 x 300 pixels as mindtct writes it in three ways: at (22, 284) from
 # the top left, direction 31 of 32 clockwise from straight up, reliability 0.16.

@@ -12,7 +12,7 @@ from PIL import Image
 
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import decode_record
-from fpmatch.gallery.compact import unpack_template
+from fpmatch.templates.stored_template import unpack_template
 from research.fuzzing.mutators import containers, records, sealed, text
 from research.fuzzing.mutators.octets import damaged
 from research.fuzzing.targets import all_targets
@@ -71,7 +71,7 @@ def test_packed_templates_get_behind_their_checksum(corpus):
     rng, beyond = random.Random(1), 0
     for _ in range(100):
         try:
-            unpack_template(records.packed_template(rng, corpus("packed-template")[0]))
+            unpack_template(records.stored_template(rng, corpus("packed-template")[0]))
             beyond += 1
         except FpmatchError as error:
             beyond += str(error) != "packed template is damaged"

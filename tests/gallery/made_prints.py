@@ -12,7 +12,7 @@ from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.print_file import PrintFile
 from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:

@@ -17,13 +17,13 @@ from fpmatch.audit.log import check_audit_log
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import audit
 from fpmatch.gallery.audit import audit_lines, check_audit, turn_off, turn_on
-from fpmatch.gallery.compaction import compact_gallery
 from fpmatch.gallery.consistency import check_fingers
 from fpmatch.gallery.entry import Failure, Label, NewEntry
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.export import export_templates
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery_api import identify
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def entry(subject: str, impression: str = "1") -> NewEntry:
@@ -292,7 +292,7 @@ def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
     audited.add([entry("101"), entry("102")])
     audited.remove([1])
     noted = check_audit(audited)
-    compact_gallery(audited)
+    free_space(audited)
     assert check_audit(audited, expect=(noted.events, noted.last)).events == 4
     assert events(audited)[-1]["action"] == "compact"
 

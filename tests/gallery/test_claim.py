@@ -6,10 +6,10 @@ import pytest
 from made_prints import entries_of
 
 from fpmatch.errors import GalleryError
+from fpmatch.fingers.finger import verify_finger
 from fpmatch.gallery.claim import check_claim
 from fpmatch.gallery.entry import Label
-from fpmatch.matching.finger import verify_finger
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture

@@ -23,12 +23,12 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim
-from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.consistency import check_fingers, find_damaged
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.export import export_templates
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search import ConsolidatedFingers, open_search
+from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:
     from pathlib import Path

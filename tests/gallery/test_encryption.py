@@ -19,7 +19,6 @@ from fpmatch.encryption.key_text import add_key, make_keys, remove_key
 from fpmatch.encryption.keys import load_keys
 from fpmatch.engine.engine import serial
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.export import export_templates
@@ -27,6 +26,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.tables import ENTRY, PACKED
+from fpmatch.templates.stored_template import pack_template
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 
@@ -88,7 +88,7 @@ def test_on_every_database(where, source):
 
 
 def open_plain(templates, gallery):
-    from fpmatch.gallery.compact import unpack_template
+    from fpmatch.templates.stored_template import unpack_template
 
     return [(k, unpack_template(pack_template(t))) for k, t in enumerate(templates, 1)]
 

@@ -15,9 +15,9 @@ from made_prints import entry_of, template_at
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import creation, reader, tables
 from fpmatch.gallery import gallery as gallery_module
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 
 def refused(function, *arguments, code, **options):
@@ -164,7 +164,7 @@ ENROL = """
 import sys
 from fpmatch.gallery.entry import NewEntry, Label
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 template = Template(Minutiae([1], [2], [3]), 300, 300)
 with open_gallery(sys.argv[1], create=True) as gallery:
     for k in range(*map(int, sys.argv[2:])):

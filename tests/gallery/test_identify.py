@@ -10,15 +10,15 @@ from made_prints import FAKE, entries_of, scattered, template_at
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import MatcherError
+from fpmatch.fingers.finger import fused_score, verify_finger
 from fpmatch.gallery import identify as identify_module
 from fpmatch.gallery import search as search_module
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.identify import MIN_CANDIDATE_LIST, candidate_list_size, identify
 from fpmatch.gallery.search import ConsolidatedFingers, open_search
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
-from fpmatch.matching.finger import fused_score, verify_finger
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Template
+from fpmatch.templates.minutiae import Template
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
 

@@ -10,6 +10,8 @@ from made_prints import FAKE, entries_of, template_at
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import MatcherError
+from fpmatch.fingers.finger import fused_score
+from fpmatch.fingers.fused_fingers import assign_fingers, fuse_fingers
 from fpmatch.gallery import identify_fused as fused_module
 from fpmatch.gallery.candidates import GallerySubjects, identify_entries_fused
 from fpmatch.gallery.entry import Label
@@ -17,8 +19,6 @@ from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.calibration import Calibration, score_to_fmr
-from fpmatch.matching.finger import fused_score
-from fpmatch.matching.fused_fingers import assign_fingers, fuse_fingers
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
 PEOPLE = {

@@ -28,7 +28,7 @@ def small_limits(tmp_path, monkeypatch):
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     for name in ("search", "prepared_search"):
         monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
-    monkeypatch.setattr("fpmatch.matching.candidate_list.LEAST_PRINTS", 5)
+    monkeypatch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 5)
     for owner in (indexed_search, indexed_pieces):
         monkeypatch.setattr(owner, "search_plan", plan_of)
 

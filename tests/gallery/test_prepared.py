@@ -212,7 +212,7 @@ def test_a_file_of_another_gallery_matcher_or_version_is_renewed(
             if change == "version":
                 patch.setattr(prepared_module, "__version__", "0.0.1")
             if change == "how":
-                patch.setattr(prepared_module.packed_templates, "preparation", lambda: "otherwise")
+                patch.setattr(prepared_module.prepared_prints, "preparation", lambda: "otherwise")
             save_prepared(path, first, matcher)
     again, count, notes = prepare_noting(gallery)
     words = "are of another version or gallery"

@@ -10,7 +10,7 @@ from fpmatch.errors import DatasetError, ImageError, ImageReadError, ResolutionE
 from fpmatch.formats.files import load_template, save_template
 from fpmatch.gallery.print_file import PrintFile
 from fpmatch.gallery.prints import extract_print, find_prints
-from fpmatch.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae
 
 
 @pytest.fixture

@@ -23,16 +23,16 @@ from fpmatch.encryption.key_text import make_keys
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import database
-from fpmatch.gallery.compact import pack_template
-from fpmatch.gallery.compaction import compact_gallery
 from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index_segment import PrintSegment
 from fpmatch.gallery.prepared import prepare_gallery
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.stored_template import pack_template
 
 RUN = 32  # bytes that count as a trace
 
@@ -61,7 +61,7 @@ def random_entry(number: int, count: int = 60) -> NewEntry:
 
 def secrets_of(entry: NewEntry) -> list[bytes]:
     """Return all that must not be left of an entry."""
-    prepared = PackedTemplates.pack([MATCHER.prepare(entry.template)])
+    prepared = PreparedPrints.pack([MATCHER.prepare(entry.template)])
     arrays = (np.ascontiguousarray(array).tobytes() for array in prepared.arrays().values())
     names = (entry.label.subject.encode(), entry.source.encode(), entry.content)
     return [pack_template(entry.template), *arrays, *names]
@@ -233,7 +233,7 @@ def test_compact_on_either_database(where: str) -> None:
     with open_gallery(where, create=True) as gallery:
         gallery.add([random_entry(k) for k in range(40)])
         gallery.remove(range(1, 39))
-        done = compact_gallery(gallery)
+        done = free_space(gallery)
         assert 0 < done.database_after < done.database_before
         assert len(list(gallery.templates())) == 2
 
@@ -248,14 +248,14 @@ def test_compact_waits_for_another_program_and_then_refuses(
         with closing(sqlite3.connect(tmp_path / "g.db", isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")
             with pytest.raises(GalleryError, match="another program has held it"):
-                compact_gallery(gallery)
+                free_space(gallery)
             other.execute("ROLLBACK")
             other.execute("BEGIN")
             other.execute("SELECT count(*) FROM fpmatch_entry").fetchall()
             with pytest.raises(GalleryError, match="another program has held it"):
-                compact_gallery(gallery)
+                free_space(gallery)
         assert (tmp_path / "g.db").read_bytes() == content
-        compact_gallery(gallery)
+        free_space(gallery)
 
 
 def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
@@ -279,7 +279,7 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
 COMPACT = """
 import resource, signal, sys
 from pathlib import Path
-from fpmatch.gallery.compaction import compact_gallery
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 most = int(sys.argv[2])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -287,7 +287,7 @@ with open_gallery(sys.argv[1]) as gallery:
     if most:
         resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
     print("now", flush=True)
-    compact_gallery(gallery)
+    free_space(gallery)
 """
 
 

@@ -19,10 +19,10 @@ from fpmatch.encryption.keys import load_keys
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import rotation
-from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.rotation import rotate
 from fpmatch.gallery.search import open_search
+from fpmatch.templates.stored_template import pack_template
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
 PACKED = [(k, pack_template(template)) for k, template in enumerate(PRINTS, 1)]

@@ -18,10 +18,10 @@ from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.search_pieces import batch_size, hold_search, spans
-from fpmatch.matching.candidate_list import candidate_list
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.candidate_list import candidate_list
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 pytestmark = pytest.mark.usefixtures("small_pieces")
 PROBES = [scattered(k, 10 + k) for k in (3, 11, 100)]
@@ -74,13 +74,13 @@ def test_candidates_are_those_of_one_search(search, workers, options):
 def test_of_prints_that_score_the_same_the_same_are_chosen(kinds, most, least_pieces):
     """Many prints are equal: ties are everywhere, within pieces and between them."""
     kept = [prepare(scattered(k, 8)) for k in range(4)]
-    packed = PackedTemplates.pack([kept[k] for k in kinds])
+    packed = PreparedPrints.pack([kept[k] for k in kinds])
     numbers = np.arange(len(kinds))
     whole = Search(get_matcher("unit-circle"), numbers, numbers, packed)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(search_pieces, "LEAST_PIECES", least_pieces)
         patch.setattr(search_pieces, "MIN_PIECE", 1)
-        patch.setattr("fpmatch.matching.candidate_list.LEAST_PRINTS", 20)
+        patch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 20)
         with serial() as engine, hold_search(engine, whole) as held:
             ((answer,),) = held.answers([[kept[0]]], candidate_list=most, count=1)
         chosen = candidate_list(kept[0], packed, most)

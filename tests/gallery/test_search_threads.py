@@ -21,7 +21,7 @@ from fpmatch.gallery.entry import Label
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.search import open_search
 from fpmatch.indexing.loss import SearchPlan
-from fpmatch.matching import candidate_list
+from fpmatch.matching.prints import candidate_list
 from fpmatch.web import gallery as served
 
 SIZE = 40

@@ -27,7 +27,7 @@ from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.recorder import StageRecorder
-from fpmatch.minutiae import Minutiae, MinutiaKind, Template
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 DATASET = load_dataset(SAMPLES)

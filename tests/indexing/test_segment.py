@@ -30,8 +30,8 @@ from fpmatch.indexing.terms import (
     print_terms,
     probe_terms,
 )
-from fpmatch.matching.prepare import prepare
-from fpmatch.minutiae import RidgeField
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.templates.minutiae import RidgeField
 
 EXAMPLES = 30 if COMPILED else 5
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from fpmatch import Minutiae, Template
 from fpmatch.errors import MatcherError
 from fpmatch.indexing.segment import Segment
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 
 
 def scattered(seed):

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from fpmatch.matching import _local_kernel
 from fpmatch.matching.align import Alignment, AlignmentParameters, aligner_of, hypotheses
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.neighbourhood import neighbourhoods
-from fpmatch.matching.prepare import PreparedTemplate, prepare
-from fpmatch.matching.print_area import PrintArea
-from fpmatch.matching.quantization import ORIENTATIONS
+from fpmatch.matching.prints.neighbourhood import neighbourhoods
+from fpmatch.matching.prints.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prints.print_area import ORIENTATIONS, PrintArea
 from fpmatch.matching.result import Comparison
 from fpmatch.matching.ridges import correlate
-from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 COMPILED = _local_kernel.COMPILED
 """Whether the kernels are; where they are not, a comparison takes a hundred times as long."""

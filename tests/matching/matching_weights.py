@@ -15,7 +15,7 @@ import pytest
 from fpmatch.matching import score
 from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
 from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.prepare import PreparedTemplate
+from fpmatch.matching.prints.prepare import PreparedTemplate
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters
 from fpmatch.matching.score_model import (

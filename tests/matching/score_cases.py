@@ -9,7 +9,7 @@ from matching_weights import some_weights
 
 from fpmatch.matching.align import Alignment
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.score import evidence_scorer, gather_evidence
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])

@@ -36,9 +36,9 @@ from fpmatch.matching.compare import (
     similarities,
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import COLUMNS, PackedTemplates
-from fpmatch.matching.prepare import prepare
-from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS
+from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
 from fpmatch.matching.score import WEIGHTS_FILE
 from fpmatch.matching.score_model import ScoreWeights
 
@@ -67,7 +67,7 @@ def one_by_one(probe, prints):
 
 
 def at_once(probe, prints):
-    return MATCHER.similarities(probe, PackedTemplates.pack(prints)).tolist()
+    return MATCHER.similarities(probe, PreparedPrints.pack(prints)).tolist()
 
 
 def table_of(prints, **limits):
@@ -116,7 +116,7 @@ def test_similarities_are_those_of_compare_to_the_last_bit(
 def test_probes_come_before_and_after_and_their_ridges_count():
     """Otherwise that they are the same to the last bit would show little."""
     prints = impressions(3)[:4]
-    many = PackedTemplates.pack(prints)
+    many = PreparedPrints.pack(prints)
     order = np.array([canonical_order(probe, many, 0, 4) for probe in prints])
     assert np.count_nonzero(order == REFERENCE_FIRST) == 6
     assert np.count_nonzero(order == PROBE_FIRST) == 6
@@ -157,7 +157,7 @@ def test_the_prefilter_rejects_some_whose_similarity_is_next_to_nothing(refine):
 
 def test_a_part_of_them_is_that_part_of_the_whole():
     prints = impressions(3)[: 7 if COMPILED else 4]
-    many = PackedTemplates.pack(prints)
+    many = PreparedPrints.pack(prints)
     whole = MATCHER.similarities(prints[0], many).tolist()
     n = len(prints)
     parts = [(first, last) for first in range(n + 1) for last in range(first, n + 1)]
@@ -168,7 +168,7 @@ def test_a_part_of_them_is_that_part_of_the_whole():
 
 def test_arrays_that_cannot_be_written_give_the_same():
     prints = impressions(5)
-    packed = PackedTemplates.pack(prints)
+    packed = PreparedPrints.pack(prints)
     for name in COLUMNS:
         getattr(packed, name).setflags(write=False)
     assert MATCHER.similarities(prints[1], packed).tolist() == one_by_one(prints[1], prints)
@@ -189,7 +189,7 @@ def test_prints_that_begin_alike_are_told_apart_by_the_rest():
         points = spread_points(np.random.default_rng(seed), 9)
         points[0, :4] = [10.0, 30.0, 20.0, 50.0]
         prints.append(prepare(template_of(points)))
-    many = PackedTemplates.pack(prints)
+    many = PreparedPrints.pack(prints)
     assert (canonical_order(prints[0], many, 0, 4) == NEITHER_FIRST).all()
     similarity, left = similarities(prints[0], many, 1, 4)
     assert left.tolist() == [1, 2, 3]
@@ -204,7 +204,7 @@ def test_order_is_that_of_the_keys(x):
     y = np.array([0.0, -9.0, -4.0])
     sides = [np.array([side, y, np.ones(3), np.zeros(3)], float) for side in (x[:3], x[3:])]
     a, b = (prepare(template_of(side)) for side in sides)
-    (order,) = canonical_order(a, PackedTemplates.pack([b]), 0, 1)
+    (order,) = canonical_order(a, PreparedPrints.pack([b]), 0, 1)
     assert order == NEITHER_FIRST if x[:3] == x[3:] else order == (-1 if b.key < a.key else 1)
 
 
@@ -228,13 +228,13 @@ def test_compiled_and_interpreted_agree(plain, refine, prefilter):
     points.append(jittered(np.random.default_rng(9), points[0], 1.0, 0.1))
     shown = [prepare(template_of(side, field=striped_field(side=8))) for side in points]
     prints = [*shown, prepare(template_of(points[3]))]
-    many = PackedTemplates.pack(prints[1:])
+    many = PreparedPrints.pack(prints[1:])
     similarity = np.zeros(len(many))
     order = canonical_order(prints[0], many, 0, len(many))
     room = max(many.most_minutiae, len(prints[0]))
     comparer = interpreted_comparer(plain, prints[0], room, weights)
     largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    packed = plain.template_view.PackedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
+    packed = plain.template_view.PreparedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
     comparer.compare_packed(packed, print_for(plain, largest), 0, order, similarity)
     with scored_by(weights):
         fast = MATCHER.similarities(prints[0], many)

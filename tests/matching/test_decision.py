@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from skimage import data
 
 from fpmatch import extract, verify
+from fpmatch.fingers.finger import verify_finger
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     INCONCLUSIVE,
@@ -21,7 +22,6 @@ from fpmatch.matching.decision import (
     reachable_scores,
     reachable_similarities,
 )
-from fpmatch.matching.finger import verify_finger
 from fpmatch.matching.matchers import get_matcher, matcher_names
 
 MATCHER = get_matcher("unit-circle")

@@ -16,7 +16,7 @@ from matching_prints import (
 from matching_weights import scored_by, some_weights
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 FIELDS = (None, even_field(side=20), striped_field(side=20 if COMPILED else 8))
 USUAL = template_of(spread_points(np.random.default_rng(4), 15, 20.0))
@@ -83,7 +83,7 @@ def test_any_degenerate_print_has_an_answer_or_a_reason(name, field):
                 assert 0 <= result.overlap <= 1
                 assert result.reason
             found.append(forth.similarity)
-        assert MATCHER.similarities(one, PackedTemplates.pack(others)).tolist() == found
+        assert MATCHER.similarities(one, PreparedPrints.pack(others)).tolist() == found
     if len(one) == 0:
         assert not any(found)
     elif len(one) >= 3:

@@ -32,7 +32,7 @@ from fpmatch.matching.align import (
     identity_alignment,
 )
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters, evidence_scorer, gather_evidence
 

@@ -22,7 +22,7 @@ from fpmatch import verify
 from fpmatch.matching.explain import competing_pairs
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 
 
 def reason(probe, reference):

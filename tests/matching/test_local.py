@@ -18,7 +18,11 @@ from matching_prints import (
 
 from fpmatch.matching import _local_kernel as kernel
 from fpmatch.matching.local import LocalParameters, local_similarity
-from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
+from fpmatch.matching.prints.neighbourhood import (
+    NeighbourhoodParameters,
+    Neighbourhoods,
+    neighbourhoods,
+)
 
 P = LocalParameters()
 TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)

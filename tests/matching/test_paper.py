@@ -11,9 +11,9 @@ from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def template_of(xy, dpi=500.0):

@@ -29,7 +29,6 @@ from matching_prints import (
 )
 
 from fpmatch.image.extract import extract
-from fpmatch.matching import neighbourhood
 from fpmatch.matching import reference as method
 from fpmatch.matching._pair_mesh_kernel import PairMesh
 from fpmatch.matching.align import PairMeshParameters
@@ -37,7 +36,8 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints import neighbourhood
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.reference import pair_mesh
 from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.matching.reference.triangulation import triangulate
@@ -216,7 +216,7 @@ def test_co_circular_points_follow_the_rule_that_is_asked_for():
 
 def test_similarities_of_packed_prints(samples):
     prints = [prepared(print_) for print_ in samples[:4]]
-    similarities = REFERENCE.similarities(prints[0], PackedTemplates.pack(prints), 1)
+    similarities = REFERENCE.similarities(prints[0], PreparedPrints.pack(prints), 1)
     alone = [REFERENCE.compare(prints[0], other).similarity for other in prints[1:]]
     assert similarities.tolist() == alone
 

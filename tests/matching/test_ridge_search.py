@@ -25,9 +25,9 @@ from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import aligner_of
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.minutiae import RidgeField
+from fpmatch.templates.minutiae import RidgeField
 from research.partial_templates import window
 
 SAMPLES = 24

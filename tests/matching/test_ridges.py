@@ -25,9 +25,9 @@ from matching_weights import print_for
 
 from fpmatch.matching import _ridge_kernel
 from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.ridge_map import ridge_map
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 REACH_BITS = 2
 FEWEST_AROUND = 4

@@ -32,7 +32,7 @@ from score_cases import (
     with_itself,
 )
 
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.score import ScoreParameters, load_weights
 from fpmatch.matching.score_model import FEATURES, ScoreWeights
 

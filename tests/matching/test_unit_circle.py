@@ -31,8 +31,8 @@ from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.score import evidence_scorer, gather_evidence
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 EXAMPLES = 50 if COMPILED else 15
 SECONDS_FOR_A_CROWD = 5.0 if COMPILED else 90.0

@@ -18,7 +18,7 @@ from matching_prints import COMPILED
 
 from fpmatch.formats.files import load_template
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 WOLVES = sorted((Path(__file__).parent / "data" / "wolves").glob("*.json"))
 PRINTS = Path(__file__).with_name("data") / "synthetic_prints.npz"

@@ -19,9 +19,9 @@ from matching_weights import (
 )
 
 from fpmatch.matching import _compare_kernel
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.pointset.similarity import Similarity
 

@@ -10,7 +10,7 @@ from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among
 
 FAILED = Extraction(None, "no ridges", 0.0)

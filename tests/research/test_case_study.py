@@ -15,7 +15,7 @@ from fpmatch.errors import OutputError
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae
 from research.case_study import prints
 from research.case_study.case import Case
 from research.case_study.command import draw_case_study

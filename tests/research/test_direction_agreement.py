@@ -13,7 +13,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 from research.experiments.direction_agreement import (
     Agreement,
     compare_directions,

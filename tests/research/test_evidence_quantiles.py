@@ -11,7 +11,7 @@ from fpmatch.evaluation.impression import Impression
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.score import load_weights
 from fpmatch.matching.score_model import AMOUNTS, MODELS, RATES, SMALL_WITH_RIDGES, WITH_RIDGES
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.evidence_quantiles import (
     FORMS,
     AmountParameters,

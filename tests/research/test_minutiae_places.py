@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from fpmatch.cli.group import fpmatch
-from fpmatch.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae
 from research.experiments.minutiae_places import (
     CORE_PX,
     PLACES,

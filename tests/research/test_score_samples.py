@@ -10,9 +10,9 @@ from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import align
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
@@ -20,7 +20,7 @@ from fpmatch.matching.score_model import (
     ScoreModel,
     ScoreWeights,
 )
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
 from research.training.score_samples import (
     NO_PREFILTER,

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.minutiae import Minutiae
 from fpmatch.synthesis.templates import make_templates
+from fpmatch.templates.minutiae import Minutiae
 from research.experiments.template_statistics import (
     TITLES,
     Group,

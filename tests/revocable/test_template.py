@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from fpmatch.encryption.keys import Key
 from fpmatch.errors import MatcherError, OutputError, TemplateError
-from fpmatch.matching.prepare import prepare
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
 from fpmatch_revocable.compare import compare, shared_words, similarity
 from fpmatch_revocable.template import WORDS, RevocableTemplate, protect

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.minutiae import MinutiaKind
 from fpmatch.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
+from fpmatch.templates.minutiae import MinutiaKind
 
 SIDE = 120
 MIDDLE = SIDE // 2

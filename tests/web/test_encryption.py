@@ -13,7 +13,7 @@ from fpmatch.encryption.key_text import make_keys
 from fpmatch.encryption.keys import load_keys
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.web.app import make_app
 from fpmatch.web.settings import Settings
 

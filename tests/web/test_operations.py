@@ -23,7 +23,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search import open_search
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.web import gallery as served_gallery
 from fpmatch.web.access import Client, Role, digest_of
 from fpmatch.web.app import make_app

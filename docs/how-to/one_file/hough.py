@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.result import Comparison
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import numpy as np
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import Codec, minutiae_from_columns
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.minutiae import Template
+from fpmatch.templates.minutiae import Template
 
 MAGIC: Final = "#tab\t"
 

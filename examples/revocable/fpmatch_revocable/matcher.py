@@ -16,7 +16,7 @@ from fpmatch_revocable.compare import compare
 from fpmatch_revocable.template import RevocableTemplate, protect
 
 if TYPE_CHECKING:
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ import numpy as np
 
 from fpmatch.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.matching.prepare import prepare
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.encryption.keys import Key
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 WORDS: Final = PAIRS * GRIDS  # of a minutia
 _ID_BYTES: Final = 8
@@ -98,7 +98,7 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     --------
     >>> import fpmatch
     >>> from fpmatch.encryption.keys import new_key
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> one = Template(Minutiae([50, 90, 70], [50, 60, 95], [0.1, 1.4, 2.2]), 200, 200, 500)
     >>> protect(one, new_key()).words.shape
     (48, 264)

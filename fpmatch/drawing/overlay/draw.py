@@ -103,7 +103,7 @@ def draw(
     >>> import numpy as np
     >>> from fpmatch import draw
     >>> from fpmatch.matching.result import Comparison, Verification
-    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> blank = Template(Minutiae.empty(), width=60, height=40)
     >>> found = Comparison(0.0, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "no ridges found")
     >>> nothing = Verification(False, 0.0, 1.0, 40.0, "unit-circle", found, blank, blank)

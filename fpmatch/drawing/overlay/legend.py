@@ -22,7 +22,7 @@ from fpmatch.drawing.overlay.marks import (
     mark,
 )
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Point, Text
-from fpmatch.minutiae import MinutiaKind
+from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour

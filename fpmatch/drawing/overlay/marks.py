@@ -19,7 +19,7 @@ from fpmatch.drawing.palette import (
 )
 from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text
 from fpmatch.drawing.scene.placement import direction_on_page, moved
-from fpmatch.minutiae import MinutiaKind
+from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Anchor, Item, Point
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 _SQUARE_SHARE: Final = math.sqrt(math.pi) / 2  # half the side of a square as large as the circle
 _KIND_NAMES: Final = ("minutia", "ending", "bifurcation")  # by the values of MinutiaKind

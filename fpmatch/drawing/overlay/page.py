@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.palette import Colour
     from fpmatch.matching.result import Verification
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 _LEAST_PAGE_WIDTH: Final = 800.0
 _LARGEST_ZOOM: Final = 3.0

@@ -23,7 +23,7 @@ from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of,
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
 from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Point, Scene, Text
 from fpmatch.drawing.scene.placement import direction_on_page, moved, of_transform, zoomed
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import numpy as np
 from fpmatch.drawing.ink import at_pixels
 from fpmatch.drawing.scene.items import Ink
 from fpmatch.drawing.scene.placement import zoomed
-from fpmatch.minutiae import STANDARD_DPI, Minutiae
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

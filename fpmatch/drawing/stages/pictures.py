@@ -14,7 +14,7 @@ from fpmatch.drawing.scene.items import Box, Path, Pen
 from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import Minutiae, MinutiaKind
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

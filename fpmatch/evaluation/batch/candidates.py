@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.prepared_search import CandidateListSize, Search
     from fpmatch.gallery.search_pieces import HeldSearch
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 Listed = Literal["subjects", "fingers", "impressions"]
 

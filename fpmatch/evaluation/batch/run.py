@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 COMPARE: Final = "compare"

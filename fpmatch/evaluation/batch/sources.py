@@ -16,18 +16,21 @@ from fpmatch.engine.workers import attempt_each
 from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.audit import ranges
-from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.entry import entry_names
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.print_file import resolution_notes
 from fpmatch.gallery.prints import extract_opened, find_prints, folder_reader, open_print
 from fpmatch.image.io.dataset_folder import read_dataset_info
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.packed_template import minutiae_digest, packed_minutiae_digest
 from fpmatch.printable import csv_cell
 from fpmatch.reading import ASSUMED_DPI
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.stored_template import (
+    minutiae_digest,
+    stored_minutiae_digest,
+    unpack_template,
+)
 
 if TYPE_CHECKING:
     import os
@@ -220,7 +223,7 @@ def _checked(data: bytes) -> StoredTemplate:
         unpack_template(data)
     except TemplateError as error:
         return StoredTemplate(None, f"damaged: {error}")
-    return StoredTemplate(data, digest=packed_minutiae_digest(data))
+    return StoredTemplate(data, digest=stored_minutiae_digest(data))
 
 
 def pack(template: Template) -> bytes:

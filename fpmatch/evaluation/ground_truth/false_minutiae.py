@@ -14,13 +14,13 @@ from fpmatch.evaluation.ground_truth.minutiae_counts import (
     assign_minutiae,
     differences,
 )
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-    from fpmatch.minutiae import Minutiae, Template
+    from fpmatch.templates.minutiae import Minutiae, Template
 
 
 class Cause(StrEnum):

@@ -17,7 +17,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae
 
 
 @dataclass(frozen=True, slots=True)

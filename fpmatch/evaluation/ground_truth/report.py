@@ -22,7 +22,7 @@ from fpmatch.evaluation.ground_truth.transform_error import (
     measure_transforms,
     summarise_transforms,
 )
-from fpmatch.minutiae import STANDARD_DPI, Template
+from fpmatch.templates.minutiae import STANDARD_DPI, Template
 from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.evaluation.decision import matches
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

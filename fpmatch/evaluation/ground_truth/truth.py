@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError, FpmatchError
-from fpmatch.minutiae import Minutiae
 from fpmatch.output import reason
 from fpmatch.parsing import ParseError, parse_json
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.displacement import DisplacementField
+from fpmatch.templates.minutiae import Minutiae
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -17,7 +17,7 @@ from fpmatch.formats.files import holds_minutiae_only
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.gallery.prepared_search import Search
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.result import Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 
 def search_of(templates: Sequence[Template], matcher: Matcher) -> Search:
@@ -27,7 +27,7 @@ def search_of(templates: Sequence[Template], matcher: Matcher) -> Search:
     """
     none = np.empty(0, np.int64)
     packed = hasattr(matcher, "similarities")
-    nobody = Search(matcher, none, none, PackedTemplates.pack([]) if packed else [])
+    nobody = Search(matcher, none, none, PreparedPrints.pack([]) if packed else [])
     return nobody.with_prints(templates)
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.open_set.searches import Background, Presentation
     from fpmatch.matching.result import Matcher
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 MIN_IMPRESSIONS: Final = 2
 

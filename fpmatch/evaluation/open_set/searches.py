@@ -15,10 +15,10 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.evaluation.open_set.enrolled import EnrolledSubjects, search_of
+from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
-from fpmatch.matching.fused_fingers import fuse_fingers
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.open_set.roles import Roles
     from fpmatch.gallery.prepared_search import Search
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
     Presentation = tuple[Template | None, ...]
     Scores = NDArray[np.float64]

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageError, ResolutionError
-from fpmatch.minutiae import check_dpi
 from fpmatch.parsing import ParseError, parse_toml
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os

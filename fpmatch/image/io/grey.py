@@ -9,7 +9,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.io.limits import DEFAULT_LIMITS
-from fpmatch.minutiae import check_dpi
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -15,7 +15,7 @@ from fpmatch.image.io.raw import decode_raw
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.image.quality.ridge_scale import contradiction
-from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os

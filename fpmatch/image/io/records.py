@@ -13,7 +13,7 @@ from fpmatch.binary_records import IMAGE_FIELD, ByteReader, read_records
 from fpmatch.errors import FpmatchError, ImageReadError
 from fpmatch.image.io.raw import RawSize, decode_raw
 from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
-from fpmatch.minutiae import MM_PER_INCH
+from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,7 +6,7 @@ import re
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,7 +14,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.quality.polarity import common_polarity, polarity_evidence
-from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os

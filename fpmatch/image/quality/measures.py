@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.arrays import percentiles
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -19,7 +19,7 @@ from fpmatch.errors import ImageError
 from fpmatch.image.arrays import percentiles
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

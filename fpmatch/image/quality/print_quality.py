@@ -16,7 +16,7 @@ import numpy as np
 
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.measures import MM_PER_PX
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Doubles

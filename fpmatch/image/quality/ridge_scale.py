@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.minutiae import MM_PER_INCH, STANDARD_DPI
+from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Grey

@@ -21,7 +21,6 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.result import Comparison, nothing_found
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.point_match import check_rho
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
@@ -30,12 +29,13 @@ from fpmatch.pointset.unit_circle.matcher import (
     match_prepared,
 )
 from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Template
     from fpmatch.pointset.point_match import PointMatch
+    from fpmatch.templates.minutiae import Template
 
     Floats = NDArray[np.float64]
 

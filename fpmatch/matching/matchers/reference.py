@@ -21,8 +21,8 @@ from fpmatch.matching.result import Comparison, nothing_found
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.packed_templates import PackedTemplates
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared_prints import PreparedPrints
     from fpmatch.matching.reference.alignment import Pairing
 
 
@@ -69,7 +69,7 @@ class ReferenceMatcher(UnitCircleMatcher):
     def similarities(
         self,
         probe: PreparedTemplate,
-        references: PackedTemplates,
+        references: PreparedPrints,
         first: int = 0,
         last: int | None = None,
     ) -> NDArray[np.float64]:

@@ -20,12 +20,12 @@ from fpmatch.matching._compare_kernel import fit_pairs
 from fpmatch.matching.compare import MIN_MINUTIAE, align, similarities, workspace_for
 from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.prepare import available, prepare, rescaled_descriptors
+from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.matching.ridge_map import ridge_map
 from fpmatch.matching.score_model import amount_of_print
-from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.align import Alignment
-    from fpmatch.matching.packed_templates import PackedTemplates
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared_prints import PreparedPrints
     from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.matching.score import Evidence
 
@@ -191,7 +191,7 @@ class UnitCircleMatcher:
     def similarities(
         self,
         probe: PreparedTemplate,
-        references: PackedTemplates,
+        references: PreparedPrints,
         first: int = 0,
         last: int | None = None,
     ) -> NDArray[np.float64]:
@@ -202,10 +202,10 @@ class UnitCircleMatcher:
         Examples
         --------
         >>> from fpmatch import Minutiae, Template
-        >>> from fpmatch.matching.packed_templates import PackedTemplates
+        >>> from fpmatch.matching.prints.prepared_prints import PreparedPrints
         >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
         >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
-        >>> many = PackedTemplates.pack([print_, print_])
+        >>> many = PreparedPrints.pack([print_, print_])
         >>> similarity = MATCHER.similarities(print_, many)
         >>> bool(similarity[1] == MATCHER.compare(print_, print_).similarity)
         True

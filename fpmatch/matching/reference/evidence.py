@@ -16,8 +16,8 @@ from fpmatch.matching.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amo
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.matching.print_area import PrintArea
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.matching.score_model import ScoreModel

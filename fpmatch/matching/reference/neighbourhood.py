@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.collinear import triangulate_collinear
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fpmatch.matching._ridge_kernel import SAMPLES
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 from fpmatch.matching.ridges import RidgeSearchParameters
@@ -15,8 +15,8 @@ from fpmatch.matching.ridges import RidgeSearchParameters
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.matching.print_area import PrintArea
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.pair_mesh import PairMesh
 
     Plane = NDArray[np.complex128]

@@ -12,7 +12,7 @@ from one_to_many import prints, repeated, without_prefilter
 from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +24,7 @@ COMPARED = 1_000  # of all: the yardstick's part
 @pytest.fixture(scope="module")
 def search() -> Search:
     """Return a search of prints of 40 minutiae, five of each finger."""
-    few = PackedTemplates.pack(prints(np.random.default_rng(42), COMPARED))
+    few = PreparedPrints.pack(prints(np.random.default_rng(42), COMPARED))
     numbers = np.arange(PRINTS)
     return Search(MATCHER, numbers, numbers, repeated(few, PRINTS))
 

@@ -9,16 +9,16 @@ import numpy as np
 from in_turn import OURS, cpu, in_turn
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.scale import find_scale
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 FIELD_CELLS = (22, 19)
 
@@ -47,7 +47,7 @@ def test_comparison_with_many(
     triangulations: Callable[[], object],
 ) -> None:
     """Compare a print with a thousand, packed, of which five are of its finger's ten."""
-    many = PackedTemplates.concatenate([PackedTemplates.pack(prepared)] * 20)
+    many = PreparedPrints.concatenate([PreparedPrints.pack(prepared)] * 20)
     work = (lambda: MATCHER.similarities(prepared[0], many)) if side == OURS else triangulations
     benchmark.extra_info["calls"] = len(many) if side == OURS else 50
     benchmark.pedantic(work, rounds=5, warmup_rounds=1)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from fpmatch.image.io.read import GreyImage
-    from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.minutiae import Template
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.templates.minutiae import Template
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[2]

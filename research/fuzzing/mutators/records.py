@@ -132,7 +132,7 @@ def png_sums(rng: random.Random, data: bytes) -> bytes:
     return with_right_sums(file)
 
 
-def packed_template(rng: random.Random, data: bytes) -> bytes:
+def stored_template(rng: random.Random, data: bytes) -> bytes:
     """Change some bytes of a gallery's packed template, and correct its checksum."""
     body = bytearray(data[:-4])
     for _ in range(rng.choice((1, 1, 2, 4))):

@@ -11,10 +11,10 @@ import numpy as np
 
 import fpmatch
 from fpmatch.errors import FpmatchError
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.npy import decode_npy
 from fpmatch.pointset.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 from research.fuzzing.mutators.containers import doubles, npy_header, zip_member
 from research.fuzzing.targets.stores import PROBE, templates
 from research.fuzzing.targets.tables import SAMPLES
@@ -68,8 +68,8 @@ def _points() -> Reader:
 
 def _template() -> Reader:
     """Make a template of the arrays of an archive, and compare, draw and convert it."""
-    from fpmatch.gallery.compact import pack_template, unpack_template  # noqa: PLC0415
     from fpmatch.matching.verify import verify  # noqa: PLC0415
+    from fpmatch.templates.stored_template import pack_template, unpack_template  # noqa: PLC0415
 
     good = templates()[PROBE]
 

@@ -21,8 +21,8 @@ from fpmatch.image.io.limits import ImageLimits
 from fpmatch.image.io.read import decode_image, read_image
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.verify import verify
-from fpmatch.minutiae import Minutiae, Template
-from fpmatch.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 from research.fuzzing.mutators.containers import npy_header
 from research.fuzzing.mutators.records import (
     an2_field,

@@ -27,7 +27,6 @@ from fpmatch.engine.engine import serial
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import pack, unpack
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
@@ -35,15 +34,20 @@ from fpmatch.gallery.prepared import load_prepared
 from fpmatch.gallery.search import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.compact_template import CompactTemplates, compact, expand
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
-from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.prepare import prepare
-from fpmatch.matching.prepare_compact import prepare_compact
+from fpmatch.matching.prints.compact_template import (
+    CompactTemplates,
+    compact,
+    expand,
+    prepare_compact,
+)
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.printable import printable
+from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
-from research.fuzzing.mutators.records import packed_template
+from research.fuzzing.mutators.records import stored_template
 from research.fuzzing.mutators.sealed import use_key
 from research.fuzzing.targets.tables import SAMPLES
 from research.fuzzing.targets.target import Reader, Target, scratch, written
@@ -52,7 +56,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.minutiae import Template
+    from fpmatch.templates.minutiae import Template
 
 PRINTS = ("101_1", "101_2", "102_1", "103_1")
 PROBE = "101_3"
@@ -70,8 +74,8 @@ def store_targets() -> list[Target]:
         Target("gallery-sealed", lambda: _gallery(strict=False, encrypt=True), SQLITE, **stores),
         Target("prepared", lambda: _prepared(strict=True), **stores),
         Target("prepared-forged", lambda: _prepared(strict=False), ARRAYS, **stores),
-        Target("packed-template", _packed, (packed_template,), kernels=True),
-        Target("compact-template", _compact, (packed_template,), kernels=True),
+        Target("packed-template", _packed, (stored_template,), kernels=True),
+        Target("compact-template", _compact, (stored_template,), kernels=True),
         Target("packed-descriptors", _descriptors, ARRAYS, kernels=True),
         Target("stored-template", _stored, (zip_member,), kernels=True),
         Target("unfinished-run", _unfinished, SQLITE),
@@ -222,7 +226,7 @@ def _compact() -> Reader:
     def read(data: bytes) -> None:
         among = prepare_compact(CompactTemplates.of_bytes([good, data]), np.arange(2))
         template = expand(data)
-        alone = PackedTemplates.pack([prepare(expand(good)), prepare(template)])
+        alone = PreparedPrints.pack([prepare(expand(good)), prepare(template)])
         if any(getattr(among, k).tobytes() != a.tobytes() for k, a in alone.arrays().items()):
             raise AssertionError("another print among others than alone")
         if compact(expand(compact(template))) != compact(template):
@@ -235,10 +239,10 @@ def _compact() -> Reader:
 def _descriptors() -> Reader:
     prints = [prepare(template) for template in templates().values()]
     path = scratch() / "descriptors"
-    write_arrays(path, PackedDescriptors.pack(prints).arrays(), COLUMNS, {})
+    write_arrays(path, StoredDescriptors.pack(prints).arrays(), COLUMNS, {})
 
     def read(data: bytes) -> None:
-        loaded = PackedDescriptors.of_arrays(read_arrays(written("read", data), COLUMNS, {}))
+        loaded = StoredDescriptors.of_arrays(read_arrays(written("read", data), COLUMNS, {}))
         if (loaded.scores(prints[0]) < 0).any():
             raise AssertionError("a negative score")
         for k in range(len(loaded)):

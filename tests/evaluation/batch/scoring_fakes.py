@@ -6,7 +6,7 @@ import numpy as np
 
 from fpmatch.evaluation.batch.sources import StoredTemplate, pack
 from fpmatch.matching.result import Comparison
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 class Line:

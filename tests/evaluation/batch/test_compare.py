@@ -50,7 +50,7 @@ def test_a_band_of_references_is_packed_once(template, rng, monkeypatch):
     comparer = BytesComparer(get_matcher("unit-circle"))
     bands = []
     monkeypatch.setattr(
-        comparison.PackedTemplates, "pack", lambda prints: bands.append(list(prints)) or bands[-1]
+        comparison.PreparedPrints, "pack", lambda prints: bands.append(list(prints)) or bands[-1]
     )
     monkeypatch.setattr(
         comparer.matcher.__class__, "similarities", lambda _, probe, packed: len(packed)

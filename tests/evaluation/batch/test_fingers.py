@@ -16,7 +16,7 @@ from fpmatch.evaluation.batch.fingers import (
     finger_of_name,
     write_fingers,
 )
-from fpmatch.matching.finger import fused_score
+from fpmatch.fingers.finger import fused_score
 
 REFERENCES = ["7_1.png", "7_2.png", "8_1.png"]
 

@@ -20,10 +20,10 @@ from fpmatch.evaluation.batch.sources import (
     unpack,
 )
 from fpmatch.evaluation.batch.store import Store
-from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 from truth_files import truth_of
 
 from fpmatch.evaluation.ground_truth.false_minutiae import Cause, distance_to_border, false_minutiae
-from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 TRUE = Minutiae(x=[100, 150], y=[100, 100], angle=[1.0, 1.0])
 

@@ -16,7 +16,7 @@ from fpmatch.evaluation.ground_truth.minutiae_counts import (
     count_minutiae,
     differences,
 )
-from fpmatch.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae
 
 SEEN = np.array([True])
 CLOSE = Tolerance(10.0, 0.5)

@@ -18,7 +18,7 @@ from fpmatch.evaluation.ground_truth.report import (
 )
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.evaluation.run import evaluate, load_datasets
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 TRUE = Minutiae(x=[60, 100, 140], y=[80, 80, 80], angle=[0, 0, 0], kind=[1, 1, 2])
 

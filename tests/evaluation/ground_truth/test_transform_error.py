@@ -16,8 +16,8 @@ from fpmatch.evaluation.ground_truth.transform_error import (
     summarise_transforms,
 )
 from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-from fpmatch.minutiae import Minutiae
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae
 
 RNG = np.random.default_rng(4)
 FINGER = RNG.uniform(50, 350, (20, 2))

@@ -11,8 +11,8 @@ from fpmatch.evaluation.html.hardest import (
 )
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.result import Comparison, Verification
-from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import Minutiae, Template
 
 NEARLY_IN_PLACE = Similarity(1.0, 0.05, 3.0, 4.0)
 

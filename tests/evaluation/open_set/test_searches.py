@@ -17,14 +17,14 @@ from fpmatch.evaluation.open_set.run import (
     load_subjects,
 )
 from fpmatch.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, search_all
+from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.fused_fingers import fuse_fingers
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 MATCHER = get_matcher("unit-circle")
 CALIBRATION = load_calibration("unit-circle")

@@ -1,0 +1,1 @@
+"""Several impressions of a finger, and several fingers: compare, consolidate, merge and fuse."""

@@ -1,0 +1,137 @@
+"""Bit descriptors: a fast, coarse comparison of two prints, for the prefilter.
+
+Two minutiae are compared by counting the words of `_encode_kernel` that they share; two prints by
+the pairs of minutiae that share enough and agree in one rotation and shift. That takes a few
+hundredths of the time of a whole comparison, and rejects most impostor pairs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.matching.prints._encode_kernel import encode_neighbours, encode_orientations
+from fpmatch.matching.prints._prefilter_kernel import Prefilter
+from fpmatch.matching.prints.print_area import PrintAreas
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prints.neighbourhood import Neighbourhoods
+    from fpmatch.matching.prints.print_area import PrintArea
+
+    EncodedMinutiae: TypeAlias = tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8]]
+
+NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
+ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
+UNKNOWN_BIN: Final = 31  # the greatest word of an orientation: that of an unknown one
+MAX_ENCODED: Final = 64  # minutiae of a print; of more, those of best quality
+TURNS: Final = 256  # steps of a minutia's direction in a turn
+
+
+@dataclass(frozen=True, slots=True)
+class BitDescriptorParameters:
+    """Set how prints are encoded and compared; lengths in pixels at 500 dpi.
+
+    `flow_rings` are places of ridge orientation: number, distance from the minutia, angle of the
+    first in degrees. Two pairs d apart agree within ``sqrt(near_px² + (spread·d)²)``.
+    """
+
+    cell_px: float = 16.0  # side of the cells in which neighbours lie
+    flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
+    most_pairs: int = 16  # compared with each other: those that share most words
+    near_px: float = 12.0
+    spread: float = 0.1
+    pair_turn_deg: float = 15.0  # between the rotations of two pairs
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Places of ridge orientation in a minutia's own frame, shape (2, 12)."""
+        radius = np.concatenate([np.full(n, r) for n, r, _ in self.flow_rings])
+        degrees = np.concatenate([a + 360 / n * np.arange(n) for n, _, a in self.flow_rings])
+        angle = np.radians(degrees)
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+_USUAL: Final = BitDescriptorParameters()
+_PLACES: Final = _USUAL.places
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BitDescriptors:
+    """The bit descriptors of a print of N minutiae; `_encode_kernel` describes the words."""
+
+    xy: NDArray[np.float32]  # (N, 2): px at 500 dpi, y pointing up
+    direction_bin: NDArray[np.uint8]  # (N,), in 256ths of a turn
+    neighbour_bits: NDArray[np.uint16]  # (N, 12); 0x8800 where there is no neighbour
+    orientation_bins: NDArray[np.uint8]  # (N, 12): of places around; 31 where not known
+    has_flow: bool  # whether any orientation is known at all
+
+
+def encode(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    neighbours: Neighbourhoods,
+    region: PrintArea,
+) -> BitDescriptors:
+    """Encode the minutiae of a print, given as `PreparedTemplate` has them.
+
+    Of more than 64 minutiae, those of the greatest quality are encoded; of equals, the first.
+    """
+    start = np.array((0, points.shape[1]), np.int64)
+    bits = encode_many(points, quality, start, neighbours, PrintAreas.of(region))
+    xy = np.ascontiguousarray(points[:2].T, np.float32)
+    return BitDescriptors(xy, *bits, region.has_flow)
+
+
+def encode_many(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    start: NDArray[np.int64],
+    neighbours: Neighbourhoods,
+    areas: PrintAreas,
+) -> EncodedMinutiae:
+    """Encode the minutiae of many prints, each from an entry of `start` up to the next.
+
+    Return direction bins, bits of neighbours and bins of orientation, as `BitDescriptors` has them.
+    """
+    n = points.shape[1]
+    coded = np.ones(n, np.uint8)
+    for k in (start[1:] - start[:-1] > MAX_ENCODED).nonzero()[0].tolist():
+        of = slice(start[k], start[k + 1])
+        coded[of][np.argsort(-quality[of], kind="stable")[MAX_ENCODED:]] = 0
+    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
+    direction_bin = (turn % TURNS).astype(np.uint8)
+    angle = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2])
+    neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
+    orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
+    encode_neighbours(
+        neighbours.count, neighbours.frame, angle, coded, 1.0 / _USUAL.cell_px, neighbour_bits
+    )
+    place = start, areas.code, areas.start, areas.shape, areas.step, areas.has_flow
+    encode_orientations(points, direction_bin, *place, _PLACES, orientation_bins)
+    return direction_bin, neighbour_bits, orientation_bins
+
+
+def prefilter() -> Prefilter:
+    """Return an empty prefilter, for one thread."""
+    p = _USUAL
+    return Prefilter(p.most_pairs, p.near_px, p.spread, round(p.pair_turn_deg * TURNS / 360))
+
+
+def prefilter_of(descriptors: BitDescriptors) -> Prefilter:
+    """Return a prefilter with a print in its tables."""
+    made, d = prefilter(), descriptors
+    made.load(d.xy, d.direction_bin, d.neighbour_bits, d.orientation_bins, d.has_flow)
+    return made
+
+
+def score_descriptors(tables: Prefilter, b: BitDescriptors) -> int:
+    """Return how much print B has in common with the print in the tables, which comes first."""
+    bits = b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow
+    weight: int = tables.score(0, len(b.xy), b.xy, *bits, False)
+    return weight

@@ -1,0 +1,116 @@
+"""The area of a print: cells inside its mask, or inside the convex hull of its minutiae."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.matching.prints._preparation_kernel import box_of, write_codes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.templates.ridge_field import RidgeField
+
+
+ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintArea:
+    """The area of a print as square cells, and their ridge orientation.
+
+    A code is 0 outside the print; inside, 1 to `ORIENTATIONS` for the ridge orientation, or 1 alone
+    where it is not known.
+    """
+
+    step: float  # side of a cell
+    code: NDArray[np.uint8]  # (rows, columns)
+    first_row: int  # of these cells among all, from the image's top left corner
+    first_column: int
+    has_flow: bool  # whether the orientation is known at all
+    ridges: NDArray[np.uint64] | None = None  # binary images as in `RidgeField`, where known
+
+    @property
+    def inside(self) -> int:
+        """Number of cells inside the print."""
+        return int(np.count_nonzero(self.code))
+
+    @property
+    def area(self) -> float:
+        """Area of the print."""
+        return self.inside * (self.step * self.step)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintAreas:
+    """The areas of K prints in flat arrays, without their ridges, as in `PreparedPrints`.
+
+    Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row.
+    """
+
+    start: NDArray[np.int64]  # (K + 1,)
+    code: NDArray[np.uint8]
+    shape: NDArray[np.int32]  # (K, 4): rows and columns, first row and first column
+    step: NDArray[np.float64]  # (K,)
+    has_flow: NDArray[np.uint8]  # (K,)
+
+    @classmethod
+    def of(cls, region: PrintArea) -> PrintAreas:
+        """Return the area of one print."""
+        r = region
+        return cls(
+            start=np.array((0, r.code.size), np.int64),
+            code=r.code.reshape(-1),
+            shape=np.array(((*r.code.shape, r.first_row, r.first_column),), np.int32),
+            step=np.array((r.step,), np.float64),
+            has_flow=np.array((r.has_flow,), np.uint8),
+        )
+
+
+def orientation_codes(
+    orientation: NDArray[np.floating], mask: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
+    given = np.ascontiguousarray(orientation, np.float64)
+    inside, code = np.ascontiguousarray(mask).view(np.uint8), np.empty(mask.shape, np.uint8)
+    write_codes(given.reshape(-1), inside.reshape(-1), ORIENTATIONS / np.pi, code.reshape(-1))
+    return code
+
+
+def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:
+    """Return the mask of a ridge field with its orientation and ridges, at 500 dpi."""
+    box, at = _box(field.mask)
+    code = orientation_codes(field.orientation[box], field.mask[box])
+    ridges = None if field.ridges is None else np.ascontiguousarray(field.ridges[box])
+    return PrintArea(field.step * to_500dpi, code, *at, has_flow=True, ridges=ridges)
+
+
+def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) -> PrintArea:
+    """Return the convex hull of minutiae (4, N) as an area of unknown orientation.
+
+    Its cells have a side of `step_px`, or larger ones where more than `max_cells` would lie along a
+    side of the area.
+    """
+    inside = (points[0] >= 0) & (points[1] <= 0)
+    x, y = points[0, inside], -points[1, inside]
+    reach = max(x.max(initial=0.0), y.max(initial=0.0))
+    step = max(step_px, reach / max_cells)
+    corners = np.floor(np.column_stack([x, y]) / step).astype(np.int32)
+    size = (corners.max(axis=0) + 1) if len(corners) else np.array([1, 1])
+    mask = np.zeros((int(size[1]), int(size[0])), np.uint8)
+    if len(corners):
+        cv2.fillConvexPoly(mask, cv2.convexHull(corners), 1)
+    box, at = _box(mask)
+    return PrintArea(step, np.ascontiguousarray(mask[box]), *at, has_flow=False)
+
+
+def _box(mask: NDArray[Any]) -> tuple[tuple[slice, slice], tuple[int, int]]:
+    """Return the part of a mask without empty rows and columns around it, and where it begins."""
+    box = np.empty(4, np.int64)
+    box_of(mask.view(np.uint8), box)
+    top, bottom, left, right = box.tolist()
+    return (slice(top, bottom), slice(left, right)), (top, left)

@@ -1,0 +1,1 @@
+"""Templates: minutiae, ridge field, their bounds, and templates in few bytes as they are stored."""

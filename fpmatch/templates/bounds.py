@@ -1,0 +1,87 @@
+"""Bounds on the numbers of a template: what may be read from a file, and what a gallery can keep.
+
+Lengths are bounded at 500 dpi, where templates are compared. The bounds are far beyond any finger:
+32,767 pixels are 1.66 m. Within them no number overflows float32, or an index in a kernel.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import TemplateError
+from fpmatch.templates.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from fpmatch.templates.minutiae import Template
+    from fpmatch.templates.ridge_field import RidgeField
+
+MOST_PX: Final = 2**15 - 1  # of a minutia from the origin, to either side, at 500 dpi
+MOST_SIDE_PX: Final = 2**16 - 1  # of width and height, in pixels of the image
+MOST_MINUTIAE: Final = 2**16 - 1
+MOST_CELLS: Final = 2**20  # of a ridge field
+LEAST_STEP_PX: Final = 0.1  # side of a cell at 500 dpi
+MOST_STEP_PX: Final = 10_000.0
+
+
+def _beyond(message: str) -> TemplateError:
+    return TemplateError(message, code="bounds")
+
+
+def check_bounds(template: Template) -> None:
+    """Raise TemplateError if a number of a template is outside its bounds.
+
+    Examples
+    --------
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
+    >>> check_bounds(Template(Minutiae(x=[4e4], y=[10], angle=[0]), width=300, height=400))
+    Traceback (most recent call last):
+    fpmatch.errors.TemplateError: minutiae: an x of 40000 is beyond 32767 pixels at 500 dpi
+    """
+    zoom = STANDARD_DPI / template.dpi
+    for name, article in (("x", "an"), ("y", "a")):
+        values = getattr(template.minutiae, name)
+        if not len(values) or not (
+            _is_far(float(np.minimum.reduce(values)), zoom)
+            or _is_far(float(np.maximum.reduce(values)), zoom)
+        ):
+            continue
+        scaled = np.abs((values.astype(np.float64) + 0.5) * zoom - 0.5)
+        farthest = values[scaled.argmax()]
+        raise _beyond(
+            f"minutiae: {article} {name} of {farthest:g} is beyond {MOST_PX} pixels at 500 dpi"
+        )
+    if len(template.minutiae) > MOST_MINUTIAE:
+        raise _beyond(f"more than {MOST_MINUTIAE} minutiae in one print")
+    if max(template.width, template.height) > MOST_SIDE_PX:
+        raise _beyond(f"a side of the print has more than {MOST_SIDE_PX} pixels")
+    if template.field is not None:
+        _check_field(template.field, zoom)
+
+
+def _is_far(value: float, zoom: float) -> bool:
+    # pixel centres stay such at 500 dpi, where positions are kept as whole pixels
+    return not abs((value + 0.5) * zoom - 0.5) < MOST_PX + 0.5
+
+
+def check_cells(rows: int, columns: int) -> None:
+    """Raise TemplateError unless a ridge field may have so many cells, before room is made."""
+    if rows < 1 or columns < 1:
+        raise _beyond("ridge_field: rows and columns must be positive")
+    if rows * columns > MOST_CELLS:
+        raise _beyond(f"ridge_field: more than {MOST_CELLS} cells")
+
+
+def _check_field(field: RidgeField, zoom: float) -> None:
+    if field.mask.size > MOST_CELLS or max(field.mask.shape) > MOST_SIDE_PX:
+        raise _beyond(f"ridge_field: more than {MOST_CELLS} cells, or too many in a row")
+    if not LEAST_STEP_PX <= field.step * zoom <= MOST_STEP_PX:
+        raise _beyond(
+            f"ridge_field: a step of {field.step:g} pixels is outside "
+            f"{LEAST_STEP_PX:g} to {MOST_STEP_PX:g} at 500 dpi"
+        )
+    if np.logical_and.reduce(np.isfinite(field.orientation), axis=None):
+        return
+    if not np.isfinite(field.orientation[field.mask]).all():
+        raise _beyond("ridge_field: an orientation is not finite")

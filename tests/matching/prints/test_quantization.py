@@ -1,0 +1,93 @@
+"""Rounding: what is kept in few bytes comes back, and is near to what it was."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from matching_prints import any_points, flow_of, seeds
+
+from fpmatch.matching.prints import _preparation_kernel
+from fpmatch.matching.prints.neighbourhood import (
+    ROOT_WEIGHTS,
+    neighbourhoods,
+    root_weight_codes,
+    rounded,
+)
+from fpmatch.matching.prints.print_area import ORIENTATIONS, orientation_codes
+
+
+def test_every_orientation_has_a_code_and_comes_back_from_it():
+    orientation = np.linspace(0, np.pi, 5001)[None]
+    mask = np.ones(orientation.shape, bool)
+    codes = orientation_codes(orientation, mask)
+    assert set(codes.ravel().tolist()) == set(range(1, ORIENTATIONS + 1))
+    cosine, sine = flow_of(codes)
+    off = np.angle(np.exp(2j * orientation) * (cosine - 1j * sine))
+    assert np.abs(off).max() <= np.pi / ORIENTATIONS + 1e-9
+    known = np.arctan2(sine, cosine) / 2 % np.pi
+    assert orientation_codes(known, mask).tolist() == codes.tolist()
+
+
+def test_outside_the_mask_there_is_no_orientation():
+    orientation = np.array([[np.nan, 1.0, np.inf]])
+    codes = orientation_codes(orientation, np.array([[False, True, False]]))
+    assert (codes > 0).tolist() == [[False, True, False]]
+    assert not flow_of(codes)[:, codes == 0].any()
+
+
+@given(seeds)
+def test_codes_are_those_that_numpy_computes(seed):
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(0, 9, 2).tolist())
+    mask = rng.random(shape) < 0.6
+    orientation = rng.uniform(-9, 9, shape) * 10.0 ** rng.integers(0, 6, shape)
+    step = np.rint(orientation.astype(np.float32).astype(np.float64) * (ORIENTATIONS / np.pi))
+    expected = np.where(mask, step.astype(np.int64) % ORIENTATIONS + 1, 0)
+    assert orientation_codes(orientation.astype(np.float32), mask).tolist() == expected.tolist()
+
+
+@given(seeds)
+def test_rounding_is_slight_and_rounds_no_further_a_second_time(seed):
+    exact = neighbourhoods(any_points(seed))
+    before = exact.frame.copy()
+    once = rounded(exact)
+    assert exact.frame.tolist() == before.tolist()
+    assert once.frame[:, :5].tolist() == exact.frame[:, :5].tolist()
+    few = np.minimum(exact.frame[:, 5], ROOT_WEIGHTS[-1])
+    assert once.frame[:, 5] == pytest.approx(few, abs=0.00501)
+    assert rounded(once).frame.tolist() == once.frame.tolist()
+
+
+def test_a_weight_beyond_all_codes_takes_the_last():
+    codes = root_weight_codes(np.array([0.0, 1.0, 2.55, 9.0], np.float32))
+    assert codes.tolist() == [0, 100, 255, 255]
+
+
+@given(seeds)
+def test_compiled_and_interpreted_agree(plain, seed):
+    rng = np.random.default_rng(seed)
+    weights = rng.uniform(0, 3, (4, 3)).astype(np.float32)
+    quality = rng.choice([0, 40, 100], 9, p=rng.dirichlet(np.full(3, 0.3))).astype(np.uint8)
+    start = np.array([0, *np.sort(rng.integers(0, 10, 2)), 9], np.int64)
+    angle, mask = rng.uniform(-40, 40, 7), rng.integers(0, 2, 7, np.uint8)
+    field, found = rng.integers(0, 6, (5, 6), np.uint8) == 0, []
+    for kernel in (_preparation_kernel, plain.preparation):
+        given_, (code, codes), box = (
+            weights.copy(),
+            np.empty((2, 12), np.uint8),
+            np.empty(4, np.int64),
+        )
+        prepared = np.empty(9)
+        kernel.round_weights(given_, code.reshape(4, 3))
+        kernel.write_qualities(quality, start, 0.7, prepared)
+        kernel.write_codes(angle, mask, ORIENTATIONS / np.pi, codes[:7])
+        kernel.box_of(field.view(np.uint8), box)
+        found.append([one.tolist() for one in (given_, code, prepared, codes[:7], box)])
+    assert found[0] == found[1]
+    parts = [quality[a:b] for a, b in pairwise(start)]
+    expected = [
+        np.full(len(part), 0.7) if not part.any() or (part == 100).all() else part / 100
+        for part in parts
+    ]
+    assert found[0][2] == np.concatenate(expected).tolist()

@@ -1,0 +1,155 @@
+"""Columns of bits and positions at 500 dpi are as numpy computes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from fpmatch.errors import MinutiaeError
+from fpmatch.templates._template_column_kernel import (
+    at_500_dpi,
+    read_cells,
+    read_columns,
+    to_image,
+    write_columns,
+)
+from fpmatch.templates.minutiae import Minutiae
+
+
+def to_bits(values: NDArray[np.int64], width: int) -> NDArray[np.uint8]:
+    """Return numbers from 0 on, each in `width` bits, as bytes."""
+    places = np.arange(width - 1, -1, -1)
+    return np.packbits(((values[:, None] >> places) & 1).astype(np.uint8))
+
+
+some_widths = st.lists(st.integers(0, 32), min_size=2, max_size=2)
+
+
+@given(st.lists(st.tuples(st.integers(0, 40), some_widths), max_size=4), st.integers(0, 2**32 - 1))
+def test_columns_are_read_as_they_were_written(
+    several: list[tuple[int, list[int]]], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    whole, written, at = bytearray(b"+"), [np.empty((2, 0), np.int64)], []
+    for count, widths in several:
+        columns = np.array([rng.integers(0, 2**width, count) for width in widths], np.int64)
+        expected = [to_bits(column, width) for column, width in zip(columns, widths, strict=True)]
+        data = np.zeros(sum(map(len, expected)), np.uint8)
+        write_columns(columns, np.array(widths, np.int64), data)
+        np.testing.assert_array_equal(data, np.concatenate(expected))
+        at.append(len(whole))
+        whole += data.tobytes() + b"+"
+        written.append(columns)
+    start = np.cumsum([0, *(count for count, _ in several)], dtype=np.int64)
+    found = np.full((2, int(start[-1])), -1, np.int64)
+    of_each = np.array([widths for _, widths in several], np.int64).reshape(-1, 2)
+    read_columns(np.frombuffer(whole, np.uint8), np.array(at, np.int64), of_each, start, found)
+    np.testing.assert_array_equal(found, np.concatenate(written, axis=1))
+
+
+masks = st.tuples(st.integers(0, 7), st.integers(1, 11), st.floats(0, 1), st.integers(0, 1))
+
+
+@given(st.lists(masks, max_size=4), st.integers(0, 2**32 - 1))
+def test_cells_are_read_as_numpy_reads_them(
+    several: list[tuple[int, int, float, int]], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    whole, at, end, inside, tight = bytearray(b"+"), [], [], [], []
+    shapes = np.array([(rows, columns) for rows, columns, *_ in several], np.int64).reshape(-1, 2)
+    given_masks, given_steps = [], []
+    for rows, columns, share, each in several:
+        mask = rng.random((rows, columns)) < share
+        steps = rng.integers(0, 16, np.count_nonzero(mask))
+        at.append(len(whole))
+        whole += (
+            np.packbits(mask).tobytes() + to_bits(steps, 4).tobytes() + b"-" * each * len(steps)
+        )
+        end.append(len(whole))
+        inside.append(len(steps))
+        tight.append(
+            mask.any(axis=0)[[0, -1]].all() and mask.any(axis=1)[[0, -1]].all() if rows else 0
+        )
+        given_masks += mask.ravel().tolist()
+        given_steps += steps.tolist()
+    start = np.cumsum([0, *shapes.prod(axis=1)], dtype=np.int64)
+    each = np.array([each for *_, each in several], np.int64)
+    places = np.array(at, np.int64), np.array(end, np.int64), start, shapes[:, 1].copy(), each
+    cells, orientation = np.full((2, int(start[-1])), 77, np.uint8)
+    after, found_tight = np.empty(len(several), np.int64), np.empty(len(several), np.uint8)
+    data = np.frombuffer(whole, np.uint8)
+    found = read_cells(data, *places, cells, orientation, after, found_tight)
+    assert found == sum(inside)
+    assert cells.tolist() == given_masks
+    assert orientation[:found].tolist() == given_steps
+    assert after.tolist() == (places[1] - each * np.array(inside, np.int64)).tolist()
+    assert found_tight.tolist() == [int(one) for one in tight]
+    if any(inside):  # of another length: nothing is read
+        assert (
+            read_cells(
+                data,
+                places[0],
+                places[1] - 1,
+                *places[2:],
+                *cells[None],
+                orientation,
+                after,
+                found_tight,
+            )
+            == 0
+        )
+        assert (after == -1).all()
+
+
+@given(st.integers(0, 40), st.floats(100, 4000) | st.just(500.0), st.integers(0, 2**32 - 1))
+def test_positions_are_rounded_as_by_numpy(count: int, dpi: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    zoom = 500.0 / dpi
+    values = (rng.integers(-3000, 3000, count) / 2).astype(np.float32)  # halves are rounded to even
+    column = np.empty(count, np.int64)
+    least = at_500_dpi(values, zoom, column)
+    expected = np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5).astype(np.int64)
+    assert least == (expected.min() if count else 0)
+    np.testing.assert_array_equal(column + least, expected)
+    back = np.empty(count, np.float32)
+    to_image(column, least, zoom, back)
+    np.testing.assert_array_equal(back, ((expected + 0.5) / zoom - 0.5).astype(np.float32))
+
+
+ANGLES = st.floats(-7, 7, width=32) | st.sampled_from([-0.0, 0.0, 2 * np.pi, 6.2831850051879883])
+
+
+@given(st.lists(ANGLES, max_size=5))
+def test_columns_of_the_types_that_are_kept_give_the_same_minutiae(angles: list[float]) -> None:
+    angle = np.array(angles, np.float32)
+    x, kind = np.arange(len(angle), dtype=np.float32) - 1, np.full(len(angle), 2, np.uint8)
+    kept = Minutiae(x, x, angle, kind, kind)
+    converted = Minutiae(*(column.astype(np.float64) for column in (x, x, angle, kind, kind)))
+    for name in ("x", "y", "angle", "kind", "quality"):
+        one, other = getattr(kept, name), getattr(converted, name)
+        assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes())
+        assert not one.flags.writeable
+        assert not np.shares_memory(one, x)
+    assert x.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("x", np.inf),
+        ("y", np.nan),
+        ("angle", np.nan),
+        ("angle", -np.inf),
+        ("kind", 3),
+        ("quality", 101),
+    ],
+)
+def test_impossible_values_of_these_types_are_refused(column: str, value: float) -> None:
+    columns = {name: np.ones(3, np.float32) for name in ("x", "y", "angle")}
+    columns |= {name: np.ones(3, np.uint8) for name in ("kind", "quality")}
+    columns[column][1] = value
+    with pytest.raises(MinutiaeError):
+        Minutiae(**columns)

@@ -334,5 +334,4 @@ class RidgeCorrelator:
 if not cython.compiled:
     from fpmatch.matching.numpy_forms import ridges
 
-    RidgeCorrelator._gather = ridges.gather
     RidgeCorrelator._correlate = ridges.correlate

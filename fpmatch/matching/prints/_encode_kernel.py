@@ -130,10 +130,3 @@ def encode_orientations(
                         code = int(relative)
                         word[i, k] = code if code < BINS else BINS - 1
     return 0
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import descriptors
-
-    encode_neighbours = descriptors.encode_neighbours
-    encode_orientations = descriptors.encode_orientations

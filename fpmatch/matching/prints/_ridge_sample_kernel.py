@@ -72,9 +72,3 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
 def _highest(word):
     """Return the highest bits of the bytes of a word, that of the lowest byte first."""
     return (((word >> 7 & HIGHEST) * GATHER) & ALL) >> 56
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import ridge_samples
-
-    restore = ridge_samples.restore

@@ -18,7 +18,6 @@ from matching_prints import (
     templates,
 )
 
-from fpmatch.matching.numpy_forms.descriptors import APART
 from fpmatch.matching.prints import bit_descriptors
 from fpmatch.matching.prints.bit_descriptors import (
     MAX_ENCODED,
@@ -36,6 +35,7 @@ EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8
 P = BitDescriptorParameters()
 SIDE, SECTORS, BINS = 16, 8, 24  # as the kernel has them
+APART = 0.25
 NOWHERE = 0x8800
 
 

@@ -63,14 +63,7 @@ _CODES: Final = orientation_codes(STEPS, np.ones(len(STEPS), bool))  # of ridge 
 def compact(template: Template) -> bytes:
     """Return a template in few bytes: as a gallery stores it, but with samples of the ridges.
 
-    Positions are rounded to whole pixels at 500 dpi, angles to 256ths of a turn, as in a gallery.
-    Of the pictures of the ridges, every eighth bit is kept. An expanded template gives the same
-    bytes again.
-
-    Raises
-    ------
-    TemplateError
-        If a number is outside the bounds of `fpmatch.templates.bounds`.
+    An expanded template gives the same bytes again. Raises TemplateError as `pack_template`.
 
     Examples
     --------
@@ -86,10 +79,7 @@ def compact(template: Template) -> bytes:
 def expand(data: bytes) -> Template:
     """Return the template that `compact` packed, with the pictures of its ridges estimated.
 
-    Raises
-    ------
-    TemplateError
-        If the bytes are of another version, damaged, or no compact template at all.
+    Raises TemplateError if the bytes are of another version, damaged, or no compact template.
     """
     return unpack_template(data, LAYOUT)
 
@@ -145,12 +135,7 @@ COLUMNS: Final = CompactTemplates.columns()
 def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> PreparedPrints:
     """Prepare some compact templates, by their numbers: the same as to pack what `prepare` makes.
 
-    Raises
-    ------
-    IndexError
-        If a number is that of no print.
-    TemplateError
-        If a template is damaged.
+    Raises IndexError if a number is that of no print, TemplateError if a template is damaged.
     """
     numbers = np.asarray(which, np.int64)
     if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(templates):

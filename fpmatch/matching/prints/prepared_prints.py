@@ -95,12 +95,9 @@ class PreparedPrints(PrintArrays):
 
     @classmethod
     def pack(cls, prints: Iterable[PreparedTemplate]) -> PreparedPrints:
-        """Pack prepared prints, which `prepare` made with its default parameters.
+        """Put prepared prints, which `prepare` made with its default parameters, into arrays.
 
-        Raises
-        ------
-        MatcherError
-            If a print has more than 256 minutiae.
+        Raises MatcherError if a print has more than 256 minutiae.
         """
         left = iter(prints)
         joined: list[PreparedPrints] = []

@@ -53,13 +53,8 @@ def restore_ridges(
 ) -> NDArray[np.uint64]:
     """Return the ridge images of the cells of a mask (rows, columns), 0 outside.
 
-    Parameters
-    ----------
-    samples, orientation : ndarray of uint8, shape (N,)
-        Samples of the cells inside the mask, row by row, and their ridge orientation in 16ths of
-        half a turn.
-    mask : ndarray of bool, shape (rows, columns)
-        Which cells are inside.
+    Of the cells inside the mask, row by row, there are the samples (N,) and the ridge orientation
+    (N,) in 16ths of half a turn.
     """
     start, shape = np.array((0, mask.size), np.int64), np.array((mask.shape,), np.int32)
     inside = np.ascontiguousarray(mask).view(np.uint8).ravel()

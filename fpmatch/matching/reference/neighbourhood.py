@@ -90,7 +90,7 @@ def local_similarity(a: Neighbourhoods, b: Neighbourhoods) -> NDArray[np.float32
     A neighbour in A counts by the most similar one in B, or not at all.
     """
     p = LocalParameters()
-    sides = (NeighbourIndex(of.count, of.frame) for of in (a, b))
-    total = like_neighbours(*sides, p.min_cosine)
+    ours, theirs = (NeighbourIndex(of.count, of.frame) for of in (a, b))
+    total = like_neighbours(ours, theirs, p.min_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
     return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)

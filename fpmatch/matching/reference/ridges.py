@@ -106,16 +106,19 @@ def compare_ridges(
 
 
 def search_by_ridges(
-    a: PreparedTemplate, b: PreparedTemplate, pairs: tuple[Numbers, Numbers] | None
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    pairs: tuple[Numbers, Numbers] | None,
+    parameters: RidgeSearchParameters | None = None,
 ) -> list[tuple[int, int]]:
     """Return pairs of minutiae under whose transforms the ridges correlate best, the best first.
 
     Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
     """
     if b.region.area < a.region.area:
-        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1])
+        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], parameters)
         return [(j, i) for i, j in swapped]
-    p = RidgeSearchParameters()
+    p = parameters or RidgeSearchParameters()
     most, least_flow, least_value = p.found, p.least_flow, 0.0
     if pairs is not None:
         most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value

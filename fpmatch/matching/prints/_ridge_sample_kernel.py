@@ -62,10 +62,10 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
                         # a loop that compilers turn into sums of several words at once
                         for m in range(8):
                             total[m] += table[o, k, half, m]
-                    found = 0
+                    image = 0
                     for m in range(8):
-                        found |= _highest(total[m]) << (8 * m)
-                    ridges[start[p] + row * columns + column] = found
+                        image |= _highest(total[m]) << (8 * m)
+                    ridges[start[p] + row * columns + column] = image
     return 0
 
 

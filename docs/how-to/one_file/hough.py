@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.result import Comparison
-from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

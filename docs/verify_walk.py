@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 PACKAGE: Final = Path(fpmatch.__file__).parent
 DEEPEST: Final = 3  # levels of calls that are drawn
-UNSHOWN: Final = ("errors.py", "minutiae.py", "output.py", "ridge_field.py", "image/recorder.py")
+UNSHOWN: Final = (
+    *("errors.py", "output.py", "image/recorder.py"),
+    *("templates/minutiae.py", "templates/ridge_field.py"),
+)
 ROW_PX: Final = 22
 INDENT_PX: Final = 30
 COLOURS: Final = {

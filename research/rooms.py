@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "_version": set(),
     "errors": set(),
-    "minutiae": {"ridge_field"},
-    "ridge_field": set(),
+    "templates": {"binary_records"},
     "output": set(),
     "text_table": set(),
     "printable": set(),
@@ -31,10 +30,8 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "binary_records": set(),
     "encryption": {"output"},
     "image": {"binary_records"},
-    "matching": {"array_file", "stored_columns", "stored_template", "plugins", "pointset"},
-    "stored_columns": {"_template_column_kernel", "formats", "stored_template"},
-    "stored_template": {"_template_column_kernel", "binary_records", "formats"},
-    "_template_column_kernel": set(),
+    "matching": {"array_file", "plugins", "pointset"},
+    "fingers": {"matching"},
     "formats": {"binary_records", "encryption", "npy", "plugins"},
     "drawing": {"matching"},
     "indexing": {"array_file", "matching", "parsing", "pointset"},
@@ -42,8 +39,17 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "synthesis": {"pointset", "engine"},
     "reading": {"formats", "image"},
     "pair": {"matching", "reading", "report"},
-    "gallery": {"audit", "encryption", "engine", "formats", "image", "indexing", "reading"},
-    "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
+    "gallery": {
+        "audit",
+        "encryption",
+        "engine",
+        "fingers",
+        "formats",
+        "image",
+        "indexing",
+        "reading",
+    },
+    "evaluation": {"image", "fingers", "drawing", "engine", "gallery", "synthesis"},
     "report": {"matching", "drawing", "image", "pointset"},
     "audit": {"output"},
     "case_report": {"drawing", "matching", "pair", "reading", "report"},
@@ -54,10 +60,10 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "cli": {"evaluation", "installation", "kernels", "synthesis", "report", "web"},
     "__main__": {"cli"},
 }
-# Rooms that may not import `minutiae`.
-NO_MINUTIAE: Final = {
+# Rooms that may not import `templates`.
+NO_TEMPLATES: Final = {
     *("_version", "errors", "printable", "output", "binary_records", "npy", "pointset"),
-    *("array_file", "encryption", "ridge_field"),
+    *("array_file", "encryption"),
 }
 WRITES_FILES: Final = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
@@ -65,8 +71,8 @@ WRITES_FILES: Final = {"matching", "formats", "drawing", "evaluation", "synthesi
 def allowed(room: str) -> set[str]:
     """Return every room that `room` may import, directly or by way of another."""
     rooms = {room, "_version", "errors", "parsing", "printable", "text_table"}
-    if room not in NO_MINUTIAE:
-        rooms |= {"minutiae", "ridge_field"}
+    if room not in NO_TEMPLATES:
+        rooms |= {"templates"} | MAY_IMPORT["templates"]
     if room in WRITES_FILES:
         rooms.add("output")
     for other in MAY_IMPORT[room]:

@@ -24,7 +24,7 @@ import numpy as np
 
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
 from fpmatch.gallery.index.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
-from fpmatch.matching.quantization import ORIENTATIONS
+from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 PACKAGE: Final = Path(fpmatch.__file__).parent
 DEEPEST: Final = 3  # levels of calls that are drawn
 UNSHOWN: Final = (
-    *("base/output.py", "errors.py", "image/preprocess/arrays.py", "minutiae.py"),
-    "ridge_field.py",
+    *("base/output.py", "errors.py", "image/preprocess/arrays.py"),
+    *("templates/minutiae.py", "templates/ridge_field.py"),
 )
 ROW_PX: Final = 22
 INDENT_PX: Final = 30

@@ -227,17 +227,22 @@ def verify(
     >>> result.match, result.score
     (False, 0.0)
     """
-    options: dict[str, Any] = {"threshold": threshold, "calibration": calibration}
+    options: dict[str, Any] = {
+        "matcher": matcher,
+        "threshold": threshold,
+        "calibration": calibration,
+    }
+    first = second = None
     if isinstance(probe, Template) and isinstance(reference, Template):
-        verified = verify_templates(probe, reference, matcher=matcher, **options)
-        return VerifiedPrints(**{name: getattr(verified, name) for name in _FIELDS})
-    from fpmatch.prints.pair import with_resolutions  # noqa: PLC0415  (not needed for templates)
+        verified = verify_templates(probe, reference, **options)
+    else:
+        from fpmatch.prints.pair import verify_given  # noqa: PLC0415  (not needed for templates)
 
-    sides = ours, theirs = _given(probe, dpi, enhance), _given(reference, dpi, enhance)
-    verified = verify_templates(ours.template, theirs.template, matcher=matcher, **options)
+        sides = [_given(one, dpi, enhance) for one in (probe, reference)]
+        verified = verify_given(*sides, **options)
+        first, second = (None if one.image is None else one.image.pixels for one in sides)
     values = {name: getattr(verified, name) for name in _FIELDS}
-    first, second = (None if one.image is None else one.image.pixels for one in sides)
-    return with_resolutions(VerifiedPrints(**values, images=(first, second)), ours, theirs)
+    return VerifiedPrints(**values, images=(first, second))
 
 
 def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:

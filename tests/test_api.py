@@ -138,7 +138,7 @@ def test_the_import_contract_sees_what_it_forbids():
     assert "cli" not in set().union(*map(allowed, others))
     assert "image" not in allowed("matching")
     assert "matching" not in allowed("image")
-    assert "minutiae" not in allowed("pointset")
+    assert "templates" not in allowed("pointset")
 
 
 def test_what_computes_writes_no_files():

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Several impressions of a finger, and several fingers: compare, consolidate, merge and fuse."""

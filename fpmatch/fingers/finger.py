@@ -84,10 +84,7 @@ class Finger:
     ) -> Finger:
         """Prepare impressions of any resolutions, of more than `most` the chosen ones.
 
-        Raises
-        ------
-        MatcherError
-            If there is no impression.
+        Raises MatcherError if there is no impression.
         """
         if not templates:
             raise MatcherError("a finger without impressions cannot be compared")
@@ -166,13 +163,8 @@ def verify_finger(
 ) -> FingerVerification:
     """Decide whether a probe comes from the finger that impressions of any resolutions show.
 
-    Matcher, threshold and calibration are those of `fpmatch.verify`.
-
-    Raises
-    ------
-    MatcherError
-        If the matcher is unknown or not calibrated, the threshold is not in 0..100, or there are
-        no impressions.
+    Matcher, threshold and calibration are those of `fpmatch.verify`, whose errors are raised, and
+    MatcherError if there are no impressions.
 
     Examples
     --------

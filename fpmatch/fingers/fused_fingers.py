@@ -28,18 +28,10 @@ _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
 
 
 def fuse_fingers(scores: ArrayLike) -> NDArray[np.float64]:
-    """Return the scores of subjects from those of their fingers.
+    """Return the scores (...) of subjects from those of their fingers (..., F), in any order.
 
-    Parameters
-    ----------
-    scores : array_like of float, shape (..., F)
-        Scores of the F fingers of each subject, at least one, in any order.
-
-    Returns
-    -------
-    ndarray of float64, shape (...)
-        ``-10·log10`` of the rates at which F fingers of other subjects score as high together, 0 to
-        100; of one finger its own score.
+    A score is ``-10·log10`` of the rate at which F fingers of other subjects score as high
+    together, 0 to 100; of one finger its own score.
 
     Examples
     --------
@@ -57,23 +49,11 @@ def assign_fingers(
 ) -> tuple[float, list[tuple[int, int]]]:
     """Return the score of a subject's fingers, and which finger each probe is compared with.
 
-    Of the assignments of as many probes as possible to fingers of their own, the one of the highest
-    score counts. Its false match rate is multiplied by the number of assignments, which is 1 where
-    the positions of all fingers are known.
-
-    Parameters
-    ----------
-    scores : ndarray of float64, shape (P, F)
-        Scores of P probes of different fingers, and F fingers of a subject.
-    allowed : ndarray of bool, shape (P, F)
-        Which of them may be the same finger.
-
-    Returns
-    -------
-    score : float
-        0 to 100; 0 where no probe may be one of the fingers.
-    pairs : list of (int, int)
-        Each assigned probe and its finger, by probe.
+    Of P probes of different fingers and F fingers of a subject, `allowed` (P, F) states which may
+    be the same. Of the assignments of as many probes as possible to fingers of their own, the one
+    of the highest score counts. Its false match rate is multiplied by the number of assignments,
+    which is 1 where the positions of all fingers are known. The score is 0 where no probe may be
+    one of the fingers; the pairs are each assigned probe and its finger, by probe.
 
     Examples
     --------

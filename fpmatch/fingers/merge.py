@@ -42,16 +42,11 @@ def points_at_500_dpi(template: Template) -> Floats:
 def merge_templates(
     templates: Sequence[Template], poses: Iterable[Similarity]
 ) -> tuple[Template, list[Similarity]]:
-    """Make one template of aligned impressions, at least one.
+    """Make one template at 500 dpi of aligned impressions, at least one.
 
-    The `poses` map each, at 500 dpi, to a common frame, without change of scale.
-
-    Returns
-    -------
-    Template
-        At 500 dpi. It has a ridge field where all of them have, with ridges where all have.
-    list of Similarity
-        What maps the pixels of each impression to those of the template.
+    The `poses` map each, at 500 dpi, to a common frame, without change of scale. The template has a
+    ridge field where all impressions have one, with ridges where all have them. Also return what
+    maps the pixels of each impression to those of the template.
 
     Examples
     --------

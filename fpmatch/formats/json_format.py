@@ -7,12 +7,12 @@ A file looks like this::
      "ridge_field": {"step": 8.0, "rows": 47, "columns": 49, "orientation": "...", "mask": "...",
                      "ridges": "..."}}
 
-Values follow the conventions of `fpmatch.templates.minutiae` (pixels, radians, ISO kinds). ``ridge_field``
-is null where it is unknown. Its ``mask`` is base64 of one bit a cell in row order, the highest bit
-of a byte first. Its ``orientation`` is base64 of a little-endian float32 for each cell inside the
-mask, in row order: radians in [0, π). Its ``ridges`` is base64 of eight bytes for each cell inside
-the mask, one for each row of the cell's binary ridge image, the lowest bit of a byte leftmost; it
-is missing if the ridges are unknown.
+Values follow the conventions of `fpmatch.templates.minutiae` (pixels, radians, ISO kinds).
+``ridge_field`` is null where it is unknown. Its ``mask`` is base64 of one bit a cell in row order,
+the highest bit of a byte first. Its ``orientation`` is base64 of a little-endian float32 for each
+cell inside the mask, in row order: radians in [0, π). Its ``ridges`` is base64 of eight bytes for
+each cell inside the mask, one for each row of the cell's binary ridge image, the lowest bit of a
+byte leftmost; it is missing if the ridges are unknown.
 
 Version 1, which is read, has one byte of ``orientation`` for every cell, 0..255 for [0, π).
 """

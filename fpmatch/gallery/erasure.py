@@ -1,4 +1,7 @@
-"""Erasure of what was removed from a gallery: in its file, its prepared prints and its index."""
+"""Erasure of what was removed from a gallery: in its file, its prepared prints and its index.
+
+`free_space` erases, and frees, all that is unused or outdated: ``fpmatch gallery compact``.
+"""
 
 from __future__ import annotations
 
@@ -129,7 +132,7 @@ def _size_of_prepared(gallery: GalleryReader) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Compaction:
+class FreedSpace:
     """Sizes in bytes before and after: of the database, and of the prepared prints."""
 
     database_before: int
@@ -145,7 +148,7 @@ class Compaction:
         }
 
 
-def compact_gallery(gallery: Gallery) -> Compaction:
+def free_space(gallery: Gallery) -> FreedSpace:
     """Rewrite the database of a gallery without free space, and delete outdated prepared prints.
 
     On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
@@ -157,4 +160,4 @@ def compact_gallery(gallery: Gallery) -> Compaction:
     gallery.vacuum(TABLES)
     delete_outdated(gallery)
     after = gallery.size(TABLES), _size_of_prepared(gallery)
-    return Compaction(before[0], after[0], before[1], after[1])
+    return FreedSpace(before[0], after[0], before[1], after[1])

@@ -19,7 +19,7 @@ from fpmatch.gallery.index.stages import preselect, unoriented_share
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.prepared_search import Preselection
 from fpmatch.gallery.search_pieces import by_probe
-from fpmatch.matching.prepare_compact import prepare_compact
+from fpmatch.matching.prints.compact_template import prepare_compact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Sequence

@@ -16,8 +16,8 @@ from fpmatch.gallery.index.loss import combined_scores, search_plan
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.index.stages import preselect
 from fpmatch.gallery.prepared_search import Preselection, Search, parts_of
-from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

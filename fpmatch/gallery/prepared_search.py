@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.prints.candidate_list import candidate_list
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence

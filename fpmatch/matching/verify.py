@@ -95,44 +95,9 @@ def verify(
     threshold: float | None = None,
     calibration: Calibration | None = None,
 ) -> Verification:
-    """Decide whether two templates come from the same finger.
+    """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
-    Parameters
-    ----------
-    probe, reference : Template
-        The two impressions.
-    matcher : str or Matcher
-        Name of the matcher, one of `matcher_names`; its place, ``"package.module:OBJECT"``; or a
-        matcher with parameters of its own, as ``PaperMatcher(rho=0.9)``.
-    threshold : float, optional
-        Score from which on the answer is yes: 40 for a false match rate of 0.01 %,
-        ``-10·log10(FMR)`` in general (see `fmr_to_score`). Default: the matcher's own rule where it
-        has one (the matcher "paper": more than a share ρ of the minutiae paired), else 40.
-    calibration : Calibration, optional
-        Turns similarities into scores (default: as measured by the package).
-
-    Returns
-    -------
-    Verification
-        Decision, score, transform and pairs; where the answer is no, the reason.
-
-    Raises
-    ------
-    MatcherError
-        If the matcher is unknown, or not calibrated and without a rule of its own, or the threshold
-        is not in 0..100.
-
-    References
-    ----------
-    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization", Fig. 7.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> empty = Template(Minutiae.empty(), width=300, height=300)
-    >>> result = verify(empty, empty)
-    >>> result.match, result.score
-    (False, 0.0)
+    The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
     """
     rule = Rule.of(matcher, threshold, calibration)
     chosen, curve = rule.matcher, rule.calibration

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name
-from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import find_identity, verify
 from fpmatch.prints.report import as_dict
 
@@ -18,10 +17,9 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.matchers.paper import PaperMatcher
+    from fpmatch.matching.result import Verification
     from fpmatch.matching.verify import Identity
     from fpmatch.prints.reading import GivenPrint
-
-V = TypeVar("V", bound=Verification)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,18 +78,18 @@ def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions)
         from fpmatch.matching.matchers.paper import matcher_with  # noqa: PLC0415
 
         matcher = matcher_with(options.matcher, options.rho, options.area_tolerance)
-    verification = verify(
-        probe.template,
-        reference.template,
+    verification = verify_given(
+        probe,
+        reference,
         matcher=matcher,
         threshold=options.decision_score(),
         calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
     )
-    return ComparedPair(probe, reference, with_resolutions(verification, probe, reference))
+    return ComparedPair(probe, reference, verification)
 
 
-def with_resolutions(verification: V, probe: GivenPrint, reference: GivenPrint) -> V:
-    """Return a verification that is inconclusive where an assumed resolution decides."""
+def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Verification:
+    """Verify two given prints; inconclusive where an assumed resolution decides."""
     sides = {"probe": probe, "reference": reference}
     assumed = tuple(name for name, given in sides.items() if given.dpi_assumed)
-    return replace(verification, dpi_assumed=assumed)
+    return replace(verify(probe.template, reference.template, **options), dpi_assumed=assumed)

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Templates: minutiae, ridge field, their bounds, and templates in few bytes as they are stored."""

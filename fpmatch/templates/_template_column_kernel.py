@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: minutiae and cells of packed templates, whose numbers have as few bits as they need.
+"""Kernel: minutiae and cells of stored templates, whose numbers have as few bits as they need.
 
 A column of numbers begins with a byte of its own, and has the highest bit of each number first.
 """

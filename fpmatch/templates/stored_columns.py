@@ -1,7 +1,7 @@
-"""Read many packed templates at once into flat arrays, where they are plain.
+"""Read many stored templates at once into flat arrays, where they are plain.
 
 A template is plain if it shows its ridges, the box around their cells is as small as can be, and no
-number is outside its bounds. `fpmatch.templates.stored_template.unpack` reads the others one at a time, and
+number is outside its bounds. `unpack_template` reads the others one at a time, and
 states what is wrong with a damaged one.
 """
 
@@ -43,7 +43,7 @@ _TYPES: Final = {"2s": "S2", "B": "u1", "H": "<u2", "h": "<i2", "I": "<u4", "f":
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StoredColumns:
-    """The numbers of K packed templates of M minutiae and C cells, I of them inside.
+    """The numbers of K stored templates of M minutiae and C cells, I of them inside.
 
     Template k has the minutiae from ``start[k]`` to ``start[k + 1]``; its cells likewise, row by
     row. Those inside the mask follow one after another, with ridges as the layout has them.
@@ -67,25 +67,10 @@ def plain_columns(
     layout: Layout,
     most: int,
 ) -> tuple[StoredColumns, NDArray[np.intp]]:
-    """Read the plain ones of some templates, of `most` minutiae at most.
+    """Read the plain ones of K templates, of `most` minutiae at most, in a layout's latest version.
 
-    Parameters
-    ----------
-    content : ndarray of uint8
-        Bytes of many templates.
-    start, end : ndarray of int64, shape (K,)
-        Where in `content` each template begins and ends.
-    layout : Layout
-        Their layout, in its latest version.
-    most : int
-        The most minutiae of a template that is read.
-
-    Returns
-    -------
-    StoredColumns
-        The numbers of the plain ones.
-    ndarray of intp
-        Which of the templates these are, ascending.
+    Template k has the bytes from ``start[k]`` to ``end[k]`` of `content`. Also return which of the
+    templates are plain, ascending.
     """
     chosen = np.flatnonzero(_are_whole(content, start, end))
     heads = _values_at(content, start[chosen], HEAD)
@@ -158,7 +143,7 @@ def _have_plain_fields(
 
 
 def _side(step: NDArray[np.float64], dpi: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the side of cells at 500 dpi, rounded as `unpack` rounds it."""
+    """Return the side of cells at 500 dpi, rounded as `unpack_template` rounds it."""
     zoom = STANDARD_DPI / dpi
     return step / zoom * zoom
 
@@ -191,7 +176,7 @@ def _read(
     inside = read_cells(content, *place, mask, orientation, after, tight)
     plain &= (after >= 0) & (tight > 0)
     ridges = [content[a:b] for a, b in zip(after.tolist(), last.tolist(), strict=True)]
-    packed = StoredColumns(
+    stored = StoredColumns(
         start=start,
         columns=columns,
         dpi=_dpi(heads),
@@ -202,7 +187,7 @@ def _read(
         orientation=orientation[:inside],
         ridges=np.concatenate([np.empty(0, np.uint8), *ridges]),
     )
-    return packed, plain
+    return stored, plain
 
 
 def _starts(lengths: NDArray[Any]) -> NDArray[np.int64]:

@@ -1,8 +1,8 @@
-"""Packed templates: one template in few bytes, as galleries and indices keep it.
+"""Stored templates: one template in few bytes, as galleries and indices keep it.
 
-There are two kinds, which differ in the pictures of the ridges: the stored template of a gallery
-has them exactly (`fpmatch.gallery.store.compact`), the compact template of an index has samples of
-them (`fpmatch.matching.compact_template`).
+There are two layouts, which differ in the pictures of the ridges: that of a gallery, here, has them
+exactly, in about 2,700 bytes; the compact template of an index has samples of them, in about 670
+(`fpmatch.matching.prints.compact_template`).
 
 All numbers are little-endian; bits are packed from the highest of a byte on, each column of
 numbers beginning with a byte of its own::
@@ -70,7 +70,7 @@ STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """State what distinguishes one kind of packed templates from another.
+    """State what distinguishes one kind of stored templates from another.
 
     `known` is the greatest content, `FIELD` or `RIDGES`, of each version that is read; `version`
     is the one that is written. The ridges of N cells take ``cell_bytes * N`` bytes, which
@@ -86,10 +86,37 @@ class Layout:
     unpack_ridges: Callable[[bytes, NDArray[np.uint8], Mask], Words]
 
 
-def pack(template: Template, layout: Layout) -> bytes:
-    """Return a template in few bytes, in a layout; an unpacked one gives the same bytes again.
+def _unpack_words(data: bytes, _steps: NDArray[np.uint8], mask: Mask) -> Words:
+    """Return the pictures of the cells, each of 64 bits, the highest first."""
+    ridges = np.zeros(mask.shape, np.uint64)
+    ridges[mask] = np.frombuffer(data, ">u8")
+    return ridges
 
-    Raises TemplateError if a number is outside the bounds of `fpmatch.templates.bounds`.
+
+VERSION: Final = 2
+GALLERY_LAYOUT: Final = Layout(
+    magic=b"fm",
+    version=VERSION,
+    known={1: FIELD, VERSION: RIDGES},  # version 1 is the same without ridges
+    cell_bytes=8,
+    pack_ridges=lambda words: words.astype(">u8").tobytes(),
+    unpack_ridges=_unpack_words,
+)
+
+
+def pack_template(template: Template, layout: Layout = GALLERY_LAYOUT) -> bytes:
+    """Return a template in few bytes; an unpacked one gives the same bytes again.
+
+    Raises TemplateError if a number is outside the bounds of `fpmatch.templates.bounds`: minutiae
+    are within 32,767 pixels of the origin at 500 dpi, at most 65,535 of them, and a ridge field has
+    at most a million cells.
+
+    Examples
+    --------
+    >>> template = Template(Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6]), width=300, height=400)
+    >>> data = pack_template(template)
+    >>> len(data), unpack_template(data).minutiae.xy.tolist()
+    (31, [[10.0, 5.0], [20.0, 8.0]])
     """
     check_bounds(template)
     content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
@@ -117,7 +144,7 @@ def minutiae_digest(template: Template) -> bytes:
 
 
 def stored_minutiae_digest(data: bytes) -> bytes:
-    """Return the `minutiae_digest` of a packed template that was checked, of any layout."""
+    """Return the `minutiae_digest` of a stored template that was checked, of any layout."""
     *_, count, _, _, bits_x, bits_y = HEAD.unpack(data[: HEAD.size])
     begin, end = HEAD.size - MINUTIAE_HEAD.size, HEAD.size + body_bytes(count, bits_x, bits_y)
     return _digest(data[begin:end]) if count >= LEAST_DIGESTED else b""
@@ -127,12 +154,12 @@ def _digest(packed_minutiae: bytes) -> bytes:
     return hashlib.blake2b(packed_minutiae, digest_size=16).digest()
 
 
-def unpack(data: bytes, layout: Layout) -> Template:
-    """Return the template that `pack` packed in a layout, its numbers rounded once.
+def unpack_template(data: bytes, layout: Layout = GALLERY_LAYOUT) -> Template:
+    """Return the template that `pack_template` packed, its numbers rounded once.
 
-    Raises TemplateError if `data` is of another version, damaged, or no packed template at all.
+    Raises TemplateError if `data` is of another version, damaged, or no stored template at all.
     """
-    check(data, layout)
+    check_packed(data, layout)
     try:
         template = _unpack(ByteReader(data[: -CRC.size], TemplateError), layout)
         check_bounds(template)
@@ -141,10 +168,10 @@ def unpack(data: bytes, layout: Layout) -> Template:
     return template
 
 
-def check(data: bytes, layout: Layout) -> tuple[int, float]:
-    """Check the checksum of a packed template; return its number of minutiae and its dpi.
+def check_packed(data: bytes, layout: Layout = GALLERY_LAYOUT) -> tuple[int, float]:
+    """Check the checksum of a stored template; return its number of minutiae and its dpi.
 
-    Raises TemplateError as `unpack`, which finds damage that was there before packing too.
+    Raises TemplateError as `unpack_template`, which finds damage from before packing too.
     """
     if data[:2] != layout.magic or len(data) < HEAD.size + CRC.size:
         raise TemplateError("not a packed template")

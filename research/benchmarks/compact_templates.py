@@ -22,17 +22,21 @@ import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.segment import Segment
-from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.matching.compact_template import CompactTemplates, compact, expand
-from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.candidate_list import prefilter_scores
+from fpmatch.matching.prints.compact_template import (
+    CompactTemplates,
+    compact,
+    expand,
+    prepare_compact,
+)
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.prints.ridge_samples import ORIENTATIONS, RidgeSampleParameters
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
+from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.commands import Command, folders, json_file, workers, write_json
 from research.tables.stored_prints import RATES, stored_forms, stored_parts, stored_times
 
@@ -67,8 +71,8 @@ def without_ridges(template: Template) -> Template:
 def sampled(template: Template, *, kept: Callable[[Any, Any], Any], estimated: bool) -> Template:
     """Return a template of whose ridges some bits are kept, by row and column.
 
-    The others are estimated along the ridges as `fpmatch.matching.prints.ridge_samples` does, or they are
-    those of the nearest kept bit.
+    The others are estimated along the ridges as `ridge_samples` does, or they are those of the
+    nearest kept bit.
     """
     p, found = RidgeSampleParameters(), exact(template)
     if found.field is None or found.field.ridges is None:

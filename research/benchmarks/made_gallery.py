@@ -22,10 +22,10 @@ import repository
 from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.print_segment import COLUMNS, PrintSegment
-from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -38,7 +38,7 @@ SYNTHESIS = "1"  # another where `make_templates` gives other templates
 # modules that decide what an index holds
 CODE_OF_INDEX = (
     *(f"gallery/index/{name}.py" for name in ("terms", "_term_kernel", "segment")),
-    *(f"matching/{name}.py" for name in ("stored_descriptors", "compact_template")),
+    *(f"matching/prints/{name}.py" for name in ("stored_descriptors", "compact_template")),
 )
 ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("bytes",))}
 

@@ -23,8 +23,8 @@ from disturbed_prints import disturbed, sample_templates
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.engine.engine import make_engine
-from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence

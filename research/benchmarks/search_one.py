@@ -27,6 +27,7 @@ from unittest.mock import patch
 
 from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
+from fpmatch import stored_columns
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.index import segment
@@ -37,7 +38,6 @@ from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.pipeline import match as compare
 from fpmatch.matching.prints import bit_descriptors, candidate_list, ridge_samples
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
-from fpmatch.templates import stored_columns as stored_columns
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -77,13 +77,12 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "kernels.py": _OWN,
     "matching/_compare_kernel.py": "opens prints that are in memory",
     "matching/calibration.py": ("calibration",),
-    "matching/compact_template.py": ("compact-template",),
-    "matching/prepared_prints.py": ("prepared", "prepared-forged"),
+    "matching/prints/compact_template.py": ("compact-template",),
+    "matching/prints/prepared_prints.py": ("prepared", "prepared-forged"),
     "matching/score.py": _OWN,
     "matching/score_model.py": _OWN,
     "base/npy.py": ("npy", "points", "array-picture"),
     "base/output.py": _OUT,
-    "stored_template.py": ("packed-template", "compact-template"),
     "base/parsing.py": (
         "json",
         "calibration",
@@ -98,6 +97,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "server/client.py": "sends files as they are",
     "server/pool.py": _OUT,
     "server/settings.py": ("clients",),
+    "templates/stored_template.py": ("packed-template", "compact-template"),
     "synthesis/check.py": ("truth-check",),
     "synthesis/plan.py": ("dataset-info",),
 }

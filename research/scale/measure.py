@@ -16,11 +16,11 @@ from scipy.spatial import Delaunay
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.compact_template import CompactTemplates
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prints.compact_template import CompactTemplates
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
+from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.scale.plan import MAX_SCORE
 
 if TYPE_CHECKING:

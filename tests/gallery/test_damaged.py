@@ -22,12 +22,12 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
-from fpmatch.gallery.store.compact import pack_template
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:
     from pathlib import Path

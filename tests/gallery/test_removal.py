@@ -21,17 +21,17 @@ from made_prints import entry_of
 from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.erasure import compact_gallery
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import prepare_gallery
 from fpmatch.gallery.index.print_segment import PrintSegment
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store import database
-from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.stored_template import pack_template
 
 RUN = 32  # bytes that count as a trace
 
@@ -229,7 +229,7 @@ def test_compact_on_either_database(where: str) -> None:
     with open_gallery(where, create=True) as gallery:
         gallery.add([random_entry(k) for k in range(40)])
         gallery.remove(range(1, 39))
-        done = compact_gallery(gallery)
+        done = free_space(gallery)
         assert 0 < done.database_after < done.database_before
         assert len(list(gallery.templates())) == 2
 
@@ -244,14 +244,14 @@ def test_compact_waits_for_another_program_and_then_refuses(
         with closing(sqlite3.connect(tmp_path / "g.db", isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")
             with pytest.raises(GalleryError, match="another program has held it"):
-                compact_gallery(gallery)
+                free_space(gallery)
             other.execute("ROLLBACK")
             other.execute("BEGIN")
             other.execute("SELECT count(*) FROM fpmatch_entry").fetchall()
             with pytest.raises(GalleryError, match="another program has held it"):
-                compact_gallery(gallery)
+                free_space(gallery)
         assert (tmp_path / "g.db").read_bytes() == content
-        compact_gallery(gallery)
+        free_space(gallery)
 
 
 def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
@@ -275,7 +275,7 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
 COMPACT = """
 import resource, signal, sys
 from pathlib import Path
-from fpmatch.gallery.erasure import compact_gallery
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 most = int(sys.argv[2])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -283,7 +283,7 @@ with open_gallery(sys.argv[1]) as gallery:
     if most:
         resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
     print("now", flush=True)
-    compact_gallery(gallery)
+    free_space(gallery)
 """
 
 

@@ -10,7 +10,7 @@ import fpmatch
 
 sys.path.append(str(Path(__file__).parent))
 
-KERNELS = [path.stem for path in (Path(fpmatch.__file__).parent / "matching").glob("_*_kernel.py")]
+KERNELS = [path.stem for path in (Path(fpmatch.__file__).parent / "matching").rglob("_*_kernel.py")]
 
 
 @pytest.fixture(scope="session")

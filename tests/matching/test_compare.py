@@ -38,9 +38,9 @@ from fpmatch.matching.pipeline.match import (
     similarities,
 )
 from fpmatch.matching.pipeline.score_model import ScoreWeights
+from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared_prints import COLUMNS, PreparedPrints
-from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS
+from fpmatch.matching.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
 
 EXAMPLES = 30 if COMPILED else 4
 PRINT_SIZE = 30 if COMPILED else 12

@@ -1,4 +1,4 @@
-"""The mesh of pairs: the kernel against twins made of scipy and numpy, and what it measures."""
+"""The mesh of pairs: the kernel against the reference and Qhull, and what it measures."""
 
 import math
 from collections import namedtuple
@@ -12,13 +12,12 @@ from scipy.spatial import Delaunay
 
 from fpmatch.matching.pipeline._kernels import _pair_mesh_kernel as kernel
 from fpmatch.matching.pipeline.alignment import PairMeshParameters
-from fpmatch.pointset.paper.parametrize import boundary_angles, shape_preserving_weights
+from fpmatch.matching.reference.alignment import Pairing
+from fpmatch.matching.reference.pair_mesh import measure
 
 P = PairMeshParameters()
 MOST = 30 if COMPILED else 15
 FRAME = 8
-NEAR2 = 1e-3  # px², which keeps the weight of a line of no length finite
-STRAIN_PX = 8.0
 FAR_AWAY = 1e6  # px, from the nearest pair, where no ring has any
 
 AT_REST = (1.0, 0.0, 0.0, 0.0)
@@ -113,51 +112,6 @@ def sorted_corners(triangles):
     return {tuple(sorted(corners)) for corners in triangles.tolist()}
 
 
-def predict_twin(case):
-    """Return predicted minutiae, distances from the nearest other pair, and measurements.
-
-    Each minutia is a point of a triangulation of its own, with the frame and the other pairs.
-    """
-    n = case.a.shape[1]
-    frame = frame_twin(case.a)
-    predicted, nearest = np.empty((4, n)), np.full(n, FAR_AWAY)
-    places, weights, full = np.zeros((3, n))
-    turned = edges = 0
-    strain = 0.0
-    for i, here in enumerate(plane(case.a)):
-        others = [k for k in np.flatnonzero(case.partner >= 0) if k != i]
-        z_a = np.concatenate([frame, plane(case.a)[others], [here]])
-        z_b = np.concatenate([mapped(frame, case.transform), plane(case.b)[case.partner[others]]])
-        last = len(z_a) - 1
-        ring = {v for corners in triangulated(z_a) if last in corners for v in corners} - {last}
-        ring = sorted(ring, key=lambda v: float(np.angle(z_a[v] - here)))
-        p, q = z_a[ring], z_b[ring]
-        flat_p, flat_q = (np.column_stack([z.real, z.imag]) for z in (p, q))
-        on_pairs = np.array(ring) >= FRAME
-        share = shape_preserving_weights(flat_p, [here.real, here.imag])
-        image = share @ q
-        by_length = share / (abs(p - here) ** 2 + NEAR2)
-        turn = np.sum(by_length * (q - image) * (p - here).conj())
-        direction = turn / abs(turn) * complex(*case.a[2:, i])
-        predicted[:, i] = image.real, image.imag, direction.real, direction.imag
-        nearest[i] = abs(p - here)[on_pairs].min(initial=FAR_AWAY)
-        if case.partner[i] < 0:
-            continue
-        true = plane(case.b)[case.partner[i]]
-        off = abs(image - true) / (P.residual_px + P.residual_per_px * (share @ abs(p - here)))
-        weights[i] = math.exp(-0.5 * off**2)
-        difference = boundary_angles(flat_p) - boundary_angles(flat_q)
-        places[i] = math.exp(-0.5 * difference.var() / P.place_tolerance**2)
-        full[i] = share[on_pairs].sum()
-        spokes = q - true
-        turned += int(np.sum((spokes.conj() * np.roll(spokes, -1)).imag <= 0))
-        lengths = abs(p - here)[on_pairs], abs(spokes)[on_pairs]
-        edges += len(lengths[0])
-        strain += np.sum(abs(lengths[0] - lengths[1]) / (sum(lengths) / 2 + STRAIN_PX))
-    mean = strain / edges if edges else 0.0
-    return predicted, nearest, Measured(places, weights, full, turned, edges, mean)
-
-
 def check_whole(mesh):
     """Check that a mesh has its octagon covered once, by triangles that go counter-clockwise."""
     z, _ = vertices_of(mesh)
@@ -201,24 +155,28 @@ def test_triangles_are_those_of_qhull(seed):
 
 
 @given(seeds)
-def test_predictions_and_measurements_agree_with_their_twin(seed):
-    case = some_case(seed, 20 if COMPILED else 8)
-    n, pairs = case.a.shape[1], np.flatnonzero(case.partner >= 0)
-    mesh = mesh_of(case)
-    if not len(pairs):
-        return
-    predicted, nearest, expected = predict_twin(case)
-    found = measured_by(mesh, n)
-    nearest[pairs if len(pairs) == 1 else []] = FAR_AWAY
-    assert predicted_by(mesh, n) == pytest.approx(predicted, abs=1e-6)
+def test_predictions_and_measurements_agree_with_the_reference(seed):
+    case = some_case(seed)
+    n, mesh = case.a.shape[1], mesh_of(case)
+    c, s, x, y = case.transform
+    move = complex(c, s), complex(x, y)
+    expected, place, direction, nearest = Pairing(
+        case.a, case.b, case.partner, np.ones(n), move
+    ).mesh
+    rows = place.real, place.imag, direction.real, direction.imag
+    assert predicted_by(mesh, n) == pytest.approx(np.array(rows), abs=1e-6)
     assert np.array(mesh.nearest)[:n] == pytest.approx(nearest)
-    sums = []
-    for name in ("place_agreement", "weight_agreement", "fullness"):
-        assert getattr(found, name) == pytest.approx(getattr(expected, name), abs=1e-6)
-        sums.append(getattr(expected, name).sum())
-    assert [mesh.places, mesh.weights, mesh.full] == pytest.approx(sums)
-    assert (found.turned, found.edges) == (expected.turned, expected.edges)
-    assert found.strain == pytest.approx(expected.strain)
+    sums = measure(expected, plane(case.b), case.partner, place)
+    found = measured_by(mesh, n)
+    for name, of_each in (
+        ("places", found.place_agreement),
+        ("weights", found.weight_agreement),
+        ("fullness", found.fullness),
+    ):
+        assert of_each.sum() == pytest.approx(sums[name], abs=1e-6)
+    assert [mesh.places, mesh.weights] == pytest.approx([sums["places"], sums["weights"]])
+    assert (mesh.full, found.strain) == pytest.approx((sums["fullness"], sums["strain"]))
+    assert found.turned == sums["turned"]
 
 
 @given(seeds)

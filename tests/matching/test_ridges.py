@@ -1,4 +1,4 @@
-"""Ridges laid on one another: against a slow, obvious twin, and compiled against interpreted."""
+"""Ridges of aligned prints: as in the reference, and compiled against interpreted."""
 
 import itertools
 import math
@@ -10,10 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     NO_POINTS,
-    contains,
     moved,
     packed_pictures,
-    plane,
     ridge_correlation,
     seeds,
     spread_points,
@@ -27,23 +25,14 @@ from fpmatch.matching.pipeline._kernels import _ridge_kernel
 from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.pipeline.ridge_map import ridge_map
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.reference.alignment import Pairing
+from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
-REACH_BITS = 2
-FEWEST_AROUND = 4
 MOST_CELLS = 16384
 ROOM = 20  # for pairs
-SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 NOBODY = np.empty(0, np.int32)
-
-
-def picture_of(print_):
-    """Return the ridges of a print's region as one picture, 8 pixels a cell along either side."""
-    rows, columns = print_.region.code.shape
-    bits = (print_.region.ridges[:, :, None] >> np.arange(64, dtype=np.uint64)) & np.uint64(1)
-    square = bits.reshape(rows, columns, 8, 8).transpose(0, 2, 1, 3)
-    return square.reshape(8 * rows, 8 * columns).astype(bool)
 
 
 def mesh_of(a, b, partner, transform):
@@ -54,63 +43,13 @@ def mesh_of(a, b, partner, transform):
     return aligner.mesh
 
 
-def mapped_by(mesh, place):
-    """Return where the triangle round a place is mapped affinely; None where there is no pair."""
-    vertices = slice(0, mesh.vertices)
-    own = np.array(mesh.ax)[vertices] + 1j * np.array(mesh.ay)[vertices]
-    other = np.array(mesh.bx)[vertices] + 1j * np.array(mesh.by)[vertices]
-    owner = np.array(mesh.owner)[vertices]
-    pairs = owner >= 0
-    other[pairs] = (other[pairs] + plane(np.array(mesh.predicted)[:, owner[pairs]])) / 2
-    for corners in np.array(mesh.corner)[: mesh.triangles]:
-        z = own[corners]
-        matrix = np.array([z.real, z.imag, np.ones(3)])
-        shares = np.linalg.solve(matrix, [place.real, place.imag, 1.0])
-        if (shares >= 0).all():
-            return complex(shares @ other[corners]) if (owner[corners] >= 0).any() else None
-    return None
-
-
-def twin(a, b, partner, transform):
-    """Return correlation and cells as the docstrings define them, one cell after the other."""
-    c, s, x, y = transform
-    linear, shift = complex(c, s), complex(x, y)
-    ridges_a, ridges_b = picture_of(a), picture_of(b)
-    step = a.region.step
-    mesh = mesh_of(a, b, partner, transform)
-    offsets = range(-REACH_BITS, REACH_BITS + 1)
-    agreeing = {}
-    for row, column in np.argwhere(a.region.code).tolist():
-        # in pixels whose middles have whole coordinates, y pointing up
-        first = complex(a.region.first_column + column, -(a.region.first_row + row))
-        middle = step * (first + (1 - 1j) / 2)
-        # of the two by two cells that are displaced alike
-        among = middle + step * complex(0.5 - column % 2, row % 2 - 0.5)
-        bent = mapped_by(mesh, among)
-        drift = 0.0 if bent is None else bent - (linear * among + shift)
-        lies = linear * (middle - (0.5 - 0.5j)) + shift + drift
-        if not contains(b.region, np.array([lies.real]), np.array([lies.imag]))[0]:
-            continue
-        counts = np.zeros((5, 5), np.int64)
-        for v, u in SAMPLES:
-            own = ridges_a[8 * row + v, 8 * column + u]
-            beside = ((u - 3.5) - 1j * (v - 3.5)) * step / 8
-            place = (lies + linear * beside + (0.5 - 0.5j)) * 8 / b.region.step
-            j = math.floor(place.real) - 8 * b.region.first_column
-            i = math.floor(-place.imag) - 8 * b.region.first_row
-            for down, right in itertools.product(offsets, repeat=2):
-                inside = 0 <= i + down < len(ridges_b) and 0 <= j + right < ridges_b.shape[1]
-                other = bool(inside and ridges_b[i + down, j + right])
-                counts[down + REACH_BITS, right + REACH_BITS] += own == other
-        agreeing[row, column] = counts
-    correlations = []
-    for row, column in agreeing:
-        beside = itertools.product(range(row - 1, row + 2), range(column - 1, column + 2))
-        around = [agreeing[place] for place in beside if place in agreeing]
-        if len(around) >= FEWEST_AROUND:
-            best = int(np.max(np.sum(around, axis=0)))
-            correlations.append(2 * best / (len(SAMPLES) * len(around)) - 1)
-    return (float(np.mean(correlations)) if correlations else 0.0), len(correlations)
+def compared_by_reference(a, b, partner, transform):
+    """Return correlation and cells as the reference finds them."""
+    move, drift = (complex(*transform[:2]), complex(*transform[2:])), None
+    if (partner >= 0).any():
+        mesh, predicted, _, _ = Pairing(a.points, b.points, partner, np.ones(len(a)), move).mesh
+        drift = drift_of(a.region, mesh, predicted, move)
+    return compare_ridges(a.region, b.region, move, drift)
 
 
 def compared(a, b, transform=IDENTITY, partner=None):
@@ -171,10 +110,10 @@ def some_case(seed):
 
 
 @given(seeds)
-def test_comparison_agrees_with_its_twin(seed):
+def test_comparison_agrees_with_the_reference(seed):
     a, b, partner, transform = some_case(seed)
     found, cells = compared(a, b, transform, partner)
-    expected, expected_cells = twin(a, b, partner, transform)
+    expected, expected_cells = compared_by_reference(a, b, partner, transform)
     assert cells == expected_cells
     assert found == pytest.approx(expected, abs=1e-12)
     assert -1.0 <= found <= 1.0
@@ -238,7 +177,7 @@ def test_correlators_used_before_and_interpreted_agree(plain, seed):
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind():
-    """Else agreement with the twin would say little."""
+    """Else agreement with the reference would say little."""
     found = [compared(a, b, move, partner) for a, b, partner, move in map(some_case, range(60))]
     assert sum(cells == 0 for _, cells in found) > 3
     assert sum(cells > 5 for _, cells in found) > 15

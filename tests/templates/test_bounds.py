@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import decode_record
-from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.bounds import (
@@ -24,6 +23,7 @@ from fpmatch.templates.bounds import (
     check_bounds,
 )
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 
 def json_file(**changes):

@@ -1,4 +1,4 @@
-"""`fpmatch.templates.ridge_field`: what a field holds of the ridges of a print; when two are equal."""
+"""Ridge fields: what a field holds of the ridges of a print; when two are equal."""
 
 from dataclasses import replace
 

@@ -12,10 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
-from fpmatch.gallery.store.compact import VERSION, pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-from fpmatch.templates.stored_template import minutiae_digest, stored_minutiae_digest
+from fpmatch.templates.stored_template import (
+    VERSION,
+    minutiae_digest,
+    pack_template,
+    stored_minutiae_digest,
+    unpack_template,
+)
 
 
 @st.composite

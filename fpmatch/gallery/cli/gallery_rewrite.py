@@ -14,7 +14,7 @@ from fpmatch.cli.options import json_option, key_option
 from fpmatch.cli.progress import ProgressBars
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.erasure import Compaction
+    from fpmatch.gallery.erasure import FreedSpace
 
 
 @click.command(
@@ -78,15 +78,15 @@ def compact(gallery: str, as_json: bool) -> None:
 
     What versions up to 0.2 removed, which did not overwrite it, is erased.
     """
-    from fpmatch.gallery.erasure import compact_gallery
+    from fpmatch.gallery.erasure import free_space
     from fpmatch.gallery.gallery import open_gallery
 
     with open_gallery(gallery) as opened:
-        done, name = compact_gallery(opened), opened.name
+        done, name = free_space(opened), opened.name
     show(json_text({"gallery": name, **done.as_dict()}) if as_json else _as_text(name, done))
 
 
-def _as_text(name: str, done: Compaction) -> str:
+def _as_text(name: str, done: FreedSpace) -> str:
     rows = [
         ("Database", done.database_before, done.database_after),
         ("Prepared", done.prepared_before, done.prepared_after),

@@ -21,7 +21,6 @@ from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.base.output import make_folder, remove_unfinished
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.engine.engine import processes
-from fpmatch.gallery.store.compact import unpack_template
 from fpmatch.gallery.store.kept_files import (
     FAULTS,
     PREPARED,
@@ -30,9 +29,10 @@ from fpmatch.gallery.store.kept_files import (
     seal_of,
     unseal_of,
 )
-from fpmatch.matching.prints import prepared_prints as prepared_prints
+from fpmatch.matching.prints import prepared_prints
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.prints.print_arrays import PRINT
+from fpmatch.templates.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -13,11 +13,8 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index import segment
 from fpmatch.gallery.index.model import TERMS
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
-from fpmatch.matching import compact_template
-from fpmatch.matching.compact_template import CompactTemplates
-from fpmatch.matching.prepare_compact import prepare_compact
-from fpmatch.matching.prints import prepared_prints as prepared_prints
-from fpmatch.matching.prints import stored_descriptors as stored_descriptors
+from fpmatch.matching.prints import compact_template, prepared_prints, stored_descriptors
+from fpmatch.matching.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.matching.prints.print_arrays import PRINT, START
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
 

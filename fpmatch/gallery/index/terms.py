@@ -34,7 +34,7 @@ from fpmatch.gallery.index.numpy_forms import (
     UNKNOWN,
     WIDTH,
 )
-from fpmatch.matching.quantization import ORIENTATIONS
+from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Numpy forms of `_encode_kernel` and `_prefilter_kernel`: bit descriptors, and who shares them."""
+"""Numpy form of `_prefilter_kernel`: which minutiae agree in enough words of bit descriptors."""
 
 from __future__ import annotations
 
@@ -6,28 +6,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching.numpy_forms.bits import count_bits
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
     Numbers = NDArray[np.int64]
 
 WORDS: Final = 12  # of neighbours, and as many of orientations
 SIDE: Final = 16
 SECTORS: Final = 8
-APART: Final = 0.25
 CELL: Final = 0x07FF
 NOT_FIRST: Final = 0x0800
 NOT_SECOND: Final = 0x8000
-NOWHERE: Final = 0x8800
 STEPS: Final = 12
 SECOND: Final = 4096
 EMPTY: Final = 2048  # a cell beyond the first grid
-BINS: Final = 24
-UNKNOWN: Final = 31
-ORIENTATIONS: Final = 255
 OF_NEIGHBOUR: Final = 3
 TOO_LITTLE: Final = 8
 MOST_WEIGHT: Final = 18
@@ -40,72 +32,18 @@ def second(word: Numbers) -> Numbers:
     return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
-def encode_neighbours(
-    count: Any, frame: Any, angle: Any, coded: Any, per_px: float, word: Any
-) -> int:
-    """Fill `word` (N, 12) for the minutiae of a print that are `coded`; the others have none."""
-    given = np.asarray(frame)[:, :, :WORDS].astype(np.float64)
-    words = given.shape[2]
-    u, v = given[:, 0] * per_px + SIDE // 2, given[:, 1] * per_px + SIDE // 2
-    valid = np.arange(words) < np.where(coded, count, 0)[:, None]
-    valid &= (u >= 0.0) & (u < SIDE) & (v >= 0.0) & (v < SIDE)
-    share = np.asarray(angle)[:, :words].astype(np.float64) / (2 * np.pi) + APART
-    share += share < 0.0
-    t = np.where(valid, share, 0.0) * SECTORS
-    u, v = np.where(valid, u, 0.0), np.where(valid, v, 0.0)
-    column, row = u.astype(np.int64), v.astype(np.int64)
-    sector = np.minimum(t.astype(np.int64), SECTORS - 1)
-    on_column, on_row = u - column >= 0.5, v - row >= 0.5
-    codes = (row * SIDE + column) * SECTORS + sector
-    codes += (4 * on_row + 2 * on_column + (t - sector >= 0.5)) << STEPS
-    # of the neighbours in one cell the first counts
-    not_first = ~valid
-    not_second = ~valid | (row + on_row == SIDE) | (column + on_column == SIDE)
-    cell, other = codes & CELL, second(codes)
-    same_cell = cell[:, :, None] == cell[:, None]
-    same_other = other[:, :, None] == other[:, None]
-    for k in range(1, words):
-        not_first[:, k] |= (same_cell[:, k, :k] & ~not_first[:, :k]).any(axis=1)
-        not_second[:, k] |= (same_other[:, k, :k] & ~not_second[:, :k]).any(axis=1)
-    codes |= NOT_FIRST * not_first
-    codes |= NOT_SECOND * not_second
-    out = np.asarray(word)
-    out[:] = NOWHERE
-    out[:, :words] = np.where(valid, codes, NOWHERE)
-    return 0
-
-
-def encode_orientations(
-    points: Any,
-    direction_bin: Any,
-    start: Any,
-    cell: Any,
-    cell_start: Any,
-    shape: Any,
-    step: Any,
-    has_flow: Any,
-    places: Any,
-    word: Any,
-) -> int:
-    """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's frame."""
-    np.asarray(word)[:] = UNKNOWN
-    for p in np.flatnonzero(has_flow).tolist():
-        of = slice(start[p], start[p + 1])
-        rows, columns, first_row, first_column = np.asarray(shape)[p].tolist()
-        code = np.asarray(cell)[cell_start[p] : cell_start[p + 1]].reshape(rows, columns)
-        px, py, c, s = np.asarray(points)[:, of, None]
-        x = (px + c * places[0] - s * places[1]) / step[p] - first_column
-        y = -(py + s * places[0] + c * places[1]) / step[p] - first_row
-        known = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
-        flow = np.zeros(known.shape, np.int64)
-        flow[known] = code[y[known].astype(np.intp), x[known].astype(np.intp)]
-        relative = (flow - 1.0) * BINS / ORIENTATIONS
-        relative -= (np.asarray(direction_bin)[of] * (2.0 * BINS / 256.0))[:, None]
-        while (below := relative < 0.0).any():
-            relative[below] += BINS
-        bins = np.minimum(relative.astype(np.int64), BINS - 1)
-        np.asarray(word)[of] = np.where(flow > 0, bins, UNKNOWN)
-    return 0
+def count_bits(words: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], ...]:
+    """Count, for each place of a bit, in how many of the rows it is set: ones, twos and so on."""
+    ones, twos, fours, eights = np.zeros((4, words.shape[1]), np.uint64)
+    for word in words:
+        carry = ones & word
+        ones ^= word
+        rest = twos & carry
+        twos ^= carry
+        carry = fours & rest
+        fours ^= rest
+        eights ^= carry
+    return ones, twos, fours, eights
 
 
 def pair(
@@ -160,27 +98,3 @@ def pair(
     tables.pairs.least = least = np.sort(weight)[-most] if len(own) >= most else 0
     tables.pairs.equal = most - np.count_nonzero(weight > least)
     return len(own)
-
-
-def locate(
-    pairs: Any,
-    own_turn: Any,
-    own_xy: Any,
-    first: int,
-    xy: Any,
-    direction_bin: Any,
-    other_first: bool,
-) -> int:
-    """Write rows and positions of the pairs in prints A and B, and the rotation of B onto A."""
-    n = pairs.count
-    own, theirs = np.asarray(pairs.pair)[:2, :n]
-    apart = np.asarray(own_turn)[own] - np.asarray(direction_bin)[first + theirs].astype(np.int32)
-    places = np.asarray(own_xy)[own].T, np.asarray(xy)[first + theirs].T
-    rows = own, theirs
-    if other_first:
-        same = theirs == theirs[:, None]
-        rows, places, apart = (same.argmax(axis=1) if n else own, own), places[::-1], -apart
-    np.asarray(pairs.row)[:, :n] = rows
-    np.asarray(pairs.angle)[:n] = apart & 255
-    np.asarray(pairs.a)[:, :n], np.asarray(pairs.b)[:, :n] = places
-    return 0

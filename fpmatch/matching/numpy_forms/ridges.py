@@ -1,153 +1,128 @@
-"""Numpy form of `fpmatch.matching.pipeline._kernels._ridge_kernel`: the correlation of the ridges of two prints."""
+"""Numpy form of the correlation of ridges: of `_ridge_kernel`, not compiled, and of the reference.
+
+It does the kernel's arithmetic in the kernel's order: the results are the same to the last bit.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-
-from fpmatch.matching.numpy_forms.bits import count_bits
+from numpy.lib.stride_tricks import sliding_window_view
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-    Words = NDArray[np.uint64]
+    Numbers = NDArray[np.intp]
+    Bits = NDArray[np.bool_]
 
 SIDE: Final = 8  # bits along a cell
 REACH: Final = 2  # bits by which ridges may lie off
 SHIFTS: Final = 5
-FEWEST_AROUND: Final = 4
-ALL: Final = np.uint64(0xFFFFFFFFFFFFFFFF)
-ONE: Final = np.uint64(1)
+FEWEST_AROUND: Final = 4  # cells of 3 by 3 that must be in both prints
 
 
-def cells_of(view: Any) -> NDArray[np.uint8]:
-    """Return the codes of the cells of a print area, (rows, columns)."""
-    cells = view.rows * view.columns
-    codes: NDArray[np.uint8] = np.asarray(view.cell)[view.cell_at : view.cell_at + cells]
-    return codes.reshape(view.rows, view.columns)
+def bits_of(ridges: NDArray[np.uint64]) -> Bits:
+    """Return the ridge images of cells (rows, columns) as one, 8 by 8 bits a cell."""
+    rows, columns = ridges.shape
+    bytes_ = ridges.astype("<u8").view(np.uint8).reshape(rows, columns, SIDE)
+    bits = np.unpackbits(bytes_, axis=2, bitorder="little").reshape(rows, columns, SIDE, SIDE)
+    return bits.transpose(0, 2, 1, 3).reshape(SIDE * rows, SIDE * columns).astype(bool)
 
 
-def ridges_of(view: Any) -> Words:
-    """Return the ridge images of the cells of a print area, (rows, columns)."""
-    cells = view.rows * view.columns
-    words: Words = np.asarray(view.ridges)[view.cell_at : view.cell_at + cells]
-    return words.reshape(view.rows, view.columns)
+def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[np.uint8]:
+    """Return how many samples (K, S) of each cell agree with B at each shift, (K, 5, 5).
+
+    They lie in column u and row v of B's picture with an edge of two cells, less `REACH`; beyond
+    it, as wherever B has no cell, there is a valley.
+    """
+    windows = sliding_window_view(np.pad(picture, 2 * SIDE), (SHIFTS, SHIFTS))
+    rows, columns = picture.shape
+    seen = (u >= 0.0) & (u < columns + 3 * SIDE) & (v >= 0.0) & (v < rows + 3 * SIDE)
+    theirs = np.zeros((*u.shape, SHIFTS, SHIFTS), bool)
+    theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
+    agreeing: NDArray[np.uint8] = (theirs == ours[:, :, None, None]).sum(axis=1, dtype=np.uint8)
+    return agreeing
 
 
-def inside(view: Any, x: Floats, y: Floats) -> NDArray[np.bool_]:
-    """Return which places lie in the print area."""
-    x = x * view.per_px - view.first_column
-    y = -y * view.per_px - view.first_row
-    within: NDArray[np.bool_] = (x >= 0.0) & (x < view.columns) & (y >= 0.0) & (y < view.rows)
-    row, column = y[within].astype(np.intp), x[within].astype(np.intp)
-    within[within] = cells_of(view)[row, column] > 0
-    return within
+def best_shifts(
+    samples: int, row: Numbers, column: Numbers, around: NDArray[Any], rows_of_three: NDArray[Any]
+) -> Floats:
+    """Return the correlations of the cells that are compared, with those around them.
+
+    Each is that at the shift under which most samples agree. A cell lies in a row and a column of
+    tables with an edge: `around` (rows, columns) is 1 where a cell lies in both prints, and
+    `rows_of_three` (rows, columns, 5, 5) has the samples that agree in a cell and those beside it.
+    """
+    total = rows_of_three[row - 1, column] + rows_of_three[row, column]
+    total += rows_of_three[row + 1, column]
+    near = beside(around.astype(np.intp))
+    cells = near[row - 1, column] + near[row, column] + near[row + 1, column]
+    enough = cells >= FEWEST_AROUND
+    best = total[enough].reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
+    correlations: Floats = 2.0 * best / (samples * cells[enough]) - 1.0
+    return correlations
+
+
+def beside(agreeing: NDArray[Any]) -> NDArray[Any]:
+    """Return the sums over each cell of a table with an edge and those to its left and right."""
+    total = np.zeros_like(agreeing)
+    total[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
+    return total
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
 def correlate(correlator: Any, a: Any, b: Any) -> int:
     """Compare the cells where they are displaced to; return how many could be compared."""
     k = correlator
-    row, column = np.nonzero(cells_of(a))
+    (code_a, ridges_a), (_, ridges_b) = map(_cells_of, (a, b))
+    row, column = np.nonzero(code_a)
     half = 0.5 * a.step - 0.5
     px = (a.first_column + column) * a.step + half
     py = -((a.first_row + row) * a.step + half)
     drift = np.asarray(k.drift)[row // 2 * k.blocks + column // 2]
     x = k.c * px - k.s * py + k.x + drift[:, 0]
     y = k.s * px + k.c * py + k.y + drift[:, 1]
-    within = inside(b, x, y)
-    row, column = row[within], column[within]
-    # with a border of one cell; of each cell and those to its left and right, and of all three rows
-    size = a.rows + 2, a.columns + 2
-    cells = size[0] * size[1]
-    both = np.asarray(k.both)[:cells].reshape(size)
-    agreeing = np.zeros((*size, SHIFTS), np.uint64)
-    both[:] = 0
-    both[row + 1, column + 1] = 1
-    agreeing[row + 1, column + 1] = _counts(k, b, ridges_of(a)[row, column], x[within], y[within])
-    wide = np.asarray(k.wide)[:cells].reshape(agreeing.shape)
-    wide[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
-    near = both[:, :-2].astype(np.intp) + both[:, 1:-1] + both[:, 2:]
-    around = (near[:-2] + near[1:-1] + near[2:])[row, column]
-    enough = around >= FEWEST_AROUND
-    row, column = row[enough] + 1, column[enough] + 1
-    total = wide[row - 1, column] + wide[row, column] + wide[row + 1, column]
-    k.cells = len(total)
-    if k.cells > 0:
-        # counts are the bytes of words
-        best = np.ascontiguousarray(total).view(np.uint8).reshape(k.cells, -1).max(axis=1)
-        value = 2.0 * best / (len(k.sample_row) * around[enough]) - 1.0
-        k.correlation = float(np.cumsum(value)[-1]) / k.cells
-    return int(k.cells)
-
-
-def _counts(correlator: Any, b: Any, ridges: Words, x: Floats, y: Floats) -> Words:
-    """Return the samples of cells that agree at each shift, their middles at places of B."""
-    k = correlator
+    within = _inside(b, x, y)
+    row, column, x, y = row[within], column[within], x[within], y[within]
     per_bit = SIDE / b.step
     middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
     middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
     u, v = (
-        np.add.outer(shift, middle)
-        for shift, middle in zip(np.asarray(k.offset), (middle_u, middle_v), strict=True)
+        np.add.outer(m, o) for m, o in zip((middle_u, middle_v), np.asarray(k.offset), strict=True)
     )
-    seen = (u >= 0.0) & (u < SIDE * (b.columns + 3.0)) & (v >= 0.0) & (v < SIDE * (b.rows + 3.0))
-    near = np.zeros(u.shape, np.uint64)
-    near[seen] = _windows(k, b.columns + 4, u[seen].astype(np.intp), v[seen].astype(np.intp))
-    bit = SIDE * np.asarray(k.sample_row) + np.asarray(k.sample_column)
-    valley = (ridges >> bit.astype(np.uint64)[:, None]) & ONE == 0
-    near ^= np.where(valley, ALL, np.uint64(0))
-    shift = (SIDE * np.arange(SHIFTS)).astype(np.uint64)
-    spread = np.asarray(k.spread)
-    counts = np.zeros((len(x), SHIFTS), np.uint64)
-    for power, word in enumerate(count_bits(near)):
-        counts += spread[(word[:, None] >> shift) & np.uint64(31)] << np.uint64(power)
-    return counts
+    sample = SIDE * np.asarray(k.sample_row) + np.asarray(k.sample_column)
+    ours = (ridges_a[row, column, None] >> sample.astype(np.uint64)) & np.uint64(1) > 0
+    # with an edge of one cell; counts are the bytes of words
+    size = a.rows + 2, a.columns + 2
+    cells = size[0] * size[1]
+    both = np.asarray(k.both)[:cells].reshape(size)
+    both[:] = 0
+    both[row + 1, column + 1] = 1
+    agreeing = np.zeros((*size, SHIFTS, SIDE), np.uint8)
+    agreeing[row + 1, column + 1, :, :SHIFTS] = count_agreeing(ours, bits_of(ridges_b), u, v)
+    wide = beside(agreeing)
+    np.asarray(k.wide)[:cells] = wide.view("<u8").reshape(cells, SHIFTS)
+    value = best_shifts(len(sample), row + 1, column + 1, both, wide[..., :SHIFTS])
+    k.cells = len(value)
+    if k.cells > 0:
+        k.correlation = float(np.cumsum(value)[-1]) / k.cells
+    return int(k.cells)
 
 
-def _windows(correlator: Any, wide: int, u: NDArray[np.intp], v: NDArray[np.intp]) -> Words:
-    """Return the 8 by 8 bits of the ridge image, `wide` cells wide, from column u and row v on."""
-    cell = (v >> 3) * wide + (u >> 3)
-    down = (SIDE * (v & 7)).astype(np.uint64)
-    u &= 7
-    image = np.asarray(correlator.ridge_image)
-    near, far = (
-        (image[first] >> down) | (image[first + wide] << (np.uint64(63) - down) << ONE)
-        for first in (cell, cell + 1)
-    )
-    right = u.astype(np.uint64)
-    kept = np.asarray(correlator.kept)[u]
-    windows: Words = ((near >> right) & kept) | ((far << (np.uint64(SIDE) - right)) & ~kept)
-    return windows
+def _cells_of(view: Any) -> tuple[NDArray[np.uint8], NDArray[np.uint64]]:
+    """Return the codes and the ridge images of the cells of a print area, (rows, columns)."""
+    size = view.rows, view.columns
+    cells = slice(view.cell_at, view.cell_at + view.rows * view.columns)
+    return np.asarray(view.cell)[cells].reshape(size), np.asarray(view.ridges)[cells].reshape(size)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
-def gather(correlator: Any, a: Any, b: Any) -> int:
-    """Gather B's ridge image with two empty cells around it, and the samples' positions."""
-    k = correlator
-    rows, columns = b.rows + 4, b.columns + 4
-    image = np.asarray(k.ridge_image)[: rows * columns].reshape(rows, columns)
-    image[:] = 0
-    image[2:-2, 2:-2] = ridges_of(b)
-    px = (np.asarray(k.sample_column) - 3.5) * (a.step / SIDE)
-    py = -(np.asarray(k.sample_row) - 3.5) * (a.step / SIDE)
-    offset = np.asarray(k.offset)
-    offset[0] = (k.c * px - k.s * py) * (SIDE / b.step)
-    offset[1] = -(k.s * px + k.c * py) * (SIDE / b.step)
-    return 0
-
-
-@np.errstate(over="ignore", invalid="ignore")  # of transforms that lead nowhere
-def common_cells(a: Any, b: Any, c: float, s: float, x: float, y: float) -> float:
-    """Return how many cells of A fall into the region of B."""
-    right, down = c * a.step * b.per_px, s * a.step * b.per_px
-    row, column = np.nonzero(cells_of(a))
-    first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
-    bx = first_x + down * (a.first_row + row + 0.5) + column * right
-    first_y = right * (a.first_row + row + 0.5) - b.first_row
-    by = first_y - (y * b.per_px + down * (a.first_column + 0.5)) - column * down
-    within = (bx >= 0.0) & (bx < b.columns) & (by >= 0.0) & (by < b.rows)
-    places = by[within].astype(np.intp), bx[within].astype(np.intp)
-    return float(np.count_nonzero(cells_of(b)[places]))
+def _inside(view: Any, x: Floats, y: Floats) -> Bits:
+    """Return which places lie in the print area."""
+    x = x * view.per_px - view.first_column
+    y = -y * view.per_px - view.first_row
+    within: Bits = (x >= 0.0) & (x < view.columns) & (y >= 0.0) & (y < view.rows)
+    row, column = y[within].astype(np.intp), x[within].astype(np.intp)
+    within[within] = _cells_of(view)[0][row, column] > 0
+    return within

@@ -93,7 +93,7 @@ class Workspace:
             n, size = self.capacity, references.neighbour.shape[1]
             arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
             self._packed_view = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-        self._kernel.compare_packed(references.packed, self._packed_view, first, order, similarity)
+        self._kernel.compare_packed(references.view, self._packed_view, first, order, similarity)
         return similarity
 
 

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Prepared prints: what the matcher computes once for each print, of one and of many."""

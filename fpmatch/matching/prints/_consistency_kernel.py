@@ -5,7 +5,7 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._bit_lanes import lowest_place
+    from cython.cimports.fpmatch.matching.prints._bit_lanes import lowest_place
 else:
 
     def lowest_place(bits):
@@ -101,7 +101,7 @@ class PairSet:
                     g += 1
                 self.row[0, h] = g
             self.row[1, h] = self.pair[1 - of_own, h]
-            apart = own_turn[own] - direction_bin[other]
+            apart = own_turn[own] - cython.cast(cython.int, direction_bin[other])
             self.angle[h] = (-apart if other_first else apart) & 255
             for k in range(2):
                 self.a[k, h] = xy[other, k] if other_first else own_xy[own, k]
@@ -173,9 +173,3 @@ class PairSet:
             counted |= (ONE << self.row[0, g]) & ALL
             total += self.pair[2, g]
         return total
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import descriptors
-
-    PairSet.locate = descriptors.locate

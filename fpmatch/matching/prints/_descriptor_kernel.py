@@ -16,7 +16,7 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._descriptor_words import (
+    from cython.cimports.fpmatch.matching.prints._descriptor_words import (
         AS_THEY_ARE,
         DAMAGED,
         HEAD,
@@ -160,7 +160,7 @@ class DescriptorWriter:
 @cython.final
 @cython.cclass
 class DescriptorReader:
-    """Read the arrays of `fpmatch.matching.prints.stored_descriptors.StoredDescriptors`, for one thread.
+    """Read the arrays of `stored_descriptors.StoredDescriptors`, for one thread.
 
     Any bytes may be in them: what was never packed has no score, or any, and no index leads out of
     an array.

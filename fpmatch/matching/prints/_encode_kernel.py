@@ -74,20 +74,20 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
                 on_column: cython.int = u - column >= 0.5
                 on_row: cython.int = v - row >= 0.5
                 cell = (row * SIDE + column) * SECTORS + sector
-                found: cython.int = (
+                code: cython.int = (
                     cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
                 )
-                other = second(found)
+                other = second(code)
                 for m in range(k):
-                    found |= NOT_FIRST * (cells[m] == cell)
+                    code |= NOT_FIRST * (cells[m] == cell)
                 cells[k] = cell
                 if row + on_row == SIDE or column + on_column == SIDE:
-                    found |= NOT_SECOND
+                    code |= NOT_SECOND
                 else:
                     for m in range(k):
-                        found |= NOT_SECOND * (others[m] == other)
+                        code |= NOT_SECOND * (others[m] == other)
                     others[k] = other
-                word[i, k] = found
+                word[i, k] = code
     return 0
 
 
@@ -130,10 +130,3 @@ def encode_orientations(
                         code = int(relative)
                         word[i, k] = code if code < BINS else BINS - 1
     return 0
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import descriptors
-
-    encode_neighbours = descriptors.encode_neighbours
-    encode_orientations = descriptors.encode_orientations

@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it. Arrays may be mapped from a file.
-from fpmatch.matching._bit_lanes cimport bit_lanes
+from fpmatch.matching.prints._bit_lanes cimport bit_lanes
 from fpmatch.matching.prints._consistency_kernel cimport PairSet
 
 

@@ -12,16 +12,16 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._bit_lanes import (
+    from cython.cimports.fpmatch.matching.prints._bit_lanes import (
         LANES,
         bit_lanes,
         lane_of,
         lanes_of,
         lowest_place,
     )
-    from cython.cimports.fpmatch.matching._consistency_kernel import PairSet
-    from cython.cimports.fpmatch.matching._encode_kernel import second
-    from cython.cimports.fpmatch.matching._prefilter_cells import (
+    from cython.cimports.fpmatch.matching.prints._consistency_kernel import PairSet
+    from cython.cimports.fpmatch.matching.prints._encode_kernel import second
+    from cython.cimports.fpmatch.matching.prints._prefilter_cells import (
         BEYOND,
         BINS_1,
         BINS_2,
@@ -139,7 +139,7 @@ class Prefilter:
         return 0
 
     @cython.locals(
-        k=cython.int, grid=cython.int, found=cython.int, above=cython.int, least=cython.int,
+        k=cython.int, grid=cython.int, gathered=cython.int, above=cython.int, least=cython.int,
         limit=cython.int,
     )  # fmt: skip
     def _pair(self, first, last, neighbour_bits, orientation_bins, flowing, other_first):
@@ -158,7 +158,7 @@ class Prefilter:
             of_weight[k] = 0
         most = self.pairs.most
         room: cython.int = self.pairs.pair.shape[1]
-        found = above = least = limit = 0
+        gathered = above = least = limit = 0
         t1 = none_of(TOO_LITTLE + 1, 1)
         t2 = none_of(TOO_LITTLE + 1, 2)
         t4 = none_of(TOO_LITTLE + 1, 4)
@@ -252,12 +252,12 @@ class Prefilter:
                     weight += 16 * ((b16 >> place) & 1)
                     weight += 32 * ((b32 >> place) & 1)
                     weight = min(weight - TOO_LITTLE, MOST_WEIGHT)
-                    if weight <= limit or found == room:
+                    if weight <= limit or gathered == room:
                         continue
-                    own_of[found] = place
-                    other_of[found] = j - first + lane
-                    weight_of[found] = weight
-                    found += 1
+                    own_of[gathered] = place
+                    other_of[gathered] = j - first + lane
+                    weight_of[gathered] = weight
+                    gathered += 1
                     if weight <= least:
                         continue
                     of_weight[weight] += 1
@@ -274,10 +274,10 @@ class Prefilter:
                     t8 = none_of(TOO_LITTLE + 1 + limit, 8)
                     t16 = none_of(TOO_LITTLE + 1 + limit, 16)
             j += lanes
-        self.pairs.count = found
+        self.pairs.count = gathered
         self.pairs.least = least
         self.pairs.equal = most - above
-        return found
+        return gathered
 
     def _find_cells(self, first, count, neighbour_bits):
         """Write the cells of the words of so many minutiae; an empty one where none counts."""

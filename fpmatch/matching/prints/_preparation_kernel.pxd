@@ -7,6 +7,6 @@ cpdef int write_codes(
     unsigned char[::1] code,
 ) noexcept nogil
 cpdef int write_qualities(
-    const unsigned char[::1] quality, const long long[::1] start, double usual, double[::1] found,
+    const unsigned char[::1] quality, const long long[::1] start, double usual, double[::1] scaled,
 ) noexcept nogil
 cpdef int round_weights(float[:, :] root_weight, unsigned char[:, ::1] code) noexcept nogil

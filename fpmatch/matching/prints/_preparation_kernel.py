@@ -62,8 +62,8 @@ def write_codes(orientation, mask, per_radian, code):
 
 
 @cython.locals(i=cython.Py_ssize_t)
-def write_qualities(quality, start, usual, found):
-    """Fill `found` with the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
+def write_qualities(quality, start, usual, scaled):
+    """Fill `scaled` with the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
 
     Print k has the minutiae from ``start[k]`` up to the next. Where all are 0, or all 100, its
     template gives none, and they are the usual one.
@@ -74,7 +74,7 @@ def write_qualities(quality, start, usual, found):
             total += cython.cast(cython.int, quality[i])
         given: cython.bint = 0 < total < STEPS * (start[k + 1] - start[k])
         for i in range(start[k], start[k + 1]):
-            found[i] = quality[i] / STEPS if given else usual
+            scaled[i] = quality[i] / STEPS if given else usual
     return 0
 
 

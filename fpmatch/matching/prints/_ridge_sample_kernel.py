@@ -7,6 +7,8 @@ bit: the highest bit of a byte of their sum is the bit of the image.
 
 import cython
 
+# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns.
+SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 HIGHEST = cython.declare(cython.ulonglong, 0x0101010101010101)  # bits of a word's bytes, moved down
 # The product with a word whose bytes are 0 or 1 has byte k as bit k of its highest byte.
 GATHER = cython.declare(cython.ulonglong, 0x0102040810204080)
@@ -60,19 +62,13 @@ def restore(samples, orientation, mask, start, shape, looked_up, table, halves, 
                         # a loop that compilers turn into sums of several words at once
                         for m in range(8):
                             total[m] += table[o, k, half, m]
-                    found = 0
+                    image = 0
                     for m in range(8):
-                        found |= _highest(total[m]) << (8 * m)
-                    ridges[start[p] + row * columns + column] = found
+                        image |= _highest(total[m]) << (8 * m)
+                    ridges[start[p] + row * columns + column] = image
     return 0
 
 
 def _highest(word):
     """Return the highest bits of the bytes of a word, that of the lowest byte first."""
     return (((word >> 7 & HIGHEST) * GATHER) & ALL) >> 56
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import ridge_samples
-
-    restore = ridge_samples.restore

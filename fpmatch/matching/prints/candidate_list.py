@@ -48,16 +48,11 @@ class SizeNormalization:
     It is the Z-norm of biometric scores, by the size of the reference. Mean and variance are linear
     in the logarithm of the size, and fitted to the scores of many prints, few of which are mates.
     What is fitted depends on which prints these are, not on their order.
-
-    Parameters
-    ----------
-    divisor, mean, deviation : ndarray of float64, shape (256,)
-        Of prints of each size: what a score is divided by, then the mean and standard deviation.
     """
 
-    divisor: NDArray[np.float64]
-    mean: NDArray[np.float64]
-    deviation: NDArray[np.float64]
+    divisor: NDArray[np.float64]  # (256,): of prints of each size, what a score is divided by,
+    mean: NDArray[np.float64]  # then the mean
+    deviation: NDArray[np.float64]  # and the standard deviation
 
     @classmethod
     def fit(

@@ -10,17 +10,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.matching.prints import _neighbourhood_kernel as kernel
+from fpmatch.matching.prints._preparation_kernel import round_weights
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,3 +76,22 @@ def neighbourhoods(
         closed = mesh.interior.view(np.uint8)
         writer.write(first, mesh.edges, mesh.ring_start, mesh.ring, closed)
     return Neighbourhoods(count, neighbour, frame)
+
+
+def rounded(given: Neighbourhoods) -> Neighbourhoods:
+    """Return neighbourhoods whose weights are rounded so that a byte keeps each of them.
+
+    They are rounded when a print is prepared, not when it is put into arrays: so all comparisons,
+    of two prints or of one with many, are of the same values.
+    """
+    frame = given.frame.copy()
+    n, _, size = frame.shape
+    round_weights(frame[:, 5], np.empty((n, size), np.uint8))
+    return Neighbourhoods(given.count, given.neighbour, frame)
+
+
+def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to."""
+    code = np.empty(root_weight.shape, np.uint8)
+    round_weights(root_weight.copy().reshape(-1, 1), code.reshape(-1, 1))
+    return code

@@ -15,9 +15,9 @@ from fpmatch.matching.prints.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
     neighbourhoods,
+    rounded,
 )
 from fpmatch.matching.prints.print_area import PrintArea, PrintAreas, area_of_field, area_of_hull
-from fpmatch.matching.quantization import rounded
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

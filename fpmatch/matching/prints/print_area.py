@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.matching.prints._preparation_kernel import box_of
-from fpmatch.matching.quantization import orientation_codes
+from fpmatch.matching.prints._preparation_kernel import box_of, write_codes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,12 +16,15 @@ if TYPE_CHECKING:
     from fpmatch.templates.ridge_field import RidgeField
 
 
+ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintArea:
     """The area of a print as square cells, and their ridge orientation.
 
-    A code is 0 outside the print; inside, 1 and more for the ridge orientation, see
-    `fpmatch.matching.quantization`, or 1 alone where it is not known.
+    A code is 0 outside the print; inside, 1 to `ORIENTATIONS` for the ridge orientation, or 1 alone
+    where it is not known.
     """
 
     step: float  # side of a cell
@@ -67,6 +69,16 @@ class PrintAreas:
             step=np.array((r.step,), np.float64),
             has_flow=np.array((r.has_flow,), np.uint8),
         )
+
+
+def orientation_codes(
+    orientation: NDArray[np.floating], mask: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
+    given = np.ascontiguousarray(orientation, np.float64)
+    inside, code = np.ascontiguousarray(mask).view(np.uint8), np.empty(mask.shape, np.uint8)
+    write_codes(given.reshape(-1), inside.reshape(-1), ORIENTATIONS / np.pi, code.reshape(-1))
+    return code
 
 
 def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:

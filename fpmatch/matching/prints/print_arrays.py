@@ -1,4 +1,4 @@
-"""Flat arrays with an entry for each print, or each part of a print: the base of packed prints."""
+"""Flat arrays with an entry for each print, or each part of a print: the base of many prints."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 
     Arrays = Mapping[str, NDArray[Any]]
 
+MAX_MINUTIAE: Final = 256  # of a print, that a byte can number
+MAX_PX: Final = float(1 << 16)  # of a minutia from the origin at 500 dpi, beyond all that is kept
 # dimensions: one entry a print; one more than that. Others have the name of the array of starts.
 PRINT: Final = "print"
 START: Final = "start"
 
-Packed = TypeVar("Packed", bound="PrintArrays")
+Prints = TypeVar("Prints", bound="PrintArrays")
 
 
 def of_each(what: str, dtype: str, *shape: int) -> dict[str, Column]:
@@ -41,7 +43,7 @@ class PrintArrays:
         return {f.name: f.metadata["column"] for f in fields(cls)}  # type: ignore[arg-type]
 
     @classmethod
-    def concatenate(cls: type[Packed], parts: Sequence[Packed]) -> Packed:
+    def concatenate(cls: type[Prints], parts: Sequence[Prints]) -> Prints:
         """Return the prints of all `parts`, one after the other."""
         joined: dict[str, Any] = {}
         for name, column in cls.columns().items():
@@ -54,7 +56,7 @@ class PrintArrays:
                 joined[name] = np.concatenate(arrays)
         return cls(**joined)
 
-    def take(self: Packed, which: NDArray[np.integer]) -> Packed:
+    def take(self: Prints, which: NDArray[np.integer]) -> Prints:
         """Return a copy of the prints with the numbers `which`, shape (K,), in this order."""
         columns = self.columns()
         entries: dict[str, NDArray[np.integer]] = {PRINT: which}
@@ -72,7 +74,7 @@ class PrintArrays:
         }
         return type(self)(**taken)
 
-    def part(self: Packed, first: int, last: int) -> Packed:
+    def part(self: Prints, first: int, last: int) -> Prints:
         """Return the prints from `first` to, not including, `last`, mostly in the same memory."""
         taken: dict[str, Any] = {}
         for name, column in self.columns().items():

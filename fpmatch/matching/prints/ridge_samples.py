@@ -1,9 +1,9 @@
 """Ridge images of eight bits a cell: every eighth bit, and the others estimated from them.
 
-Of the 8 by 8 bits of a cell (see `fpmatch.templates.ridge_field.RidgeField`), every other row is kept, and in
-it every fourth bit, by turns: the bits at which a comparison samples one of the prints
-(`_ridge_kernel`). The others are the sign of a weighted sum of the samples around them. The
-weights follow a wave across the ridge orientation of the cell, which fades with distance.
+Of the 8 by 8 bits of a cell (see `RidgeField`), every other row is kept, and in it every fourth
+bit, by turns: the bits at which a comparison samples one of the prints. The others are the sign of
+a weighted sum of the samples around them. The weights follow a wave across the ridge orientation of
+the cell, which fades with distance.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
-from fpmatch.matching.prints._ridge_sample_kernel import restore
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES, restore
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,13 +53,8 @@ def restore_ridges(
 ) -> NDArray[np.uint64]:
     """Return the ridge images of the cells of a mask (rows, columns), 0 outside.
 
-    Parameters
-    ----------
-    samples, orientation : ndarray of uint8, shape (N,)
-        Samples of the cells inside the mask, row by row, and their ridge orientation in 16ths of
-        half a turn.
-    mask : ndarray of bool, shape (rows, columns)
-        Which cells are inside.
+    Of the cells inside the mask, row by row, there are the samples (N,) and the ridge orientation
+    (N,) in 16ths of half a turn.
     """
     start, shape = np.array((0, mask.size), np.int64), np.array((mask.shape,), np.int32)
     inside = np.ascontiguousarray(mask).view(np.uint8).ravel()

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.packed_checks import MAX_MINUTIAE, MAX_PX
 from fpmatch.matching.prints._descriptor_kernel import DescriptorReader, DescriptorWriter
 from fpmatch.matching.prints._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.bit_descriptors import (
@@ -16,7 +15,14 @@ from fpmatch.matching.prints.bit_descriptors import (
     BitDescriptors,
     prefilter_of,
 )
-from fpmatch.matching.prints.print_arrays import PRINT, START, PrintArrays, of_each
+from fpmatch.matching.prints.print_arrays import (
+    MAX_MINUTIAE,
+    MAX_PX,
+    PRINT,
+    START,
+    PrintArrays,
+    of_each,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -116,19 +122,9 @@ class StoredDescriptors(PrintArrays):
     ) -> NDArray[np.int32]:
         """Return how much the bit descriptors of prints have in common with those of a probe.
 
-        Parameters
-        ----------
-        probe : PreparedTemplate or Prefilter
-            The probe, or a prefilter with it in its tables, where many parts are searched.
-        which : ndarray of int64, shape (K,), optional
-            Numbers of the prints to score, in any order (default: all).
-
-        Raises
-        ------
-        IndexError
-            If a number is that of no print.
-        MatcherError
-            If the bytes of a print are damaged.
+        The probe may be a prefilter with it in its tables, where many parts are searched; `which`
+        are the numbers of the prints, in any order (default: all). Raises IndexError if a number is
+        that of no print, and MatcherError if the bytes of a print are damaged.
         """
         numbers = np.arange(len(self)) if which is None else np.asarray(which, np.int64)
         if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):

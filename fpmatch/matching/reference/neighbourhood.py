@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.spatial import KDTree
 
+from fpmatch.matching.numpy_forms.local import NeighbourIndex, like_neighbours
 from fpmatch.matching.pipeline.local import LocalParameters
 from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
@@ -89,28 +89,7 @@ def local_similarity(a: Neighbourhoods, b: Neighbourhoods) -> NDArray[np.float32
     A neighbour in A counts by the most similar one in B, or not at all.
     """
     p = LocalParameters()
-    (i, k, own), (j, _, other) = _listed(a), _listed(b)
-    n, m, size = len(a.count), len(b.count), a.frame.shape[2]
-    reach = 1.01 * np.sqrt(1.0 / own[4].min(initial=1.0))
-    met = KDTree(own[:2].T).sparse_distance_matrix(
-        KDTree(other[:2].T), reach, output_type="ndarray"
-    )
-    of_a, of_b = met["i"], met["j"]
-    u, v, c, s, precision, _ = own[:, of_a]
-    other_u, other_v, other_c, other_s, _, weight = other[:, of_b]
-    near = 1.0 - ((u - other_u) ** 2 + (v - other_v) ** 2) * precision
-    turn = (c * other_c + s * other_s - p.min_cosine) * (1.0 / (1.0 - p.min_cosine))
-    best = np.zeros((size, n, m))
-    value = np.maximum(near, 0.0) * np.maximum(turn, 0.0) * weight
-    np.maximum.at(best, (k[of_a], i[of_a], j[of_b]), value)
-    total = np.zeros((n, m))
-    for rank in range(size):
-        total += best[rank] * a.frame[:, 5, rank, None].astype(np.float64)
+    ours, theirs = (NeighbourIndex(of.count, of.frame) for of in (a, b))
+    total = like_neighbours(ours, theirs, p.min_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
     return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)
-
-
-def _listed(of: Neighbourhoods) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Return whose each neighbour is, its place among them, and the neighbours, shape (6, K)."""
-    owner, k = np.nonzero(np.arange(of.frame.shape[2]) < of.count[:, None])
-    return owner, k, of.frame[owner, :, k].astype(np.float64).T

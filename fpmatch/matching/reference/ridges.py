@@ -5,9 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
+from fpmatch.matching.numpy_forms.ridges import (
+    REACH,
+    SHIFTS,
+    SIDE,
+    beside,
+    best_shifts,
+    bits_of,
+    count_agreeing,
+)
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 from fpmatch.matching.ridges import RidgeSearchParameters
@@ -23,9 +31,6 @@ if TYPE_CHECKING:
     Numbers = NDArray[np.intp]
     Move = tuple[complex, complex]
 
-SIDE: Final = 8  # bits along a cell
-REACH: Final = 2  # bits by which ridges may lie off
-FEWEST_AROUND: Final = 4  # cells of 3 by 3 that must be in both prints
 MOST_CELLS: Final = 16384
 FLOW_SAMPLES: Final = 24  # cells whose orientation is compared
 CODES: Final = 255  # of the orientation, from 1 on
@@ -90,46 +95,30 @@ def compare_ridges(
     per_bit = SIDE / b.step
     u = ((at.real + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH)[:, None] + offset.real
     v = ((0.5 - at.imag) * per_bit - SIDE * (b.first_row - 2.0) - REACH)[:, None] - offset.imag
-    windows = sliding_window_view(np.pad(_bits(b.ridges), 2 * SIDE), (2 * REACH + 1,) * 2)
-    seen = (u >= 0.0) & (u < SIDE * (b.code.shape[1] + 3.0))
-    seen &= (v >= 0.0) & (v < SIDE * (b.code.shape[0] + 3.0))
-    theirs = np.zeros((*u.shape, 2 * REACH + 1, 2 * REACH + 1), bool)
-    theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
     own_v, own_u = SIDE * row[:, None] + sample[:, 0], SIDE * column[:, None] + sample[:, 1]
-    ours = _bits(a.ridges)[own_v, own_u]
-    agreeing = np.zeros((rows + 2, columns + 2, *theirs.shape[2:]), np.intp)
-    agreeing[row + 1, column + 1] = (theirs == ours[:, :, None, None]).sum(axis=1)
-    both = np.zeros((rows + 2, columns + 2), np.intp)
+    ours = bits_of(a.ridges)[own_v, own_u]
+    both = np.zeros((rows + 2, columns + 2), np.uint8)
     both[row + 1, column + 1] = 1
-    i, j = np.indices((3, 3)).reshape(2, -1, 1)
-    around, total = (of[row + i, column + j].sum(axis=0) for of in (both, agreeing))
-    compared = around >= FEWEST_AROUND
-    if not compared.any():
-        return 0.0, 0
-    best = total[compared].max(axis=(1, 2))
-    value = 2.0 * best / (len(SAMPLES) * around[compared]) - 1.0
-    return float(value.mean()), len(value)
-
-
-def _bits(ridges: NDArray[np.uint64]) -> NDArray[np.bool_]:
-    """Return the ridge images of cells (rows, columns) as one, 8 by 8 bits a cell."""
-    rows, columns = ridges.shape
-    bytes_ = ridges.astype("<u8").view(np.uint8).reshape(rows, columns, SIDE)
-    bits = np.unpackbits(bytes_, axis=2, bitorder="little").reshape(rows, columns, SIDE, SIDE)
-    return bits.transpose(0, 2, 1, 3).reshape(SIDE * rows, SIDE * columns).astype(bool)
+    agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint8)
+    agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
+    value = best_shifts(len(sample), row + 1, column + 1, both, beside(agreeing))
+    return (float(value.mean()), len(value)) if len(value) else (0.0, 0)
 
 
 def search_by_ridges(
-    a: PreparedTemplate, b: PreparedTemplate, pairs: tuple[Numbers, Numbers] | None
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    pairs: tuple[Numbers, Numbers] | None,
+    parameters: RidgeSearchParameters | None = None,
 ) -> list[tuple[int, int]]:
     """Return pairs of minutiae under whose transforms the ridges correlate best, the best first.
 
     Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
     """
     if b.region.area < a.region.area:
-        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1])
+        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], parameters)
         return [(j, i) for i, j in swapped]
-    p = RidgeSearchParameters()
+    p = parameters or RidgeSearchParameters()
     most, least_flow, least_value = p.found, p.least_flow, 0.0
     if pairs is not None:
         most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value

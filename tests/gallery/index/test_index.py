@@ -21,14 +21,14 @@ from made_prints import changed, entry_of, scattered
 
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.erasure import compact_gallery
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
 from fpmatch.gallery.index.gallery_index import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.compact import pack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.templates.stored_template import pack_template
 
 
 @pytest.fixture(autouse=True)
@@ -183,7 +183,7 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
                 case 8:
                     index = index_of(gallery)
                 case 9:
-                    compact_gallery(gallery)
+                    free_space(gallery)
             index.refresh()
         assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
 

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from made_prints import refused
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.erasure import compact_gallery
+from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.gallery.store import audit
@@ -274,7 +274,7 @@ def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
     audited.add([entry("101"), entry("102")])
     audited.remove([1])
     noted = check_audit(audited)
-    compact_gallery(audited)
+    free_space(audited)
     assert check_audit(audited, expect=(noted.events, noted.last)).events == 4
     assert events(audited)[-1]["action"] == "compact"
 

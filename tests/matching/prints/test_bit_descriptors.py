@@ -18,7 +18,6 @@ from matching_prints import (
     templates,
 )
 
-from fpmatch.matching.numpy_forms.descriptors import APART
 from fpmatch.matching.prints import bit_descriptors
 from fpmatch.matching.prints.bit_descriptors import (
     MAX_ENCODED,
@@ -30,12 +29,13 @@ from fpmatch.matching.prints.bit_descriptors import (
     score_descriptors,
 )
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.quantization import ORIENTATIONS
+from fpmatch.matching.prints.print_area import ORIENTATIONS
 
 EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8
 P = BitDescriptorParameters()
 SIDE, SECTORS, BINS = 16, 8, 24  # as the kernel has them
+APART = 0.25
 NOWHERE = 0x8800
 
 

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, spread_points, striped_field, template_of, templates
 
 from fpmatch.errors import TemplateError
-from fpmatch.gallery.store.compact import pack_template, unpack_template
-from fpmatch.matching.compact_template import COLUMNS, CompactTemplates, compact, expand
+from fpmatch.matching.prints.compact_template import COLUMNS, CompactTemplates, compact, expand
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.ridge_samples import sample_ridges
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 EXAMPLES = 60 if COMPILED else 15
 

@@ -1,21 +1,19 @@
-"""Neighbourhoods: known small ones, invariance, hostile positions, and a slow twin."""
-
-import math
+"""Neighbourhoods: known small ones, hostile positions, and those of the reference."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import any_points, on_pixels, plane, seeds, spread_points
+from matching_prints import any_points, on_pixels, seeds, spread_points
 
 from fpmatch.matching.prints import neighbourhood as described
 from fpmatch.matching.prints.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
     neighbourhoods,
+    rounded,
 )
-from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.paper.parametrize import parametrize
+from fpmatch.matching.reference import neighbourhood as reference
 
 P = NeighbourhoodParameters()
 
@@ -24,43 +22,6 @@ def minutiae(*rows):
     """Return minutiae (4, N) from rows x, y (up), direction in degrees."""
     x, y, degrees = np.array(rows, float).reshape(-1, 3).T
     return np.ascontiguousarray([x, y, np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
-
-
-def mesh_of(points):
-    return triangulate(np.ascontiguousarray(points[:2].T))
-
-
-def frame_from_the_definition(points, p):
-    """Return the neighbours of each minutia, one at a time, from the triangulation and the rings.
-
-    Each is a vector as a column of `Neighbourhoods.frame`, nearest first.
-    """
-    mesh = mesh_of(points)
-    joined = [set() for _ in range(points.shape[1])]
-    for i, j in mesh.edges.tolist():
-        joined[i].add(j)
-        joined[j].add(i)
-    z, d = plane(points), points[2] + 1j * points[3]
-    frames = []
-    for i, ring in enumerate(joined):
-        two_rings = ring.union(*(joined[j] for j in ring)) - {i}
-        nearest = sorted(two_rings, key=lambda j: (math.dist(points[:2, i], points[:2, j]), j))
-        nearest = nearest[: p.size]
-        share = dict.fromkeys(range(points.shape[1]), p.second_ring_weight)
-        if mesh.interior[i]:
-            one_ring = mesh.one_ring(i).tolist()
-            weights = parametrize(mesh.points[one_ring], mesh.points[i]).weights
-            for j, weight in zip(one_ring, weights, strict=True):
-                share[j] += (1 - p.second_ring_weight) * weight * len(one_ring)
-        total = sum(share[j] for j in nearest)
-        columns = []
-        for j in nearest:
-            seen, heading = (z[j] - z[i]) * np.conj(d[i]), d[j] * np.conj(d[i])
-            precision = (p.tolerance_px + p.tolerance_per_px * abs(seen)) ** -2
-            weight = math.sqrt(share[j] * len(nearest) / total)
-            columns.append([seen.real, seen.imag, heading.real, heading.imag, precision, weight])
-        frames.append(columns)
-    return frames
 
 
 def test_a_neighbour_stands_in_the_frame_of_its_minutia():
@@ -75,17 +36,14 @@ def test_a_neighbour_stands_in_the_frame_of_its_minutia():
 
 
 @given(seeds, st.integers(1, 14), st.floats(0.1, 1))
-def test_frames_agree_with_their_slow_twin(seed, size, second):
+def test_frames_agree_with_the_reference(seed, size, second):
     points = any_points(seed)
     p = NeighbourhoodParameters(size=size, second_ring_weight=second)
     found = neighbourhoods(points, p)
-    slow = frame_from_the_definition(points, p)
+    expected = reference.neighbourhoods(points, p)
     assert found.frame.shape == (points.shape[1], 6, size)
-    assert found.count.tolist() == [len(columns) for columns in slow]
-    for frame, columns in zip(found.frame, slow, strict=True):
-        listed = np.array(columns).reshape(-1, 6).T
-        assert frame[:, : len(columns)] == pytest.approx(listed, rel=1e-4, abs=1e-4)
-        assert not frame[:, len(columns) :].any()
+    assert found.count.tolist() == expected.count.tolist()
+    assert rounded(found).frame == pytest.approx(expected.frame, rel=1e-4, abs=1e-4)
 
 
 @given(seeds, st.integers(1, 14))

@@ -20,10 +20,14 @@ from matching_prints import (
 )
 
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.matching import prepare_compact as module
-from fpmatch.matching.compact_template import CompactTemplates, compact, expand
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare_compact import prepare_compact
+from fpmatch.matching.prints import compact_template as module
+from fpmatch.matching.prints.compact_template import (
+    CompactTemplates,
+    compact,
+    expand,
+    prepare_compact,
+)
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import Minutiae, Template

@@ -8,14 +8,13 @@ from hypothesis import given
 from matching_prints import any_points, flow_of, seeds
 
 from fpmatch.matching.prints import _preparation_kernel
-from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.quantization import (
-    ORIENTATIONS,
+from fpmatch.matching.prints.neighbourhood import (
     ROOT_WEIGHTS,
-    orientation_codes,
+    neighbourhoods,
     root_weight_codes,
     rounded,
 )
+from fpmatch.matching.prints.print_area import ORIENTATIONS, orientation_codes
 
 
 def test_every_orientation_has_a_code_and_comes_back_from_it():

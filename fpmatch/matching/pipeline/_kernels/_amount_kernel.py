@@ -102,9 +102,3 @@ def as_similarity(total):
     if total > 0.0:
         return total + log1p(exp(-total))
     return log1p(exp(total))
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import ridges as forms
-
-    common_cells = forms.common_cells

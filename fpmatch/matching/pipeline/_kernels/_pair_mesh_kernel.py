@@ -386,9 +386,3 @@ class PairMesh:
             dx = FULL_TURN * (self.place[k] - mean)
             square += dx * dx
         return exp(self.place_scale * square / self.ring_size)
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import mesh
-
-    PairMesh.predict = mesh.predict

@@ -232,10 +232,3 @@ class Relaxation:
             if partner[self.first[k]] == self.second[k]:
                 total += self.relaxed[k]
         return total
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import relaxation
-
-    Relaxation.load = relaxation.load
-    Relaxation._relax = relaxation.relax

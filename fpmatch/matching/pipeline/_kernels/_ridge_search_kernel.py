@@ -265,10 +265,3 @@ class RidgeSearch:
 def _is_smaller(a, b):
     """Return whether print A is the smaller of two."""
     return a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import ridge_search
-
-    RidgeSearch._select = ridge_search.select
-    RidgeSearch._offer_all = ridge_search.offer_all

@@ -15,8 +15,9 @@ from fpmatch.matching.calibration import (
     load_calibration,
     score_to_fmr,
 )
+from fpmatch.matching.explanation import Explanation
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import PreparedPair, Verification, may_match, score_of
+from fpmatch.matching.result import Verification, may_match, score_of
 from fpmatch.packed_template import minutiae_digest
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.explanation import Side
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
@@ -61,29 +63,34 @@ class Rule:
 
     def decide(
         self,
-        probe: Template,
-        reference: Template,
-        prepared: PreparedPair,
+        probe: Side,
+        reference: Side,
         comparison: Comparison,
         score: float,
+        impressions: Sequence[Side] = (),
     ) -> Verification:
-        """Return the decision on two prints, or on a probe and a finger, that have this score."""
-        curve, rho = self.calibration, self.rho
+        """Return the decision on two prints, or on a probe and a finger, that have this score.
+
+        Of a finger all `impressions` are given; `reference` is the most similar of them.
+        """
+        curve, rho, sides = self.calibration, self.rho, (probe, reference)
         enough = score >= self.threshold if rho is None else comparison.similarity > rho
+        match = enough and may_match(self.matcher, comparison)
+        decided = comparison, match, self.threshold, rho
         return Verification(
-            match=enough and may_match(self.matcher, comparison),
+            match=match,
             score=score,
             fmr=math.nan if curve is None else score_to_fmr(score),
             threshold=self.threshold,
             matcher=self.matcher.name,
             comparison=comparison,
-            probe=probe,
-            reference=reference,
+            probe=probe[0],
+            reference=reference[0],
             smallest_measured_fmr=0.0
             if curve is None
             else score_to_fmr(curve.largest_measured_score),
             rho=rho,
-            rematch=prepared,
+            explanation=Explanation(self.matcher, curve, *sides, *decided, impressions),
         )
 
 
@@ -136,10 +143,10 @@ def verify(
     """
     rule = Rule.of(matcher, threshold, calibration)
     chosen, curve = rule.matcher, rule.calibration
-    prepared = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), curve)
-    comparison = chosen.compare(prepared.probe, prepared.reference)
+    ours, theirs = chosen.prepare(probe), chosen.prepare(reference)
+    comparison = chosen.compare(ours, theirs)
     score = score_of(curve, comparison.similarity)
-    return rule.decide(probe, reference, prepared, comparison, score)
+    return rule.decide((probe, ours), (reference, theirs), comparison, score)
 
 
 def find_identity(

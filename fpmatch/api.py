@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates

@@ -14,7 +14,7 @@ from fpmatch._version import __version__
 from fpmatch.engine.local import available_cores
 from fpmatch.formats.registry import CODECS
 from fpmatch.kernels import build_command, compiled_kernels, outdated_kernels
-from fpmatch.matching.matchers import own_matcher_names
+from fpmatch.matching.registry import own_matcher_names
 from fpmatch.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.text_table import text_table
 

@@ -31,7 +31,7 @@ def compiled_kernels() -> dict[str, bool]:
 
     Examples
     --------
-    >>> "fpmatch.matching._local_kernel" in compiled_kernels()
+    >>> "fpmatch.matching.pipeline._kernels._local_kernel" in compiled_kernels()
     True
     """
     return {name: file is not None for name, file in _compiled_files().items()}

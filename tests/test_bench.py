@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from ablation import VARIANTS
 
-from fpmatch.matching.score_model import FEATURES
+from fpmatch.matching.pipeline.score_model import FEATURES
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEED = ROOT / "research" / "benchmarks" / "speed"

@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from research import notebook
 from research.notebook import shown
 

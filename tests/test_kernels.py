@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch import kernels
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 ROOT = Path(__file__).resolve().parents[1]
 SUFFIX = EXTENSION_SUFFIXES[0]

@@ -17,7 +17,7 @@ import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.print_file import PrintFile
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"
 A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"

@@ -16,7 +16,7 @@ from fpmatch.cli.group import SUMMARIES
 from fpmatch.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.rotation import rotate
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from research import outputs
 from research.outputs import documented_outputs, without_times
 

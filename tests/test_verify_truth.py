@@ -13,7 +13,7 @@ from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.similarity import Similarity
 

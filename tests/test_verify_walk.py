@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from fpmatch.matching._align_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 
 ROOT = Path(__file__).resolve().parent.parent
 PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]

@@ -42,7 +42,7 @@ from fpmatch.cli.scores_in import (
 )
 from fpmatch.errors import FpmatchError
 from fpmatch.kernels import build_command, outdated_kernels
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_failures, matcher_names
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:

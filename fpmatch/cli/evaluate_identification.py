@@ -100,7 +100,7 @@ def evaluate_by_searches(
         from fpmatch.evaluation.open_set.background import load_background
         from fpmatch.evaluation.open_set.rates import FPIRS
         from fpmatch.evaluation.open_set.run import IdentificationTest, evaluate_identification
-        from fpmatch.matching.matchers import get_matcher
+        from fpmatch.matching.registry import get_matcher
         from fpmatch.reading import PrintReader, group_by_note
 
     _prepare_outputs(curves, plot)

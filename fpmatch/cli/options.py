@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from fpmatch.errors import did_you_mean
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention

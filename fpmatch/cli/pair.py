@@ -120,7 +120,7 @@ def save_view(target: Path, pair: ComparedPair, view: str | None, *, warp: bool)
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:
     """Read and compare the prints of a command line; `values` are those of `pair_options`."""
     from fpmatch.pair import compare_pair
-    from fpmatch.pointset.unit_circle.matcher import DEFAULT_AREA_TOLERANCE
+    from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
 
     options = pair_options_of(values)
     compared = compare_pair(open_side(values, "probe"), open_side(values, "reference"), options)

@@ -154,7 +154,7 @@ def score(
     from fpmatch.evaluation.batch.sources import open_source
     from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.matchers import matcher_name
+    from fpmatch.matching.registry import matcher_name
     from fpmatch.reading import PrintReader
 
     check_where(workers, scheduler)

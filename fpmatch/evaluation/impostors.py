@@ -12,7 +12,7 @@ from fpmatch.evaluation.report import scores_of
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores import choose_matcher, read_scores
 from fpmatch.gallery.kinds import kind_of
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     import os

@@ -15,7 +15,7 @@ from fpmatch.evaluation.enrolment import plan_enrolment, with_impostors
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.score_reports import summarise, summarise_set
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

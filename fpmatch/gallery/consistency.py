@@ -14,7 +14,7 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import link_impressions, linked_groups
 from fpmatch.matching.decision import find_shortage
 from fpmatch.matching.finger import MOST_IMPRESSIONS, choose_impressions
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence

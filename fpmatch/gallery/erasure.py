@@ -13,7 +13,7 @@ from fpmatch.gallery.index_erasure import erase_from_index
 from fpmatch.gallery.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.tables import TABLES
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.output import reason
 
 if TYPE_CHECKING:

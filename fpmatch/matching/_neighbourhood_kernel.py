@@ -10,11 +10,11 @@ import numpy as np
 from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
+    from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
         shape_preserving_weights,
     )
 else:
-    from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
+    from fpmatch.pointset.paper._one_ring_kernel import shape_preserving_weights
 
 EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
 LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together

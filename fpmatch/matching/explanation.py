@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.decision import Shortage
+    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.matching.ridge_map import RidgeMap
     from fpmatch.minutiae import Template
 
     Side = tuple[Template, Any]  # a template, and what the matcher prepared of it

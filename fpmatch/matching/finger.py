@@ -23,7 +23,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.consolidate import consolidate, link_impressions
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
 
 if TYPE_CHECKING:

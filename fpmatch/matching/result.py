@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.decision import Decision
     from fpmatch.matching.explanation import Explanation
-    from fpmatch.matching.ridge_map import RidgeMap
+    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.minutiae import Template
     from fpmatch.pointset.similarity import Similarity

@@ -16,7 +16,7 @@ from fpmatch.matching.calibration import (
     score_to_fmr,
 )
 from fpmatch.matching.explanation import Explanation
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import Verification, may_match, score_of
 from fpmatch.packed_template import minutiae_digest
 

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.pointset.affine.matcher import AffineParameters, match_affine
 from fpmatch.pointset.given_set import GivenSet, check_tolerance
-from fpmatch.pointset.point_match import PointMatch, check_rho
-from fpmatch.pointset.reflect import TRIALS, match_either_way, mirror_image
-from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
-from fpmatch.pointset.triangles.search import MAX_CHANCE
-from fpmatch.pointset.unit_circle.matcher import (
+from fpmatch.pointset.paper.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
     UnitCircleParameters,
     match_by_unit_circle,
 )
+from fpmatch.pointset.point_match import PointMatch, check_rho
+from fpmatch.pointset.reflect import TRIALS, match_either_way, mirror_image
+from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.pointset.triangles.search import MAX_CHANCE
 from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from fpmatch._version import __version__
 from fpmatch.case_report.page import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.entry import Label
-from fpmatch.matching.matchers import matcher_names
+from fpmatch.matching.registry import matcher_names
 from fpmatch.printable import printable
 from fpmatch.web import gallery as gallery_work
 from fpmatch.web import models, pair, single, views

@@ -24,7 +24,7 @@ from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.image.io.dataset_folder import read_dataset_info
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
 from fpmatch.text_table import text_table
 from research.all_pairs import compare_all_pairs

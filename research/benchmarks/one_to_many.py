@@ -29,10 +29,10 @@ import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
 from fpmatch.array_file import read_arrays, write_arrays
-from fpmatch.matching import score
-from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import COLUMNS, PackedTemplates
+from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.ridge_field import RidgeField
 from research.training.score_samples import NO_PREFILTER

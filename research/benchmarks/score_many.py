@@ -24,7 +24,7 @@ from fpmatch.engine.engine import make_engine
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import StoredTemplate
 from fpmatch.gallery.compact import pack_template
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence

@@ -34,8 +34,9 @@ from fpmatch.gallery.identify import identify
 from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.search import open_search
 from fpmatch.indexing import segment
-from fpmatch.matching import bit_descriptors, candidate_list, compare, ridge_samples
+from fpmatch.matching import bit_descriptors, candidate_list, ridge_samples
 from fpmatch.matching.packed_descriptors import PackedDescriptors
+from fpmatch.matching.pipeline import match
 from fpmatch.synthesis.templates import make_templates
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock
-    (compare.Workspace, "similarities"),
+    (match.Workspace, "similarities"),
     (candidate_list, "prefilter_scores"),
     (PackedDescriptors, "scores"),
     (segment, "count_votes"),

@@ -23,7 +23,7 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger, fused_score
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.text_table import markdown_table

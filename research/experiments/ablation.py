@@ -22,8 +22,8 @@ from fpmatch.evaluation.intervals import interval_of
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.evaluation.scores_set import Trials
-from fpmatch.matching import score
-from fpmatch.matching.score_model import ScoreWeights
+from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline.score_model import ScoreWeights
 from fpmatch.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs
 from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json

@@ -19,7 +19,7 @@ from fpmatch.errors import DatasetError
 from fpmatch.evaluation.rates import threshold_at_fmr
 from fpmatch.image.extract import extract
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.contact import outline_radius

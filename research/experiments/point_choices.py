@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.evaluation.points.conditions import conditions, make_pair
 from fpmatch.evaluation.points.trials import is_recognised
-from fpmatch.pointset.point_match import share_of
-from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
-from fpmatch.pointset.unit_circle.matcher import (
+from fpmatch.pointset.paper.matcher import (
     UnitCircleParameters,
     match_prepared,
     similar_rings,
 )
-from fpmatch.pointset.unit_circle.prepared_points import prepare_points
+from fpmatch.pointset.paper.prepared_points import prepare_points
+from fpmatch.pointset.point_match import share_of
+from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 
 if TYPE_CHECKING:
     from collections.abc import Callable

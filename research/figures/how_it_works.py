@@ -23,7 +23,7 @@ from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.prepare import prepare
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
+from fpmatch.pointset.paper.parametrize import UnitCircle, parametrize
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.evaluation.points.conditions import TARGET_FACTORS
 from fpmatch.evaluation.points.summary import geometric_mean
-from fpmatch.pointset.unit_circle.matcher import DEFAULT_AREA_TOLERANCE
+from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:

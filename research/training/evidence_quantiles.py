@@ -2,7 +2,7 @@
 
 Whole prints, windows and fragments of prints, and prints with few of their minutiae, with ridges
 and without, are compared with whole prints of other fingers. The sums that 1 % and 0.1 % of them
-reach are fitted as linear functions of the amount of evidence (see `fpmatch.matching.score`), by
+reach are fitted as linear functions of the amount of evidence (see `pipeline.evidence`), by
 quantile regression in which every kind of part has the same weight. Then the same parts are
 compared with other impressions of their fingers: the -ln(FMR) that half of these comparisons reach
 is fitted as a function of the minutiae and the area of the smaller print. It determines how much
@@ -24,11 +24,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.compare import MIN_MINUTIAE, Workspace
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import available
-from fpmatch.matching.score import evidence_scorer
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline.evidence import evidence_scorer
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE, Workspace
+from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,
     MODELS,
@@ -38,6 +37,7 @@ from fpmatch.matching.score_model import (
     WITH_RIDGES,
     amount_terms,
 )
+from fpmatch.matching.prepare import available
 from research.partial_templates import fragment, thinned, window
 from research.training.rounding import round_significant
 
@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.matching.pipeline.score_model import ScoreWeights
     from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.matching.score_model import ScoreWeights
     from fpmatch.minutiae import Template
 
 SEED: Final = 17
@@ -107,7 +107,7 @@ class AmountSample:
     sums : ndarray of float64, shape (N,)
         Weighted sums of the features; of genuine comparisons -ln(FMR).
     amounts : ndarray of float64, shape (N, 5)
-        The terms of `fpmatch.matching.score_model.AMOUNTS`.
+        The terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
     weight : float
         Weight of all of them together.
     """
@@ -191,7 +191,7 @@ def amount_samples(
     weights : ScoreWeights
         Weights of the features.
     model : str
-        The one of `fpmatch.matching.score_model.MODELS` whose comparisons are wanted.
+        The one of `fpmatch.matching.pipeline.score_model.MODELS` whose comparisons are wanted.
     ridges : tuple of bool
         Whether the parts, and the whole prints, keep their ridges.
     genuine : bool
@@ -289,7 +289,7 @@ def _aligned(
     if len(probe) < MIN_MINUTIAE:
         return None
     workspace.load(probe)
-    found = workspace.align(reference, reference_first=reference.key < probe.key)
+    found = workspace.match(reference, reference_first=reference.key < probe.key)
     return None if found is None else found[1].minus_log_fmr
 
 
@@ -301,7 +301,7 @@ def fit_quantile(
     Returns
     -------
     ndarray of float64, shape (5,)
-        Coefficients of the terms of `fpmatch.matching.score_model.AMOUNTS`.
+        Coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
 
     Examples
     --------

@@ -8,8 +8,8 @@ import click
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.matching.score import WEIGHTS_FILE
-from fpmatch.matching.score_model import FEATURES
+from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE
+from fpmatch.matching.pipeline.score_model import FEATURES
 from fpmatch.output import atomic_write_bytes, check_writable
 from research.commands import PATH, Command, synthetic_folder, workers, write_json
 from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
@@ -21,7 +21,7 @@ from research.training.score_samples import SampleParameters, sample_of, samples
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.matching.score_model import ScoreModel
+    from fpmatch.matching.pipeline.score_model import ScoreModel
     from research.training.score_samples import ScoreSample
 
 

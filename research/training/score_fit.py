@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     RIDGE_FEATURES,
     ScoreModel,

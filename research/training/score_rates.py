@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.score_model import ScoreModel
+    from fpmatch.matching.pipeline.score_model import ScoreModel
     from research.training.score_samples import ScoreSample
 
 

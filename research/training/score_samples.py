@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.evaluation.protocol import choose_pairs
-from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.compare import MIN_MINUTIAE
-from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import evidence_scorer
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.pipeline.alignment import AlignmentParameters, aligner_of
+from fpmatch.matching.pipeline.evidence import evidence_scorer
+from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
+from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
+from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
     MODELS,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.matching._evidence_kernel import EvidenceScorer
+    from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
     from fpmatch.matching.prepare import PreparedTemplate
 
 SEED: Final = 18
@@ -72,7 +73,7 @@ class ScoreSample:
         The database.
     features : ndarray of float64, shape (N, H, 13)
         Those of the comparisons that found something, of each hypothesis, refined, its ridges
-        compared; NaN where there are fewer. See `fpmatch.matching.score_model.FEATURES`.
+        compared; NaN where there are fewer. See `fpmatch.matching.pipeline.score_model.FEATURES`.
     coarse : ndarray of float64, shape (N, H, 13)
         Those in coarse alignment, of the minutiae alone.
     descriptors : ndarray of float64, shape (N, 2)
@@ -219,7 +220,7 @@ def _features(
             if step(k):
                 scorer.score_alignment(*sides, aligner, similarity)
                 row[:] = scorer.feature
-    scorer, search = scorers[1], scorers[1].search
+    scorer, search = scorers[1], RidgeSearch(RidgeSearchParameters())
     shown = [side.region.ridges is not None for side in (a, b)]
     model = scorer.choose_model(shown[0], shown[1], min(a.region.area, b.region.area))
     by_ridges = 0
@@ -228,7 +229,7 @@ def _features(
     elif model == MODELS.index(WITH_RIDGES):
         by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.correlator)
     for k in range(by_ridges):
-        if aligner.start_from(search.first[k], search.second[k]):
+        if aligner.start_from(search.first[k], search.second[k], aligner.hypotheses + k):
             scorer.score_alignment(*sides, aligner, similarity)
             found[1, LOCAL_HYPOTHESES + k] = scorer.feature
     if np.isnan(found[1, :, 0]).all():

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.extract import extract, resample
-from fpmatch.matching.compare import MIN_MINUTIAE
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
 from fpmatch.ridge_field import RidgeField
 from research.partial_templates import fragment

@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.evaluation.cropping import crop_at
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.compare import MIN_MINUTIAE
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from research.partial_templates import fragment
 from research.wolves.scores import FORMS, Probe, in_form
 from research.wolves.table import WHOLE

@@ -10,7 +10,7 @@ import pytest
 import fpmatch
 from fpmatch import installation, kernels
 from fpmatch.engine.local import available_cores
-from fpmatch.matching._local_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 
 def test_kernels_are_compiled_where_they_are_loaded_so():

@@ -36,10 +36,10 @@ from fpmatch.drawing.paper_figures.unit_circle import (
 from fpmatch.drawing.plots.style import plain_style
 from fpmatch.drawing.words import degrees, number
 from fpmatch.errors import OutputError, PointSetError
+from fpmatch.pointset.paper.matcher import fit_rings
+from fpmatch.pointset.paper.one_rings import map_to_unit_circle
+from fpmatch.pointset.paper.parametrize import shape_preserving_weights
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle.matcher import fit_rings
-from fpmatch.pointset.unit_circle.one_rings import map_to_unit_circle
-from fpmatch.pointset.unit_circle.parametrize import shape_preserving_weights
 
 Floats = NDArray[np.float64]
 SVG = "{http://www.w3.org/2000/svg}"

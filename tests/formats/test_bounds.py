@@ -21,8 +21,8 @@ from fpmatch.formats.bounds import (
 )
 from fpmatch.formats.files import decode_record
 from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.registry import get_matcher
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 

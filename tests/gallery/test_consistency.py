@@ -10,7 +10,7 @@ from made_prints import entry_of, print_of
 from fpmatch.gallery import consistency
 from fpmatch.gallery.consistency import check_added, check_fingers, find_added, find_copies
 from fpmatch.gallery.entry import Label
-from fpmatch.matching._align_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 
 
 def entries(*prints):

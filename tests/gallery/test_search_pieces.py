@@ -19,9 +19,9 @@ from fpmatch.gallery.prepared_search import Search
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.search_pieces import batch_size, hold_search, spans
 from fpmatch.matching.candidate_list import candidate_list
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
+from fpmatch.matching.registry import get_matcher
 
 pytestmark = pytest.mark.usefixtures("small_pieces")
 PROBES = [scattered(k, 10 + k) for k in (3, 11, 100)]

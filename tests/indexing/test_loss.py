@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from fpmatch.errors import MatcherError
 from fpmatch.indexing.loss import LossTable, combined_scores, cost, loss_table, search_plan
 from fpmatch.indexing.model import IndexModel, index_model
-from fpmatch.matching import _local_kernel
 from fpmatch.matching.candidate_list import size_normalized
+from fpmatch.matching.pipeline._kernels import _local_kernel
 
 
 @given(st.floats(1e-4, 0.5), st.integers(0, 10**9))

@@ -8,15 +8,20 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from fpmatch.matching import _local_kernel
-from fpmatch.matching.align import Alignment, AlignmentParameters, aligner_of, hypotheses
-from fpmatch.matching.local import local_similarity
 from fpmatch.matching.neighbourhood import neighbourhoods
+from fpmatch.matching.pipeline._kernels import _local_kernel
+from fpmatch.matching.pipeline.alignment import (
+    Alignment,
+    AlignmentParameters,
+    aligner_of,
+    hypotheses,
+)
+from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.ridges import correlate
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import ORIENTATIONS
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.ridges import correlate
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
 

@@ -12,13 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fpmatch.matching import score
-from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
-from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import ScoreParameters
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline.alignment import (
+    AlignmentParameters,
+    PairMeshParameters,
+    RelaxationParameters,
+)
+from fpmatch.matching.pipeline.evidence import ScoreParameters
+from fpmatch.matching.pipeline.local import LocalParameters
+from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
+from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
     MODELS,
@@ -26,6 +29,7 @@ from fpmatch.matching.score_model import (
     ScoreModel,
     ScoreWeights,
 )
+from fpmatch.matching.prepare import PreparedTemplate
 
 ALWAYS = -math.inf
 NEVER = math.inf
@@ -114,20 +118,19 @@ def print_for(plain: SimpleNamespace, print_: PreparedTemplate) -> Any:
     return found
 
 
-def interpreted_comparer(
+def interpreted_pipeline(
     plain: SimpleNamespace, probe: PreparedTemplate, capacity: int, weights: ScoreWeights
 ) -> Any:
-    """Return the comparer of the interpreted kernels, with a probe in it."""
+    """Return the pipeline of the interpreted kernels, with a probe in it."""
     local = LocalParameters()
     parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    before, after = (plain.align.Aligner(capacity, capacity, *parameters) for _ in range(2))
-    scorer = plain.evidence.EvidenceScorer(
-        ScoreParameters(), weights, capacity, RidgeSearchParameters()
-    )
+    before, after = (plain.alignment.Aligner(capacity, capacity, *parameters) for _ in range(2))
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, capacity)
+    search = plain.ridge_search.RidgeSearch(RidgeSearchParameters())
     tables = plain.prefilter.Prefilter(16, 12.0, 0.1, 11)
-    comparer = plain.compare.Comparer(capacity, tables, before, after, scorer, local)
-    comparer.load(print_for(plain, probe))
+    pipeline = plain.pipeline.Pipeline(capacity, tables, before, after, scorer, search, local)
+    pipeline.load(print_for(plain, probe))
     n = probe.neighbourhoods
     turn = math.radians(local.max_turn_deg)
-    comparer.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
-    return comparer
+    pipeline.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
+    return pipeline

@@ -7,10 +7,10 @@ import numpy as np
 from matching_prints import jittered, moved, plane, spread_points, striped_field, template_of
 from matching_weights import some_weights
 
-from fpmatch.matching.align import Alignment
-from fpmatch.matching.local import local_similarity
+from fpmatch.matching.pipeline.alignment import Alignment
+from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.score import evidence_scorer, gather_evidence
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 ENTRIES = (

@@ -7,8 +7,8 @@ import pytest
 
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import Link, consolidate, link_impressions, linked_groups
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.merge import merge_templates
+from fpmatch.matching.registry import get_matcher
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
 

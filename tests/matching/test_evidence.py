@@ -24,17 +24,16 @@ from matching_prints import (
 from matching_weights import ALWAYS, NEVER, print_for, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, given_pairs, overlay, some_case, with_itself
 
-from fpmatch.matching.align import (
+from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
     PairMeshParameters,
     RelaxationParameters,
     aligner_of,
     identity_alignment,
 )
-from fpmatch.matching.local import local_similarity
+from fpmatch.matching.pipeline.evidence import ScoreParameters, evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.matching.score import ScoreParameters, evidence_scorer, gather_evidence
 
 P = ScoreParameters()
 FEW = 20 if COMPILED else 6
@@ -149,10 +148,10 @@ def test_compiled_and_interpreted_agree(plain, seed, refine):
     a, b, partner, transform = some_case(seed)
     weights = some_weights(refine, apart=3.0)
     room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, weights, room, RidgeSearchParameters())
+    scorer = plain.evidence.EvidenceScorer(P, weights, room)
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    aligner = plain.align.Aligner(len(a), len(b), *parameters)
+    aligner = plain.alignment.Aligner(len(a), len(b), *parameters)
     aligner.load_a(a.points, len(a))
     aligner.load_b(b.points, len(b))
     aligner.relax(similarity)

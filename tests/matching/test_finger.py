@@ -15,7 +15,7 @@ from fpmatch.matching.finger import (
     fused_scores,
     verify_finger,
 )
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 

@@ -16,9 +16,9 @@ from matching_prints import (
     spread_points,
 )
 
-from fpmatch.matching import _local_kernel as kernel
-from fpmatch.matching.local import LocalParameters, local_similarity
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
+from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
+from fpmatch.matching.pipeline.local import LocalParameters, local_similarity
 
 P = LocalParameters()
 TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)

@@ -15,7 +15,7 @@ from fpmatch.matching.neighbourhood import (
     neighbourhoods,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.unit_circle.parametrize import parametrize
+from fpmatch.pointset.paper.parametrize import parametrize
 
 P = NeighbourhoodParameters()
 

@@ -18,8 +18,8 @@ from matching_prints import (
 from packed_cases import assert_damaged, crowd, from_file
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.align import identity_alignment
 from fpmatch.matching.packed_templates import COLUMNS, PRINTS_AT_ONCE, PackedTemplates
+from fpmatch.matching.pipeline.alignment import identity_alignment
 from fpmatch.matching.prepare import prepare
 
 EXAMPLES = 40 if COMPILED else 10

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, moved, on_pixels, plane, seeds, spread_points
 from scipy.spatial import Delaunay
 
-from fpmatch.matching import _pair_mesh_kernel as kernel
-from fpmatch.matching.align import PairMeshParameters
-from fpmatch.pointset.unit_circle.parametrize import boundary_angles, shape_preserving_weights
+from fpmatch.matching.pipeline._kernels import _pair_mesh_kernel as kernel
+from fpmatch.matching.pipeline.alignment import PairMeshParameters
+from fpmatch.pointset.paper.parametrize import boundary_angles, shape_preserving_weights
 
 P = PairMeshParameters()
 MOST = 30 if COMPILED else 15

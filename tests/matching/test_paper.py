@@ -7,13 +7,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fpmatch.errors import FpmatchError, MatcherError
-from fpmatch.matching._align_kernel import COMPILED
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
+from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
+from fpmatch.pointset.paper.matcher import UnitCircleParameters
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
 
 
 def template_of(xy, dpi=500.0):

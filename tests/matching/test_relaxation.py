@@ -15,8 +15,8 @@ from matching_prints import (
     two_impressions,
 )
 
-from fpmatch.matching import _relaxation_kernel as kernel
-from fpmatch.matching.align import RelaxationParameters
+from fpmatch.matching.pipeline._kernels import _relaxation_kernel as kernel
+from fpmatch.matching.pipeline.alignment import RelaxationParameters
 from fpmatch.matching.reference.relaxation import relax
 
 P = RelaxationParameters()

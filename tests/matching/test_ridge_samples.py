@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.matching._ridge_kernel import SAMPLES
+from fpmatch.matching._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.numpy_forms import ridge_samples as numpy_form
 from fpmatch.matching.ridge_samples import (
     ORIENTATIONS,

@@ -23,10 +23,10 @@ from matching_prints import (
 )
 from matching_weights import print_for
 
-from fpmatch.matching import _ridge_kernel
-from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
+from fpmatch.matching.pipeline._kernels import _ridge_kernel
+from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
+from fpmatch.matching.pipeline.ridge_map import ridge_map
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.ridge_map import ridge_map
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 REACH_BITS = 2

@@ -32,9 +32,9 @@ from score_cases import (
     with_itself,
 )
 
+from fpmatch.matching.pipeline.evidence import ScoreParameters, load_weights
+from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.score import ScoreParameters, load_weights
-from fpmatch.matching.score_model import FEATURES, ScoreWeights
 
 P = ScoreParameters()
 N = len(FEATURES)

@@ -10,8 +10,8 @@ from hypothesis.extra.numpy import arrays
 from matching_weights import OF_RIDGES, REJECTING, some_weights
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.score import WEIGHTS_FILE, load_weights
-from fpmatch.matching.score_model import (
+from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE, load_weights
+from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
     LIMITS,

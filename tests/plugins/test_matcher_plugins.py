@@ -22,7 +22,7 @@ from plugin_packages import (
 from fpmatch import Minutiae, Template, verify
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, Provenance
-from fpmatch.matching.matchers import get_matcher, matcher_failures, matcher_names
+from fpmatch.matching.registry import get_matcher, matcher_failures, matcher_names
 from fpmatch.plugins import MATCHERS, forget_plugins
 
 GUIDE = "add_a_matcher.md"

@@ -12,8 +12,8 @@ from fpmatch.pointset import _grid_kernel as grid_kernel
 from fpmatch.pointset.affine import matcher as affine
 from fpmatch.pointset.match import match_points
 from fpmatch.pointset.pairing import greedy_pairs, optimal_pairs
+from fpmatch.pointset.paper.prepared_points import prepare_points
 from fpmatch.pointset.triangles import matcher as triangles
-from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
 
 POINTS = 150

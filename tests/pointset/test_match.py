@@ -24,11 +24,11 @@ from pointset_strategies import (
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points
+from fpmatch.pointset.paper.matcher import match_by_unit_circle
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
-from fpmatch.pointset.unit_circle.matcher import match_by_unit_circle
 from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
 
 COMPILED = _proposal_kernel.COMPILED

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.matching._align_kernel import COMPILED
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master

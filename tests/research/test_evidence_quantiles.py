@@ -8,9 +8,15 @@ from hypothesis import strategies as st
 from fpmatch.evaluation.dataset import Dataset
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
-from fpmatch.matching._align_kernel import COMPILED
-from fpmatch.matching.score import load_weights
-from fpmatch.matching.score_model import AMOUNTS, MODELS, RATES, SMALL_WITH_RIDGES, WITH_RIDGES
+from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
+from fpmatch.matching.pipeline.evidence import load_weights
+from fpmatch.matching.pipeline.score_model import (
+    AMOUNTS,
+    MODELS,
+    RATES,
+    SMALL_WITH_RIDGES,
+    WITH_RIDGES,
+)
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from research.training.evidence_quantiles import (
     FORMS,

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.score_model import FEATURES, MODELS, ScoreWeights
+from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.score_model import FEATURES, MODELS, ScoreWeights
 from research.training.score_fit import OF_RIDGES, FitParameters, _prefilter, fit_model, fit_weights
 from research.training.score_rates import rates_of
 from research.training.score_samples import NO_PREFILTER, ScoreSample

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.score_model import FEATURES
+from fpmatch.matching.pipeline.score_model import FEATURES
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
 from research.experiments.image_statistics import TITLES

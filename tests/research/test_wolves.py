@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.formats.files import load_template
-from fpmatch.matching._ridge_search_kernel import COMPILED
-from fpmatch.matching.compare import MIN_MINUTIAE
+from fpmatch.matching.pipeline._kernels._ridge_search_kernel import COMPILED
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from research.wolves import candidates, scores, search, templates
 from research.wolves.table import format_wolves, wolf_cells

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
+    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.result import Verification
-    from fpmatch.matching.ridge_map import RidgeMap
 
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown

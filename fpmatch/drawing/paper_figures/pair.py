@@ -18,16 +18,16 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset.affine.transform import AffineTransform
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.match import match_points
+from fpmatch.pointset.paper.prepared_points import prepare_points
 from fpmatch.pointset.points import as_points
 from fpmatch.pointset.random_sets import random_pair
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.pointset.delaunay.triangulation import Triangulation
-    from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints
+    from fpmatch.pointset.paper.prepared_points import PreparedPoints
 
 MOST_POINTS: Final = 2000
 """Points of a set whose triangulation is still legible in a figure."""

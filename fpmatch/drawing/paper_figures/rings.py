@@ -11,8 +11,8 @@ import numpy as np
 from fpmatch.drawing.words import point_name
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.frames import between_sets
+from fpmatch.pointset.paper.parametrize import UnitCircle, parametrize
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

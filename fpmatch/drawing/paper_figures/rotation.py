@@ -13,7 +13,7 @@ from fpmatch.drawing.paper_figures.meshes import EDGE_ROOM, crowding
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 from fpmatch.drawing.words import degrees, number, positive_degrees, significant
 from fpmatch.pointset.pairing import greedy_pairs
-from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
+from fpmatch.pointset.paper.matcher import UnitCircleParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

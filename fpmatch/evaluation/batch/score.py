@@ -21,7 +21,7 @@ from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.pair_list import print_names
 from fpmatch.evaluation.score_file import check_format
 from fpmatch.matching.calibration import MAX_SCORE
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import check_writable
 from fpmatch.reading import group_by_note
 

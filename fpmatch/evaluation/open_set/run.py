@@ -17,7 +17,7 @@ from fpmatch.evaluation.open_set.report import IdentificationReport, Identificat
 from fpmatch.evaluation.open_set.roles import GROUPS, Roles, group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import search_all
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:

@@ -88,7 +88,7 @@ def _triangles(case: PointCase) -> PointMatch:
 
 def _paper(case: PointCase) -> PointMatch:
     from fpmatch.pointset.match import decided  # noqa: PLC0415
-    from fpmatch.pointset.unit_circle.matcher import (  # noqa: PLC0415
+    from fpmatch.pointset.paper.matcher import (  # noqa: PLC0415
         UnitCircleParameters,
         match_by_unit_circle,
     )

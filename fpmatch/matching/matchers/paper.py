@@ -1,13 +1,13 @@
 """Matcher "paper": the literal method of Choi, Lee and Lee on the positions of minutiae alone.
 
-`fpmatch.pointset.unit_circle.matcher` does the matching. This module converts positions to 500 dpi,
+`fpmatch.pointset.paper.matcher` does the matching. This module converts positions to 500 dpi,
 and the result to a `Comparison`. Directions, kinds and qualities are not used. A missing or
 spurious minutia changes every one-ring that contains it, so the error rates are high: the matcher
 is kept as the yardstick for the default one.
 
 It decides as the paper does: two prints match where more than a share ρ of the minutiae of the
 smaller template is paired. The calibrated score is reported, but decides only if a threshold is
-given. The docstring of `fpmatch.pointset.unit_circle.matcher` states what the
+given. The docstring of `fpmatch.pointset.paper.matcher` states what the
 paper leaves open, the choices made, and where the method departs from Fig. 7.
 """
 
@@ -22,14 +22,14 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching.result import Comparison, nothing_found
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.point_match import check_rho
-from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle.matcher import (
+from fpmatch.pointset.paper.matcher import (
     DEFAULT_RHO,
     UnitCircleParameters,
     match_prepared,
 )
-from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points
+from fpmatch.pointset.paper.prepared_points import PreparedPoints, prepare_points
+from fpmatch.pointset.point_match import check_rho
+from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

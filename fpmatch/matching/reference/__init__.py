@@ -22,24 +22,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import encode
-from fpmatch.matching.matchers.unit_circle import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
+from fpmatch.matching.pipeline.alignment import (
+    MAX_STRETCH,
+    MIN_PAIRS_FOR_SCALE,
+    AlignmentParameters,
+)
+from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.prepare import prepare as prepare_print
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.matching.reference.ridges import search_by_ridges
-from fpmatch.matching.score import load_weights
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from fpmatch.matching.neighbourhood import NeighbourhoodParameters
+    from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate
-    from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
 
 

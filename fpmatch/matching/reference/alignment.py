@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.pipeline.alignment import AlignmentParameters
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 
 if TYPE_CHECKING:

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching._amount_kernel import most_decades, quality_correction
+from fpmatch.matching.pipeline._kernels._amount_kernel import most_decades, quality_correction
+from fpmatch.matching.pipeline.evidence import Evidence, ScoreParameters, load_weights
+from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
-from fpmatch.matching.score import Evidence, ScoreParameters, load_weights
-from fpmatch.matching.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.matching.pipeline.score_model import ScoreModel
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.print_area import PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
-    from fpmatch.matching.score_model import ScoreModel
 
     Floats = NDArray[np.float64]
     Plane = NDArray[np.complex128]

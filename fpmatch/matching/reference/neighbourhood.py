@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy.spatial import KDTree
 
-from fpmatch.matching.local import LocalParameters
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.pipeline.local import LocalParameters
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.collinear import triangulate_collinear
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS
 from fpmatch.pointset.frames import UnitFrame
-from fpmatch.pointset.unit_circle.parametrize import ring_weights
+from fpmatch.pointset.paper.parametrize import ring_weights
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

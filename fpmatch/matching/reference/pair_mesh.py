@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.align import PairMeshParameters
+from fpmatch.matching.pipeline.alignment import PairMeshParameters
 from fpmatch.matching.reference.triangulation import chain, cross, ring_of, triangulate
-from fpmatch.pointset.unit_circle.parametrize import ring_angles, ring_weights
+from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

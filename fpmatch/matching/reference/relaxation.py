@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.align import RelaxationParameters
+from fpmatch.matching.pipeline.alignment import RelaxationParameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -36,11 +36,11 @@ from fpmatch.gallery.search import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.compact_template import CompactTemplates, compact, expand
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.packed_descriptors import COLUMNS, PackedDescriptors
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.prepare_compact import prepare_compact
+from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import packed_template

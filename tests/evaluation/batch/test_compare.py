@@ -8,7 +8,7 @@ from fpmatch.evaluation import comparison
 from fpmatch.evaluation.batch.plan import AllPairs, PairChunk
 from fpmatch.evaluation.batch.run import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.evaluation.batch.sources import pack
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 
 
 class OneByOne:

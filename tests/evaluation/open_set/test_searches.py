@@ -23,7 +23,7 @@ from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.fused_fingers import fuse_fingers
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.minutiae import Minutiae, Template
 
 MATCHER = get_matcher("unit-circle")

@@ -20,10 +20,10 @@ from fpmatch.evaluation.points.matchers import (
     is_installed,
     matcher_named,
 )
+from fpmatch.pointset.paper import matcher as unit_circle_matcher
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle import matcher as unit_circle_matcher
 
 needs_astroalign = pytest.mark.skipif(not is_installed("astroalign"), reason="an extra")
 MATCHERS = [

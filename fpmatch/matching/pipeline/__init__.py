@@ -1,0 +1,1 @@
+"""The default matcher, compiled: two prepared prints become pairs, evidence and similarity."""

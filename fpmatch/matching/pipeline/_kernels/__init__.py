@@ -1,0 +1,1 @@
+"""Kernels of the pipeline, each named after its step."""

@@ -1,0 +1,346 @@
+# mypy: ignore-errors
+"""Kernel: align two prints: pair their minutiae, one to one, and fit the transform of the pairs.
+
+The pairs come from hypotheses of the relaxed local matches (`_relaxation_kernel`). The Delaunay
+mesh of the pairs (`_pair_mesh_kernel`) predicts where every minutia of print A lies in print B;
+minutiae are paired again near their predictions. In a few such rounds the mesh grows and loses the
+pairs that do not fit their rings. One similarity transform (eq. 1) is fitted to the pairs.
+
+Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
+vector (c, s) of the direction. A transform is (c, s, x, y): the scale times cosine and sine of the
+rotation, and the shift.
+"""
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+from fpmatch.matching.pipeline._kernels._minutia_grid_kernel import MinutiaGrid
+from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
+from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
+
+COMPILED = cython.compiled
+
+DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `Aligner.fit`
+LEAST_SCALE = cython.declare(cython.double, 0.94)
+MOST_SCALE = cython.declare(cython.double, 1.06)
+MOST_PROPOSED = cython.declare(cython.int, 8)  # hypotheses besides those of the local matches
+FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
+
+
+@cython.final
+@cython.cclass
+class Aligner:
+    """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
+
+    The parameters are those of `pipeline.alignment`. ``predicted[:, i]`` is where minutia i of A
+    lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
+    ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
+    These are the pairs at hand. `keep` makes a value of them: row h of the arrays ``kept_...``, in
+    which hypothesis k of the local matches is row k, and others have the rows after these.
+    """
+
+    def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
+        p = parameters
+        self.size_a = self.size_b = 0
+        self.a = memoryview(np.empty((4, size_a)))
+        self.b = memoryview(np.empty((4, size_b)))
+        self.relaxation = Relaxation(relaxation, size_a, size_b)
+        self.mesh = PairMesh(mesh, size_a)
+        self.predicted = self.mesh.predicted
+        self.reach = memoryview(np.empty(size_a))
+        self.pairs = 0
+        self.paired = memoryview(np.empty(size_a, np.int32))
+        self.partner, self.former = map(memoryview, np.full((2, size_a), -1, np.int32))
+        self.weight = memoryview(np.zeros(size_a))
+        self.rival = memoryview(np.empty(size_b, np.int32))
+        self.rival_weight = memoryview(np.empty(size_b))
+        self.rows = p.hypotheses + MOST_PROPOSED
+        self.kept_pairs = memoryview(np.zeros(self.rows, np.int32))
+        self.kept_partner = memoryview(np.empty((self.rows, size_a), np.int32))
+        self.kept_weight = memoryview(np.empty((self.rows, size_a)))
+        self.kept_predicted = memoryview(np.empty((self.rows, 4, size_a)))
+        self.kept_transform = memoryview(np.empty((self.rows, 4)))
+        self.hypotheses = p.hypotheses
+        self.coarse_rounds = p.coarse_rounds
+        self.rounds = p.rounds
+        self.min_cosine = p.min_cosine
+        self.reach_px = p.reach_px
+        self.reach_per_px = p.reach_per_px
+        self.reach_limit_px = p.reach_limit_px
+        self.grid = MinutiaGrid(p.reach_limit_px, size_b)
+        self.c = 1.0
+        self.s = self.x = self.y = 0.0
+        self.measured_row = -1
+
+    def load_a(self, points, size):
+        """Take the first `size` columns of `points` as print A."""
+        self.size_a = size
+        for row in range(4):
+            for i in range(size):
+                self.a[row, i] = points[row, i]
+        return 0
+
+    def load_b(self, points, size):
+        """Take the first `size` columns of `points` as print B."""
+        self.size_b = size
+        for row in range(4):
+            for j in range(size):
+                self.b[row, j] = points[row, j]
+        return self.grid.load(self.b, size)
+
+    def relax(self, similarity):
+        """Select and relax the local matches; return how many candidates there are."""
+        return self.relaxation.load(self.a, self.size_a, self.b, self.size_b, similarity)
+
+    def start_hypothesis(self, k):
+        """Grow hypothesis k, the next one, coarsely; keep it in row k; return its number of pairs.
+
+        It is 0 where there are no more hypotheses, and where nothing is paired.
+        """
+        self.pairs = 0
+        self.measured_row = -1
+        if self.relaxation.hypothesis(self.size_a, k == 0, self.partner, self.weight) > 0:
+            self._list_pairs()
+            self._first_fit()
+            self.grow(self.coarse_rounds, False)
+            self.measured_row = k
+            self.relaxation.explain(self.partner)
+        return self.keep(k)
+
+    def refine(self, k):
+        """Grow the hypothesis kept in row k to the end; keep it there; return its pairs."""
+        measured: cython.bint = self.measured_row == k
+        self.measured_row = -1
+        for i in range(self.size_a):
+            self.partner[i] = self.kept_partner[k, i]
+            self.weight[i] = self.kept_weight[k, i]
+        self.c, self.s = self.kept_transform[k, 0], self.kept_transform[k, 1]
+        self.x, self.y = self.kept_transform[k, 2], self.kept_transform[k, 3]
+        if self._list_pairs() > 0:
+            if not measured:
+                self.measure()
+            self.grow(self.rounds - self.coarse_rounds, True)
+        return self.keep(k)
+
+    def start_from(self, i, j, row):
+        """Grow from minutia i of A and j of B alone, to the end; keep it; return its pairs."""
+        self.measured_row = -1
+        for k in range(self.size_a):
+            self.partner[k] = -1
+            self.weight[k] = 0.0
+        self.partner[i] = j
+        self.weight[i] = 1.0
+        self._list_pairs()
+        self._first_fit()
+        self.grow(self.rounds, False)
+        return self.keep(row)
+
+    def keep(self, row):
+        """Keep the pairs at hand in a row; return their number."""
+        self.kept_pairs[row] = self.pairs
+        self.kept_transform[row, 0], self.kept_transform[row, 1] = self.c, self.s
+        self.kept_transform[row, 2], self.kept_transform[row, 3] = self.x, self.y
+        for i in range(self.size_a):
+            self.kept_partner[row, i] = self.partner[i]
+            self.kept_weight[row, i] = self.weight[i]
+        for axis in range(4):
+            for i in range(self.size_a):
+                self.kept_predicted[row, axis, i] = self.predicted[axis, i]
+        return self.pairs
+
+    def copy_kept(self, row, transform, partner, weight, predicted):
+        """Copy what is kept in a row into arrays for the minutiae of A; return its pairs."""
+        for axis in range(4):
+            transform[axis] = self.kept_transform[row, axis]
+            for i in range(self.size_a):
+                predicted[axis, i] = self.kept_predicted[row, axis, i]
+        for i in range(self.size_a):
+            partner[i] = self.kept_partner[row, i]
+            weight[i] = self.kept_weight[row, i]
+        return self.kept_pairs[row]
+
+    def _list_pairs(self):
+        """List the minutiae of A that have a partner; return their number."""
+        self.pairs = 0
+        for i in range(self.size_a):
+            if self.partner[i] >= 0:
+                self.paired[self.pairs] = i
+                self.pairs += 1
+        return self.pairs
+
+    def _first_fit(self):
+        """Fit the transform to the pairs at hand, of which there is one at least."""
+        i: cython.Py_ssize_t = self.paired[0]
+        j: cython.Py_ssize_t = self.partner[i]
+        a, b = self.a, self.b
+        # of a single pair: its own directions and positions
+        self.c = a[2, i] * b[2, j] + a[3, i] * b[3, j]
+        self.s = a[2, i] * b[3, j] - a[3, i] * b[2, j]
+        self.x = b[0, j] - self.c * a[0, i] + self.s * a[1, i]
+        self.y = b[1, j] - self.s * a[0, i] - self.c * a[1, i]
+        return self.fit()
+
+    def grow(self, rounds, measured):
+        """Predict by the mesh of the pairs and pair again, in turn; then measure the mesh.
+
+        It ends early where no pair changes. Where already `measured`, the mesh at hand is that of
+        the pairs at hand, and so are its measures. Return the number of pairs. The reach of a
+        minutia grows with its distance from the nearest other pair.
+        """
+        for r in range(rounds):
+            if not measured:
+                self._predict(r > 0)
+                measured = r > 0
+            for i in range(self.size_a):
+                reach = self.reach_px + self.reach_per_px * self.mesh.nearest[i]
+                self.reach[i] = reach if reach < self.reach_limit_px else self.reach_limit_px
+                self.former[i] = self.partner[i]
+            self.pair()
+            changed: cython.bint = False
+            for i in range(self.size_a):
+                changed = changed or self.former[i] != self.partner[i]
+            if measured and not changed:
+                return self.pairs
+            self.fit()
+            measured = False
+            if self.pairs == 0:
+                return 0
+        return self.pairs if measured else self.measure()
+
+    def measure(self):
+        """Predict all minutiae by the mesh of the pairs at hand, measure and count the pairs."""
+        self._predict(True)
+        return self.pairs
+
+    def _predict(self, measured):
+        """Build the mesh of the pairs at hand, and predict by it."""
+        self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
+        return self.mesh.predict(
+            self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y, measured
+        )
+
+    def impose(self, partner, c, s, x, y):
+        """Take given pairs and a given transform for the alignment at hand, and measure them."""
+        for i in range(self.size_a):
+            self.partner[i] = partner[i]
+            self.weight[i] = 1.0 if partner[i] >= 0 else 0.0
+        self.c, self.s, self.x, self.y = c, s, x, y
+        self.measured_row = -1
+        self._list_pairs()
+        return self.measure()
+
+    def pair(self):
+        """Pair minutiae of A and of B that are each other's best partner.
+
+        `predicted` has the positions of those of A. A pair at distance d within the reach r of its
+        minutia, with directions at cosine t, weighs
+        ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
+        """
+        total = 0.0
+        candidates = 0
+        least = self.min_cosine
+        scale = 1.0 / (1.0 - least)
+        for j in range(self.size_b):
+            self.rival[j] = -1
+            self.rival_weight[j] = 0.0
+        for i in range(self.size_a):
+            self.partner[i] = -1
+            self.weight[i] = 0.0
+            x = self.predicted[0, i]
+            y = self.predicted[1, i]
+            place = (x - self.grid.x0) * self.grid.per_px
+            line = (y - self.grid.y0) * self.grid.per_px
+            if not (0.0 <= place < self.grid.columns and 0.0 <= line < self.grid.rows):
+                continue
+            row: cython.Py_ssize_t = int(line)
+            column: cython.Py_ssize_t = int(place)
+            cell = row * self.grid.columns + column
+            best = 0.0
+            best_j = -1
+            r2 = self.reach[i] * self.reach[i]
+            for e in range(self.grid.start[cell], self.grid.start[cell + 1]):
+                j = self.grid.item[e]
+                d2: cython.double = (self.b[0, j] - x) * (self.b[0, j] - x)
+                d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
+                cosine = self.predicted[2, i] * self.b[2, j] + self.predicted[3, i] * self.b[3, j]
+                # one test of both: one of them nearly always fails, each of them often does not
+                if not ((d2 < r2) & (cosine > least)):
+                    continue
+                value = (1.0 - 0.5 * d2 / r2) * (cosine - least) * scale
+                if value > best:
+                    best = value
+                    best_j = j
+                if value > self.rival_weight[j]:
+                    self.rival_weight[j] = value
+                    self.rival[j] = i
+            if best_j >= 0:
+                self.partner[i] = best_j
+                self.weight[i] = best
+                self.paired[candidates] = i
+                candidates += 1
+        self.pairs = 0
+        for e in range(candidates):
+            i = self.paired[e]
+            if self.rival[self.partner[i]] == i:
+                total += self.weight[i]
+                self.paired[self.pairs] = i
+                self.pairs += 1
+            else:
+                self.partner[i] = -1
+                self.weight[i] = 0.0
+        return total
+
+    @cython.locals(p=cython.Py_ssize_t)
+    def fit(self):
+        """Fit the similarity transform to the pairs by weighted least squares; return their number.
+
+        Directions count as positions do at 30 px from the middle, so that few pairs, or pairs close
+        together, determine the rotation. The scale is held within 6 % of one. With fewer than two
+        pairs the transform stays as it is.
+        """
+        n = self.pairs
+        total = amx = amy = bmx = bmy = 0.0
+        cosine = sine = spread = turn_c = turn_s = 0.0
+        for p in range(n):
+            i: cython.Py_ssize_t = self.paired[p]
+            j: cython.Py_ssize_t = self.partner[i]
+            w = self.weight[i]
+            total += w
+            amx += w * self.a[0, i]
+            amy += w * self.a[1, i]
+            bmx += w * self.b[0, j]
+            bmy += w * self.b[1, j]
+        if n < 2 or total <= 0.0:
+            return n
+        amx /= total
+        amy /= total
+        bmx /= total
+        bmy /= total
+        for p in range(n):
+            i = self.paired[p]
+            j = self.partner[i]
+            w = self.weight[i]
+            dx = self.a[0, i] - amx
+            dy = self.a[1, i] - amy
+            ex = self.b[0, j] - bmx
+            ey = self.b[1, j] - bmy
+            cosine += w * (dx * ex + dy * ey)
+            sine += w * (dx * ey - dy * ex)
+            spread += w * (dx * dx + dy * dy)
+            turn_c += w * (self.a[2, i] * self.b[2, j] + self.a[3, i] * self.b[3, j])
+            turn_s += w * (self.a[2, i] * self.b[3, j] - self.a[3, i] * self.b[2, j])
+        scale = sqrt(cosine * cosine + sine * sine) / spread if spread > 0.0 else 1.0
+        if n < FEWEST_FOR_SCALE:
+            scale = 1.0
+        scale = min(max(scale, LEAST_SCALE), MOST_SCALE)
+        cosine += DIRECTION_ARM2 * turn_c
+        sine += DIRECTION_ARM2 * turn_s
+        length = sqrt(cosine * cosine + sine * sine)
+        if length <= 0.0:
+            return n
+        self.c = scale * cosine / length
+        self.s = scale * sine / length
+        self.x = bmx - self.c * amx + self.s * amy
+        self.y = bmy - self.s * amx - self.c * amy
+        return n

@@ -1,0 +1,263 @@
+# mypy: ignore-errors
+"""Kernel: the evidence in an alignment of two prints, and its weighted sum.
+
+A transform is (c, s, x, y) as `_alignment_kernel` has it; ``evidence`` has the entries named below.
+"""
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import log, sqrt
+
+from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
+
+if cython.compiled:
+    from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
+else:
+    from fpmatch.matching.pipeline._kernels import _amount_kernel as amount
+
+# Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
+PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
+FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES = range(8, 17)
+MIDDLE, SPREAD, WEIGHT, IMPOSTOR = range(4)
+PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS = range(7)
+WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = range(4)
+
+# The result for prints that the prefilter rejects, below those of nearly all that are aligned, and
+# what a unit of their shortfall takes off.
+REJECTED = cython.declare(cython.double, -5.0)
+SHORTFALL = cython.declare(cython.double, 0.25)
+
+TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
+PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
+LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
+LOG_10 = cython.declare(cython.double, 2.302585092994046)
+FEATURES = cython.declare(cython.Py_ssize_t, 13)
+LEAST_RELAXED = cython.declare(cython.double, 0.01)  # added before the logarithm is taken
+
+
+@cython.final
+@cython.cclass
+class EvidenceScorer:
+    """Score alignments of two prints, of which B has up to `room` minutiae.
+
+    The model depends on which prints have ridge images. `evidence` and `feature` are those of the
+    alignment scored last.
+    """
+
+    def __init__(self, score, weights, room) -> None:
+        self.evidence = memoryview(np.zeros(ENTRIES))
+        self.feature = memoryview(np.zeros(FEATURES))
+        self.standard = memoryview(weights.standard)
+        self.limits = memoryview(weights.limits)
+        self.quantiles = memoryview(weights.quantiles)
+        self.term = memoryview(np.zeros(TERMS))
+        self.model = 0
+        self.total = 0.0
+        self.decade = 1.0
+        self.paired_b = memoryview(np.empty(room, np.int32))
+        self.correlator = RidgeCorrelator(room)
+        self.small_area = weights.small_area
+        self.margin = score.margin_px
+        self.hull_margin = score.hull_margin_px
+        self.doubt_pairs = score.doubt_pairs
+        self.doubt_cells = score.doubt_cells
+        self.doubt_minutiae = score.doubt_minutiae
+        self.usual_correlation = score.usual_correlation
+
+    def last_evidence(self) -> tuple:
+        """Return the evidence and the features of the alignment scored last, as lists."""
+        evidence = [self.evidence[k] for k in range(ENTRIES)]
+        return evidence, [self.feature[k] for k in range(FEATURES)]
+
+    def choose_model(self, ridges_a, ridges_b, area):
+        """Choose the model by which prints have ridge images, and by the area; return its number.
+
+        `area` is that of the smaller print, in square pixels at 500 dpi.
+        """
+        if ridges_a and ridges_b:
+            self.model = SMALL_WITH_RIDGES if area <= self.small_area else WITH_RIDGES
+        else:
+            self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
+        return self.model
+
+    def prefilter_shortfall(self, weight, smaller):
+        """Return by how much the prefilter's score `weight` falls short; positive if rejected.
+
+        `smaller` is the number of minutiae of the smaller print. The model is chosen before.
+        """
+        enough = self.limits[self.model, PREFILTER_BASE]
+        enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
+        return min(enough, self.limits[self.model, PREFILTER_LIMIT]) - weight
+
+    def prefilter_rejected(self, shortfall):
+        """Return what stands for -ln(FMR) of prints that the prefilter rejects."""
+        return REJECTED - SHORTFALL * shortfall
+
+    def score_alignment(self, a, b, aligner, similarity):
+        """Score the alignment at hand in the aligner; return -ln(FMR) as `condition` estimates it.
+
+        The ridges are compared only if the sum of the minutiae passes the refine threshold.
+        """
+        self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
+        total = self.weigh(a, b, aligner, similarity, False)
+        if total > self.limits[self.model, REFINE]:
+            total = self._compare_ridges(a, b, aligner)
+        return self.condition(total)
+
+    def refine_threshold(self):
+        """Return the sum beyond which a hypothesis is grown to the end."""
+        return self.limits[self.model, REFINE]
+
+    def confident_threshold(self):
+        """Return the sum beyond which no other hypothesis is tried."""
+        return self.limits[self.model, CONFIDENT]
+
+    def relaxation_threshold(self):
+        """Return the strength of the local matches below which they are weak."""
+        return self.limits[self.model, RELAXATION]
+
+    def is_small(self):
+        """Return whether all pairs of minutiae are tried in a search by ridges."""
+        return self.model == SMALL_WITH_RIDGES
+
+    def weigh(self, a, b, aligner, similarity, ridges):
+        """Weigh the evidence in the alignment at hand, `ridges` compared if true; return the sum.
+
+        The model is chosen before.
+        """
+        self._gather(a, b, aligner, similarity)
+        if ridges and a.has_ridges and b.has_ridges:
+            return self._compare_ridges(a, b, aligner)
+        return self._total()
+
+    def score(self, evidence, row):
+        """Return -ln(FMR) of evidence that was weighed before, as `condition` estimates it."""
+        for k in range(ENTRIES):
+            self.evidence[k] = evidence[row, k]
+        return self.condition(self._total())
+
+    def _compare_ridges(self, a, b, aligner):
+        """Correlate the ridges, warped by the mesh of pairs; return the weighted sum."""
+        c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
+        if self.correlator.compare(a, b, aligner.mesh, c, s, x, y) > 0:
+            self.evidence[RIDGES] = self.correlator.correlation
+            self.evidence[CELLS] = self.correlator.cells
+        return self._total()
+
+    def describe(self):
+        """Turn the evidence into features; see `fpmatch.matching.pipeline.evidence`."""
+        pairs = self.evidence[PAIRS]
+        per_pair = 1.0 / (1.0 + pairs)
+        self.feature[0] = log(LEAST_RELAXED + self.evidence[RELAXED])
+        self.feature[1] = self.evidence[PLACES] * per_pair
+        self.feature[2] = self.evidence[WEIGHTS] * per_pair
+        self.feature[3] = self.evidence[FULLNESS] * per_pair
+        self.feature[4] = self.evidence[TURNED] * per_pair
+        self.feature[5] = self.evidence[STRAIN]
+        self.feature[6] = log(1.0 + self.evidence[LOCAL])
+        self.feature[7] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
+        self.feature[8] = self.evidence[OVERLAP]
+        self.feature[9] = pairs / (self.evidence[FEWEST] + self.doubt_minutiae)
+        if self.evidence[CELLS] > 0.0:
+            self.feature[10] = self.evidence[RIDGES]
+            self.feature[11] = log(self.evidence[CELLS] + self.doubt_cells)
+            self.feature[12] = self.evidence[RIDGES] - self.usual_correlation
+            self.feature[12] *= sqrt(self.evidence[CELLS])
+        else:
+            for k in range(10, 13):
+                self.feature[k] = self.standard[self.model, IMPOSTOR, k]
+        return 0
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def condition(self, total):
+        """Return -ln(FMR) of a weighted sum, given how much was compared.
+
+        The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
+        the area in the common region; beyond and between them the tail is exponential, up to
+        `most_decades`. The model is chosen, and the evidence gathered, before. `total` keeps the
+        sum, `decade` by how much it rises where the FMR falls tenfold.
+        """
+        low = high = 0.0
+        self.total = total
+        # the geometric mean of a print's minutiae in the common region and of the smaller's in all
+        minutiae = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
+        amount.describe_amount(minutiae, self.evidence[AREA], self.term)
+        for k in range(TERMS):
+            low += self.quantiles[self.model, 0, k] * self.term[k]
+            high += self.quantiles[self.model, 1, k] * self.term[k]
+        self.decade = high = max(high - low, LEAST_SPREAD)
+        ridges = self.evidence[RIDGES] - self.usual_correlation
+        cells = self.evidence[CELLS]
+        limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
+        return LOG_10 * min(2.0 + (total - low) / high, limit)
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def _total(self):
+        """Return the weighted sum of the features."""
+        m: cython.Py_ssize_t = self.model
+        total = self.limits[m, BIAS]
+        self.describe()
+        for k in range(FEATURES):
+            apart = self.standard[m, WEIGHT, k] * (self.feature[k] - self.standard[m, MIDDLE, k])
+            total += apart / self.standard[m, SPREAD, k]
+        return total
+
+    def _gather(self, a, b, aligner, similarity):
+        """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
+        pairs = local = common = common_b = 0.0
+        unpaired = unpaired_b = squares = squares_b = 0.0
+        partner, predicted = aligner.partner, aligner.predicted
+        c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
+        scale = c * c + s * s
+        margin_a = self.margin if a.has_flow else self.hull_margin
+        margin_b = self.margin if b.has_flow else self.hull_margin
+        for j in range(b.size):
+            self.paired_b[j] = 0
+        for i in range(a.size):
+            squares += a.quality[i] * a.quality[i]
+            j = partner[i]
+            if j >= 0:
+                pairs += 1.0
+                common += 1.0
+                local += float(similarity[i, j])
+                self.paired_b[j] = 1
+            elif b.contains(predicted[0, i], predicted[1, i]):
+                common += 1.0
+                if b.contains_with_margin(predicted[0, i], predicted[1, i], margin_b):
+                    unpaired += a.quality[i] * a.quality[i]
+        for j in range(b.size):
+            squares_b += b.quality[j] * b.quality[j]
+            if self.paired_b[j]:
+                common_b += 1.0
+                continue
+            qx = b.points[0, j] - x
+            qy = b.points[1, j] - y
+            px = (c * qx + s * qy) / scale
+            py = (c * qy - s * qx) / scale
+            if a.contains(px, py):
+                common_b += 1.0
+                if a.contains_with_margin(px, py, margin_a):
+                    unpaired_b += b.quality[j] * b.quality[j]
+        self.evidence[PAIRS] = pairs
+        self.evidence[LOCAL] = local
+        unpaired *= amount.quality_correction(squares, a.size)
+        unpaired_b *= amount.quality_correction(squares_b, b.size)
+        self.evidence[UNPAIRED] = unpaired + unpaired_b
+        self.evidence[COMMON] = common + common_b
+        self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
+        self.evidence[PLACES] = aligner.mesh.places
+        self.evidence[WEIGHTS] = aligner.mesh.weights
+        self.evidence[FULLNESS] = aligner.mesh.full
+        self.evidence[TURNED] = aligner.mesh.turned
+        self.evidence[STRAIN] = aligner.mesh.mean_strain()
+        self.evidence[FEWEST] = min(a.size, b.size)
+        self.evidence[RIDGES] = self.evidence[CELLS] = self.evidence[OVERLAP] = 0.0
+        self.evidence[AREA] = self.evidence[CHANCE] = 0.0
+        smaller = amount.smaller_area(a, b)
+        if smaller > 0.0:
+            area = min(amount.common_cells(a, b, c, s, x, y) * (a.step * a.step), smaller)
+            self.evidence[OVERLAP] = area / smaller
+            self.evidence[AREA] = area
+            if area > 0.0:
+                self.evidence[CHANCE] = common * common_b * PAIR_AREA / area
+        return 0

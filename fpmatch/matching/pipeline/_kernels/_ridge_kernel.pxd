@@ -1,0 +1,43 @@
+# Types of the kernel, and what other kernels may use of it.
+from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
+from fpmatch.matching._template_view_kernel cimport TemplateView
+
+
+cdef class RidgeCorrelator:
+    cdef readonly double correlation
+    cdef readonly int cells
+    cdef const unsigned long long[::1] spread, kept
+    cdef const int[::1] sample_row, sample_column
+    cdef double[:, ::1] offset, drift, vertex
+    cdef Py_ssize_t blocks
+    cdef unsigned long long[::1] ridge_image
+    cdef unsigned long long[:, ::1] agreeing, wide
+    cdef unsigned char[::1] both
+    cdef double c, s, x, y
+
+    cpdef int compare(
+        self, TemplateView a, TemplateView b, PairMesh mesh, double c, double s, double x, double y
+    ) noexcept nogil
+    cpdef int compare_rigid(
+        self, TemplateView a, TemplateView b, double c, double s, double x, double y
+    ) noexcept nogil
+    cpdef int copy_cells(self, TemplateView a, double[:, :, ::1] cells) noexcept
+    cdef bint _take(
+        self, TemplateView a, TemplateView b, double c, double s, double x, double y
+    ) noexcept nogil
+    cdef int _correlate(self, TemplateView a, TemplateView b) noexcept nogil
+    cdef int _leave_in_place(self, TemplateView a) noexcept nogil
+    cdef int _gather(self, TemplateView a, TemplateView b) noexcept nogil
+    cdef int _displace(self, TemplateView a, PairMesh mesh) noexcept nogil
+    cdef double _mapped(
+        self, Py_ssize_t axis, Py_ssize_t p, Py_ssize_t q, Py_ssize_t r, double at_q, double at_r
+    ) noexcept nogil
+    cdef int _within(self, double line, int lines) noexcept nogil
+    cdef int _count_block(self, TemplateView a, TemplateView b, int top, int left) noexcept nogil
+    cdef int _count(
+        self, TemplateView a, TemplateView b, int row, int column, double x, double y
+    ) noexcept nogil
+    cdef unsigned long long _rows_from(
+        self, Py_ssize_t cell, Py_ssize_t below, int down
+    ) noexcept nogil
+    cdef double _best_shift(self, Py_ssize_t own, Py_ssize_t wide) noexcept nogil

@@ -1,0 +1,338 @@
+# mypy: ignore-errors
+"""Kernel: the correlation of the ridges of two prints whose minutiae are aligned.
+
+A cell of a print has a binary ridge image of 8 by 8 bits: bit ``8 * row + column`` is set on a
+ridge. Each cell is displaced by the mesh of the paired minutiae around it (`_pair_mesh_kernel`).
+"""
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import ceil, floor
+
+from fpmatch.matching._ridge_sample_kernel import SAMPLES
+
+FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
+SIDE = cython.declare(cython.int, 8)  # bits along a cell
+REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis
+SHIFTS = cython.declare(cython.int, 5)  # 2 * REACH + 1
+FEWEST_AROUND = cython.declare(cython.int, 4)  # cells of 3 by 3 that must be in both prints
+MOST_CELLS = cython.declare(cython.int, 16384)
+ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
+TOPS = cython.declare(cython.ulonglong, 0x8080808080808080)  # of the bytes of a word
+FIVE = cython.declare(cython.ulonglong, 31)
+MISSING = cython.declare(cython.double, float("nan"))
+
+
+@cython.final
+@cython.cclass
+class RidgeCorrelator:
+    """Compare the ridges of two prints, cell by cell, where they lie on one another.
+
+    A cell of A is in both prints where its middle lies in B; it is compared with the cells that
+    touch it, where at least four of these nine are in both. Eight of its bits are looked up in B,
+    which has a valley wherever it has no cell; of all shifts, that under which the most of them
+    agree counts.
+
+    There is room for so many pairs of minutiae. After `compare`, `cells` is the number of cells
+    that could be compared, `correlation` their mean correlation, -1 to 1.
+    """
+
+    def __init__(self, room) -> None:
+        self.correlation = 0.0
+        self.cells = 0
+        bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
+        # five bits, one a byte
+        self.spread = memoryview(((bits >> k[:SHIFTS] & 1) << 8 * k[:SHIFTS]).sum(axis=1))
+        # the bits of a cell that stay in its rows if it is shifted by so many columns
+        self.kept = memoryview((255 >> k[:SIDE]) * np.uint64(0x0101010101010101))
+        self.sample_row = memoryview(np.array([row for row, _ in SAMPLES], np.int32))
+        self.sample_column = memoryview(np.array([column for _, column in SAMPLES], np.int32))
+        self.offset = memoryview(np.zeros((2, len(SAMPLES))))
+        self.ridge_image = memoryview(np.zeros(MOST_CELLS, np.uint64))
+        self.agreeing, self.wide = map(memoryview, np.zeros((2, MOST_CELLS, SHIFTS), np.uint64))
+        self.both = memoryview(np.zeros(MOST_CELLS, np.uint8))
+        self.drift = memoryview(np.zeros((MOST_CELLS, 2)))
+        self.blocks = 0
+        self.vertex = memoryview(np.zeros((room + FRAME, 2)))
+        self.c = 1.0
+        self.s = self.x = self.y = 0.0
+
+    def compare(self, a, b, mesh, c, s, x, y):
+        """Align A with B, warped by the mesh of pairs; return the number of cells compared.
+
+        The mesh is built by the same transform. Where a print area has more than 16,384 cells,
+        including its border, none are compared.
+        """
+        if not self._take(a, b, c, s, x, y):
+            return 0
+        self._displace(a, mesh)
+        return self._correlate(a, b)
+
+    def compare_rigid(self, a, b, c, s, x, y):
+        """Align A with B by the transform alone; return the number of cells compared."""
+        if not self._take(a, b, c, s, x, y):
+            return 0
+        self._leave_in_place(a)
+        return self._correlate(a, b)
+
+    def _take(self, a, b, c, s, x, y):
+        """Take two prints and a transform; return whether their ridges can be compared."""
+        wide: cython.Py_ssize_t = a.columns + 2
+        self.correlation = 0.0
+        self.cells = 0
+        if not (a.has_ridges and b.has_ridges):
+            return False
+        if (a.rows + 2) * wide > MOST_CELLS:
+            return False
+        wide = b.columns + 4
+        if (b.rows + 4) * wide > MOST_CELLS:
+            return False
+        self.c, self.s, self.x, self.y = c, s, x, y
+        self._gather(a, b)
+        return True
+
+    @cython.locals(r=cython.Py_ssize_t, row=cython.int, column=cython.int)
+    def _correlate(self, a, b):
+        """Compare the cells where they are displaced to; return how many could be compared."""
+        wide = a.columns + 2
+        for k in range((a.rows + 2) * wide):
+            self.both[k] = 0
+            for r in range(SHIFTS):
+                self.agreeing[k, r] = 0
+        for row in range(0, a.rows, 2):
+            for column in range(0, a.columns, 2):
+                self._count_block(a, b, row, column)
+        for k in range(1, (a.rows + 2) * wide - 1):
+            for r in range(SHIFTS):
+                self.wide[k, r] = self.agreeing[k - 1, r] + self.agreeing[k, r]
+                self.wide[k, r] += self.agreeing[k + 1, r]
+        for row in range(a.rows):
+            for column in range(a.columns):
+                own = (row + 1) * wide + column + 1
+                if self.both[own]:
+                    self.correlation += self._best_shift(own, wide)
+        if self.cells > 0:
+            self.correlation = self.correlation / self.cells
+        return self.cells
+
+    def copy_cells(self, a, cells):
+        """Write the cells of the last comparison, of A, into `cells`, (3, rows, columns).
+
+        It writes their correlation and where their middle lies in B; NaN where a cell of A was not
+        compared.
+        """
+        wide = a.columns + 2
+        half = 0.5 * a.step - 0.5
+        for row in range(a.rows):
+            for column in range(a.columns):
+                own = (row + 1) * wide + column + 1
+                k = row // 2 * self.blocks + column // 2
+                found = self.cells
+                value = self._best_shift(own, wide) if self.both[own] else 0.0
+                if self.cells == found:  # too few of the cells around it are in both prints
+                    cells[0, row, column] = cells[1, row, column] = cells[2, row, column] = MISSING
+                    continue
+                self.cells = found
+                px = (a.first_column + column) * a.step + half
+                py = -((a.first_row + row) * a.step + half)
+                cells[0, row, column] = value
+                cells[1, row, column] = self.c * px - self.s * py + self.x + self.drift[k, 0]
+                cells[2, row, column] = self.s * px + self.c * py + self.y + self.drift[k, 1]
+        return 0
+
+    def _gather(self, a, b):
+        """Gather B's ridge image with two empty cells around it, and the samples' positions."""
+        bit = a.step / SIDE
+        per_bit = SIDE / b.step
+        wide = b.columns + 4
+        for k in range((b.rows + 4) * wide):
+            self.ridge_image[k] = 0
+        k = b.cell_at
+        for row in range(b.rows):
+            for column in range(b.columns):
+                self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
+                k += 1
+        for k in range(self.sample_row.shape[0]):
+            px = (float(self.sample_column[k]) - 3.5) * bit
+            py = -(float(self.sample_row[k]) - 3.5) * bit
+            self.offset[0, k] = (self.c * px - self.s * py) * per_bit
+            self.offset[1, k] = -(self.s * px + self.c * py) * per_bit
+        return 0
+
+    def _leave_in_place(self, a):
+        """Let all blocks be where the transform maps them."""
+        self.blocks = (a.columns + 1) // 2
+        for k in range(((a.rows + 1) // 2) * self.blocks):
+            self.drift[k, 0] = self.drift[k, 1] = 0.0
+        return 0
+
+    @cython.locals(p=cython.Py_ssize_t, q=cython.Py_ssize_t, r=cython.Py_ssize_t)
+    def _displace(self, a, mesh):
+        """Write how far from the transform the mesh moves each block of two by two cells.
+
+        A block is moved as its middle is; a triangle of the mesh is mapped affinely. A pair lies
+        halfway between the partner and where its ring predicts it: so noise is less.
+        """
+        rows: cython.int = (a.rows + 1) // 2
+        columns: cython.int = (a.columns + 1) // 2
+        side = 2.0 * a.step
+        # the middle of the first block
+        left = (a.first_column + 1.0) * a.step
+        top = -(a.first_row + 1.0) * a.step
+        self._leave_in_place(a)
+        if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
+            return 0
+        for k in range(mesh.vertices):
+            i: cython.Py_ssize_t = mesh.owner[k]
+            self.vertex[k, 0], self.vertex[k, 1] = mesh.bx[k], mesh.by[k]
+            if i >= 0:
+                self.vertex[k, 0] = 0.5 * (mesh.bx[k] + mesh.predicted[0, i])
+                self.vertex[k, 1] = 0.5 * (mesh.by[k] + mesh.predicted[1, i])
+        for t in range(mesh.triangles):
+            p, q, r = mesh.corner[t, 0], mesh.corner[t, 1], mesh.corner[t, 2]
+            if mesh.owner[p] < 0 and mesh.owner[q] < 0 and mesh.owner[r] < 0:
+                continue
+            px, py = mesh.ax[p], mesh.ay[p]
+            ux, uy = mesh.ax[q] - px, mesh.ay[q] - py
+            vx, vy = mesh.ax[r] - px, mesh.ay[r] - py
+            area = ux * vy - uy * vx
+            low, high = px + min(ux, vx, 0.0), px + max(ux, vx, 0.0)
+            first_column = self._within(ceil((low - left) / side), columns)
+            last_column = self._within(floor((high - left) / side) + 1.0, columns)
+            low, high = py + min(uy, vy, 0.0), py + max(uy, vy, 0.0)
+            first_row = self._within(ceil((top - high) / side), rows)
+            last_row = self._within(floor((top - low) / side) + 1.0, rows)
+            for row in range(first_row, last_row):
+                for column in range(first_column, last_column):
+                    low = left + column * side - px
+                    high = top - row * side - py
+                    at_q = low * vy - high * vx
+                    at_r = ux * high - uy * low
+                    # one test of all three: a branch for each would go either way as often
+                    if (at_q >= 0.0) & (at_r >= 0.0) & (at_q + at_r <= area):
+                        k = row * columns + column
+                        at_q, at_r = at_q / area, at_r / area
+                        low, high = low + px, high + py
+                        self.drift[k, 0] = self._mapped(0, p, q, r, at_q, at_r)
+                        self.drift[k, 0] -= self.c * low - self.s * high + self.x
+                        self.drift[k, 1] = self._mapped(1, p, q, r, at_q, at_r)
+                        self.drift[k, 1] -= self.s * low + self.c * high + self.y
+        return 0
+
+    def _mapped(self, axis, p, q, r, at_q, at_r):
+        """Return x or y of a place in B, given its share of two sides of a triangle."""
+        origin = self.vertex[p, axis]
+        place = origin + at_q * (self.vertex[q, axis] - origin)
+        return place + at_r * (self.vertex[r, axis] - origin)
+
+    def _within(self, line, lines):
+        """Return a row or column of blocks, one of the first or the last where it lies beyond."""
+        if not line > 0.0:
+            return 0
+        return int(line) if line < lines else lines
+
+    @cython.locals(row=cython.int, column=cython.int)
+    def _count_block(self, a, b, top, left):
+        """Displace two by two cells as the mesh does; count in each."""
+        k = (top // 2) * self.blocks + left // 2
+        half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
+        for row in range(top, min(top + 2, a.rows)):
+            for column in range(left, min(left + 2, a.columns)):
+                if a.cell[a.cell_at + row * a.columns + column]:
+                    px = (a.first_column + column) * a.step + half
+                    py = -((a.first_row + row) * a.step + half)
+                    dx = self.c * px - self.s * py + self.x + self.drift[k, 0]
+                    dy = self.s * px + self.c * py + self.y + self.drift[k, 1]
+                    if b.contains(dx, dy):
+                        self._count(a, b, row, column, dx, dy)
+        return 0
+
+    @cython.locals(
+        ones=cython.ulonglong, twos=cython.ulonglong,
+        fours=cython.ulonglong, eights=cython.ulonglong,
+    )  # fmt: skip
+    def _count(self, a, b, row, column, x, y):
+        """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
+        wide = b.columns + 4
+        own = (row + 1) * (a.columns + 2)
+        ridges = a.ridges[a.cell_at + row * a.columns + column]
+        # of the counts of samples at all shifts, the ones, twos, fours and eights
+        ones = twos = fours = eights = 0
+        per_bit = SIDE / b.step
+        # the window of shifts begins before the sample, the ridge image two cells before B
+        middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
+        middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
+        most_u = SIDE * (b.columns + 3.0)
+        most_v = SIDE * (b.rows + 3.0)
+        own += column + 1
+        self.both[own] = 1
+        for k in range(self.sample_row.shape[0]):
+            bit_u = middle_u + self.offset[0, k]
+            bit_v = middle_v + self.offset[1, k]
+            near: cython.ulonglong = 0
+            if 0.0 <= bit_u < most_u and 0.0 <= bit_v < most_v:
+                u: cython.int = int(bit_u)
+                v: cython.int = int(bit_v)
+                cell = (v >> 3) * wide + (u >> 3)
+                down: cython.int = SIDE * (v & 7)
+                u &= 7
+                near = self._rows_from(cell, cell + wide, down)
+                far = self._rows_from(cell + 1, cell + wide + 1, down)
+                kept = self.kept[u]
+                near = ((near >> u) & kept) | (((far << (SIDE - u)) & ALL) & (kept ^ ALL))
+            down = SIDE * self.sample_row[k]
+            down += self.sample_column[k]
+            if not (ridges >> down) & 1:
+                near ^= ALL
+            far = ones & near
+            ones ^= near
+            near = twos & far
+            twos ^= far
+            far = fours & near
+            fours ^= near
+            eights ^= far
+        for r in range(SHIFTS):
+            self.agreeing[own, r] = (
+                self.spread[(ones >> (SIDE * r)) & FIVE]
+                + ((self.spread[(twos >> (SIDE * r)) & FIVE]) << 1)
+                + ((self.spread[(fours >> (SIDE * r)) & FIVE]) << 2)
+                + ((self.spread[(eights >> (SIDE * r)) & FIVE]) << 3)
+            )
+        return 0
+
+    def _rows_from(self, cell, below, down):
+        """Return eight rows of the ridge image from bit `down` of a cell on, and of that below."""
+        upper = self.ridge_image[cell] >> down
+        lower = self.ridge_image[below] << (63 - down)
+        return upper | ((lower << 1) & ALL)
+
+    @cython.locals(around=cython.int, best=cython.int, most=cython.ulonglong)
+    def _best_shift(self, own, wide):
+        """Return the correlation of a cell at the shift that suits it and those around it best.
+
+        Counts are the bytes of words, each below 128.
+        """
+        around = best = most = 0
+        for r in range(3):
+            k = own + (r - 1) * wide
+            around += self.both[k - 1] + self.both[k] + self.both[k + 1]
+        if around < FEWEST_AROUND:
+            return 0.0
+        for r in range(SHIFTS):
+            total: cython.ulonglong = self.wide[own - wide, r]
+            total += self.wide[own, r]
+            total += self.wide[own + wide, r]
+            greater = ((((total | TOPS) - most) & TOPS) >> 7) * 255
+            most = (total & greater) | (most & (greater ^ ALL))
+        for k in range(SHIFTS):
+            count: cython.int = (most >> (SIDE * k)) & 255
+            best = max(best, count)
+        self.cells += 1
+        return 2.0 * best / (self.sample_row.shape[0] * around) - 1.0
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import ridges
+
+    RidgeCorrelator._gather = ridges.gather
+    RidgeCorrelator._correlate = ridges.correlate

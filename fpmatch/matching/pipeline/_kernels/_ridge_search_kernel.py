@@ -1,0 +1,274 @@
+# mypy: ignore-errors
+"""Kernel: search by the ridges for transforms that align two prints.
+
+Each pair of minutiae, one of each print, fixes a transform: the one that maps position and
+direction of the first to those of the second. The pairs under which the ridge orientation of the
+smaller print agrees best with that of the larger are kept; of these, those under which the ridges
+themselves correlate best, each with a transform of its own.
+
+A small print has few minutiae with incomplete neighbourhoods, so that local matches are not
+reliable: all pairs are tried. Of larger prints only the candidates of the relaxed local matches
+are tried.
+"""
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+COMPILED = cython.compiled
+
+CODES = cython.declare(cython.int, 256)  # of the orientation; 0 is none
+SAMPLES = cython.declare(cython.int, 24)  # cells whose orientation is compared, at most
+ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
+FOUND = cython.declare(cython.int, 8)  # pairs found, at most
+
+
+@cython.final
+@cython.cclass
+class RidgeSearch:
+    """The pairs of minutiae under which the ridges of one print agree with those of another.
+
+    `parameters` are a `pipeline.ridges.RidgeSearchParameters`. After a search, the pairs are
+    ``(first[k], second[k])`` of print A and print B, ``value[k]`` what their ridges amount to, the
+    best first.
+    """
+
+    def __init__(self, parameters) -> None:
+        p = parameters
+        angle = 2.0 * np.pi * (np.arange(CODES) - 1.0) / (CODES - 1)
+        self.flow_c = memoryview(np.cos(angle))
+        self.flow_s = memoryview(np.sin(angle))
+        self.sample, self.sample_flow = map(memoryview, np.zeros((2, 2, SAMPLES)))
+        self.samples = 0
+        self.best_flow = memoryview(np.zeros(ROOM))
+        self.best_own, self.best_other = map(memoryview, np.zeros((2, ROOM), np.int32))
+        self.count = 0
+        self.most_compared = max(1, min(p.compared, ROOM))
+        self.most_found = max(1, min(p.found, FOUND))
+        self.most_candidates = max(1, min(p.candidates, ROOM))
+        self.room = self.most = 1
+        self.min_flow = self.min_value = 0.0
+        self.first, self.second = map(memoryview, np.zeros((2, FOUND), np.int32))
+        self.value = memoryview(np.zeros(FOUND))
+        self.transform = memoryview(np.zeros((FOUND, 4)))
+        self.c = 1.0
+        self.s = self.x = self.y = self.middle_x = self.middle_y = 0.0
+        self.least_common = p.least_common
+        self.least_flow = p.least_flow
+        self.candidate_flow = p.candidate_flow
+        self.candidate_value = p.candidate_value
+        self.usual_correlation = p.usual_correlation
+        self.apart_px = p.apart_px
+        self.apart_cosine = p.apart_cosine
+
+    def search(self, a, b, correlator):
+        """Find pairs among all of two prints that show their ridges; return their number."""
+        self.room, self.most, self.count = self.most_compared, self.most_found, 0
+        self.min_flow, self.min_value = self.least_flow, 0.0
+        if _is_smaller(a, b):
+            self._select(a, b)
+            return self._compare(a, b, correlator)
+        self._select(b, a)
+        return self._swapped(self._compare(b, a, correlator))
+
+    def search_candidates(self, a, b, relaxation, correlator):
+        """Find a pair among the candidates of two prints; return whether there is one."""
+        smaller = _is_smaller(a, b)
+        self.room, self.most, self.count = self.most_candidates, 1, 0
+        self.min_flow, self.min_value = self.candidate_flow, self.candidate_value
+        if smaller:
+            self._take_samples(a)
+            self._offer_all(a, relaxation.first, b, relaxation.second, relaxation.count)
+            return self._compare(a, b, correlator)
+        self._take_samples(b)
+        self._offer_all(b, relaxation.second, a, relaxation.first, relaxation.count)
+        return self._swapped(self._compare(b, a, correlator))
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def _swapped(self, found):
+        """Exchange the minutiae of the pairs found; return how many there are."""
+        for k in range(found):
+            self.first[k], self.second[k] = self.second[k], self.first[k]
+        return found
+
+    def _take_samples(self, small):
+        """Take cells of the smaller print, spread evenly over its rows; return their number."""
+        passed = 0
+        place = small.cell_at
+        cells: cython.Py_ssize_t = small.inside
+        self.samples = 0
+        self.middle_x = self.middle_y = 0.0
+        for row in range(small.rows):
+            for column in range(small.columns):
+                code: cython.int = small.cell[place]
+                place += 1
+                if code == 0:
+                    continue
+                # of every stretch of cells / SAMPLES cells the first
+                if passed * SAMPLES >= self.samples * cells and self.samples < SAMPLES:
+                    x = (small.first_column + column + 0.5) * small.step
+                    y = -(small.first_row + row + 0.5) * small.step
+                    self.sample[0, self.samples] = x
+                    self.sample[1, self.samples] = y
+                    self.sample_flow[0, self.samples] = self.flow_c[code]
+                    self.sample_flow[1, self.samples] = self.flow_s[code]
+                    self.middle_x += x
+                    self.middle_y += y
+                    self.samples += 1
+                passed += 1
+        if self.samples > 0:
+            self.middle_x /= self.samples
+            self.middle_y /= self.samples
+        return self.samples
+
+    def _fit_pair(self, small, i, large, j):
+        """Take the transform that maps minutia i of the smaller print to j of the larger."""
+        ac, as_ = small.points[2, i], small.points[3, i]
+        bc, bs = large.points[2, j], large.points[3, j]
+        self.c = ac * bc + as_ * bs
+        self.s = ac * bs - as_ * bc
+        self.x = large.points[0, j] - self.c * small.points[0, i] + self.s * small.points[1, i]
+        self.y = large.points[1, j] - self.s * small.points[0, i] - self.c * small.points[1, i]
+        return 0
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def _flow_agreement(self, large):
+        """Return how well the orientation agrees under the transform at hand, -1 to 1.
+
+        -2 where the prints have too little in common.
+        """
+        common: cython.int = 0
+        turn_c = self.c * self.c - self.s * self.s
+        turn_s = 2.0 * self.c * self.s
+        total = 0.0
+        for k in range(self.samples):
+            x = self.c * self.sample[0, k] - self.s * self.sample[1, k] + self.x
+            y = self.s * self.sample[0, k] + self.c * self.sample[1, k] + self.y
+            x = x * large.per_px - large.first_column
+            y = -y * large.per_px - large.first_row
+            if not (0.0 <= x < large.columns and 0.0 <= y < large.rows):
+                continue
+            row: cython.Py_ssize_t = int(y)
+            column: cython.Py_ssize_t = int(x)
+            code: cython.int = large.cell[large.cell_at + row * large.columns + column]
+            if code == 0:
+                continue
+            common += 1
+            x = turn_c * self.sample_flow[0, k] - turn_s * self.sample_flow[1, k]
+            y = turn_s * self.sample_flow[0, k] + turn_c * self.sample_flow[1, k]
+            total += x * self.flow_c[code] + y * self.flow_s[code]
+        if common < self.least_common * self.samples:
+            return -2.0
+        return total / common if common > 0 else -2.0
+
+    def _select(self, small, large):
+        """Keep the pairs under which the orientation agrees best; return their number."""
+        self._take_samples(small)
+        for i in range(small.size):
+            for j in range(large.size):
+                self._offer(small, i, large, j)
+        return self.count
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def _offer_all(self, small, own, large, other, count):
+        """Offer the first pairs of two lists of minutiae; return how many are kept in all."""
+        for k in range(count):
+            self._offer(small, own[k], large, other[k])
+        return self.count
+
+    def _offer(self, small, i, large, j):
+        """Keep a pair if the orientation agrees better than under others; return whether."""
+        self._fit_pair(small, i, large, j)
+        return self._keep(self._flow_agreement(large), i, j)
+
+    def _keep(self, flow, i, j):
+        """Keep a pair under which the orientation agrees by `flow`, if others do not agree better.
+
+        Return whether.
+        """
+        if flow < self.min_flow:
+            return False
+        if self.count == self.room and flow <= self.best_flow[self.count - 1]:
+            return False
+        if self.count < self.room:
+            self.count += 1
+        k = self.count - 1
+        while k > 0 and self.best_flow[k - 1] < flow:
+            self.best_flow[k] = self.best_flow[k - 1]
+            self.best_own[k], self.best_other[k] = self.best_own[k - 1], self.best_other[k - 1]
+            k -= 1
+        self.best_flow[k] = flow
+        self.best_own[k] = i
+        self.best_other[k] = j
+        return True
+
+    def _compare(self, small, large, correlator):
+        """Compare the ridges under the pairs kept; return how many pairs were found."""
+        found: cython.int = 0
+        for k in range(self.count):
+            self._fit_pair(small, self.best_own[k], large, self.best_other[k])
+            if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
+                continue
+            value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
+            if value > self.min_value:
+                found = self._enter(value, self.best_own[k], self.best_other[k], found)
+        return found
+
+    def _enter(self, value, own, other, found):
+        """Enter a pair into those found, unless a better one is near it; return their number."""
+        for k in range(found):
+            if self.value[k] >= value and self._is_near(k):
+                return found
+        # take out those near it, which are worse
+        k = 0
+        while k < found:
+            if self._is_near(k):
+                found -= 1
+                self._move(k + 1, k, found - k)
+            else:
+                k += 1
+        if found == self.most and value <= self.value[found - 1]:
+            return found
+        if found < self.most:
+            found += 1
+        k = found - 1
+        while k > 0 and self.value[k - 1] < value:
+            self._move(k - 1, k, 1)
+            k -= 1
+        self.value[k] = value
+        self.first[k] = own
+        self.second[k] = other
+        self.transform[k, 0], self.transform[k, 1] = self.c, self.s
+        self.transform[k, 2], self.transform[k, 3] = self.x, self.y
+        return found
+
+    def _move(self, start, to, count):
+        """Move so many of the pairs found, one after the other."""
+        for k in range(count):
+            self.value[to + k] = self.value[start + k]
+            self.first[to + k] = self.first[start + k]
+            self.second[to + k] = self.second[start + k]
+            for e in range(4):
+                self.transform[to + k, e] = self.transform[start + k, e]
+        return 0
+
+    def _is_near(self, k):
+        """Return whether the transform at hand is about that of the pair found as number k."""
+        dc = self.c - self.transform[k, 0]
+        ds = self.s - self.transform[k, 1]
+        dx = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]
+        dy = ds * self.middle_x + dc * self.middle_y + self.y - self.transform[k, 3]
+        cosine = self.c * self.transform[k, 0] + self.s * self.transform[k, 1]
+        return dx * dx + dy * dy < self.apart_px * self.apart_px and cosine > self.apart_cosine
+
+
+def _is_smaller(a, b):
+    """Return whether print A is the smaller of two."""
+    return a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import ridge_search
+
+    RidgeSearch._select = ridge_search.select
+    RidgeSearch._offer_all = ridge_search.offer_all

@@ -1,0 +1,171 @@
+"""Score: the evidence for and against one finger, and the similarity it amounts to.
+
+The similarity is a likelihood ratio, learned by logistic regression on synthetic prints by
+``python -m research train score``. With m pairs, of local similarity L in all, and U the unpaired
+minutiae, its features are
+
+- of the relaxed local matches: the logarithm of the sum over the pairs;
+- of the mesh of pairs (see `_pair_mesh_kernel`), per pair: how well the places on the unit
+  circle agree (eq. 3), how well the shape-preserving weights predict the partner (eq. 4), how full
+  the rings are of pairs, and how many triangles are turned over; the strain of its edges;
+- of the neighbourhoods: ``log(1 + L)``;
+- ``√(U / (m + 2))``: minutiae that should be paired and are not, each by the square of its quality,
+  raised where the mean of these squares in a print is below 0.25;
+- the overlap: the share of the smaller print that is compared;
+- ``m / (n + 5)``, of n minutiae of the smaller print: the share that the paper decides by;
+- the correlation of the ridges, the logarithm of the area where they could be compared, and by how
+  many standard errors, nearly, the correlation is above that of different fingers.
+
+There are three sets of weights: one for two prints that have ridge images; one for minutiae alone,
+in which the weights of the ridges are 0; and one for two prints with ridges where the smaller has
+an area of at most 77 mm². Where only one of the prints has ridges, the second set is used, with
+quantiles (see below) of its own: the area of such a print is the area of its mask, not of the
+convex hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine and
+impostor prints, then weighted. Where the ridges were not compared, because the minutiae decide in
+coarse alignment, their features are the mean of impostor prints.
+
+How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
+easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the geometric
+mean of the minutiae in the common region, per print, and the minutiae of the smaller print, and let
+a be the area of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi
+(77 mm²) they have no effect: the features describe whole prints. The sums that 1 % and 0.1 % of
+impostor comparisons reach are linear in the terms of `score_model.AMOUNTS`;
+between and beyond them the tail of the impostor comparisons is exponential.
+
+Impostor prints agree by chance, but a template may be made to match. The commonest arrangement of a
+few minutiae, which a search finds, matches far more prints than a random one. Therefore the FMR
+falls at most tenfold for every 12 cells of ridges compared, and by 10^1.2 for every pair
+after the first: a place within 12 pixels and 30 degrees of a minutia has another, of the 40 of a
+usual print, about once in 20 times. Ridges count fully where their correlation is 0.4 or more, and
+less down to 0.2, that of different fingers. In dense prints many minutiae are paired by chance:
+where more than 3 such pairs are expected, the FMR is at least the probability of so many pairs in a
+Poisson distribution. Genuine whole prints stay far from these bounds.
+
+The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
+similarity is ``log(1 + e^estimate)``, which is positive. Prints that the prefilter rejects get an
+estimate of -5 or less, by how far they fall short.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.matching.pipeline._kernels import _evidence_kernel as kernel
+from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
+from fpmatch.matching.pipeline.alignment import aligner_of
+from fpmatch.matching.pipeline.score_model import ScoreWeights
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.pipeline.alignment import Alignment
+    from fpmatch.matching.prepare import PreparedTemplate
+
+WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """The evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
+
+    The common region is where both prints lie. The first sixteen entries are the kernel's.
+    """
+
+    pairs: int
+    local: float  # sum of the local similarity of the pairs
+    unpaired: float  # minutiae well inside the common region, each by the square of its quality
+    common: int  # minutiae of both prints inside the common region, paired or not
+    overlap: float  # share of the smaller print that lies in the common region
+    relaxed: float  # sum of the relaxed similarity of the pairs
+    places: float  # sum over the pairs, 0 to 1 each: agreement of places on the unit circle
+    weights: float  # the same of the agreement with the prediction by the weights of the ring
+    fullness: float  # sum over the pairs of the share of their ring, by weight, made of pairs
+    turned: int  # triangles at pairs that are turned over in the other print
+    strain: float  # mean relative change of length of the edges of the mesh of pairs
+    fewest: int  # minutiae of the smaller print
+    ridges: float  # mean correlation of the ridges, see `fpmatch.matching.pipeline.ridges`
+    cells: int  # cells whose ridges were compared; 0 where they were not
+    area: float  # of the common region
+    chance: float  # pairs expected where the minutiae in the common region lie there by chance
+    features: NDArray[np.float64] = field(repr=False)  # by `FEATURES`, not yet standardised
+    total: float  # weighted sum of the features
+    decade: float  # by how much the sum rises where the FMR falls tenfold
+    minus_log_fmr: float  # estimate of -ln(FMR): the sum, conditioned on how much was compared
+
+    @property
+    def agreement(self) -> float:
+        """Share of the minutiae inside the common region that are paired."""
+        return 2 * self.pairs / self.common if self.common else 0.0
+
+    @property
+    def similarity(self) -> float:
+        """``log(1 + e^x)`` of `minus_log_fmr`: where that is more than a few, as good as that."""
+        return float(as_similarity(self.minus_log_fmr))
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreParameters:
+    """Set how evidence is gathered and turned into features.
+
+    An unpaired minutia counts if it lies so many px at 500 dpi inside the other print: nearer to
+    the border, it is easily missed. A print reaches farther than the hull of its minutiae.
+    """
+
+    margin_px: float = 20.0
+    hull_margin_px: float = 0.0  # where the convex hull of the minutiae stands for the print
+    doubt_pairs: float = 2.0  # added to the pairs, so that little evidence counts less,
+    doubt_minutiae: float = 5.0  # to the minutiae,
+    doubt_cells: float = 10.0  # and to the cells
+    usual_correlation: float = 0.2  # of the ridges of different fingers
+
+
+COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
+
+
+@cache
+def load_weights() -> ScoreWeights:
+    """Return the weights in the package."""
+    return ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))
+
+
+def evidence_scorer(
+    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters | None = None
+) -> kernel.EvidenceScorer:
+    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
+    used = parameters or ScoreParameters()
+    return kernel.EvidenceScorer(used, weights or load_weights(), room)
+
+
+def gather_evidence(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    similarity: NDArray[np.float32],
+    scorer: kernel.EvidenceScorer | None = None,
+) -> Evidence:
+    """Gather and weigh the evidence for and against one finger in an alignment of two prints.
+
+    `similarity` (N, M) is the local similarity of their minutiae; the scorer has the weights in the
+    package unless one is given.
+    """
+    used = evidence_scorer(len(b)) if scorer is None else scorer
+    aligner = aligner_of(a.points, b.points)
+    aligner.relax(similarity)
+    aligner.impose(alignment.partner, *alignment.transform.tolist())
+    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    return evidence_of(used, total)
+
+
+def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence:
+    """Return the evidence that was scored last, and came to `minus_log_fmr`."""
+    entries, features = scorer.last_evidence()
+    for k in COUNTS:
+        entries[k] = int(entries[k])
+    sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
+    values = [*entries, np.array(features), *sums]
+    return Evidence(*values)

@@ -1,0 +1,90 @@
+"""The reasons why two prints do not match, as texts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses
+from fpmatch.text_table import count
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.pipeline.alignment import Alignment
+    from fpmatch.matching.pipeline.evidence import Evidence
+    from fpmatch.matching.prepare import PreparedTemplate
+
+
+SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
+POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
+POOR_MINUTIAE: Final = 0.4  # mean quality of a print's minutiae, 0 to 1
+MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
+APART_PX: Final = 30.0  # at 500 dpi, between the images of a print under competing transforms
+COMPETING_SHARE: Final = 0.75  # of the pairs of the best transform, that a competing one has
+
+
+def all_reasons(
+    probe: PreparedTemplate, reference: PreparedTemplate, evidence: Evidence, competing: int = 0
+) -> str:
+    """Return the reasons against one finger in one line, the main one first.
+
+    The evidence is that under the best transform; `competing_pairs` counts those of another.
+    """
+    parts = [main_reason(evidence)]
+    if 0 < COMPETING_SHARE * evidence.pairs <= competing:
+        parts.append(f"a quite different transform pairs {competing}: neither stands out")
+    for name, side in (("probe", probe), ("reference", reference)):
+        mean = float(side.quality.mean())
+        if mean < POOR_MINUTIAE:
+            parts.append(f"the minutiae of the {name} are poor (mean quality {100 * mean:.0f})")
+    return "; ".join(parts)
+
+
+def main_reason(evidence: Evidence) -> str:
+    """Return the main reason against one finger, by the evidence of the score."""
+    among = f"the {count(evidence.common, 'minutia', 'minutiae')} of both prints"
+    share = f"{count(evidence.pairs, 'pair')} among {among} in the common region"
+    if evidence.overlap < SMALL_OVERLAP:
+        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
+    if evidence.cells and evidence.ridges < POOR_RIDGES:
+        return f"the ridges disagree under the best transform: {share}"
+    if evidence.agreement >= MOSTLY_PAIRED:
+        return f"what is paired under the best transform agrees no better than by chance: {share}"
+    return f"too few minutiae agree under the best transform: {share}"
+
+
+def competing_pairs(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    similarity: NDArray[np.float32],
+    apart_px: float = APART_PX,
+) -> int:
+    """Count the pairs under the best transform that maps print A to a quite different place.
+
+    The prints are in the order of their content, `alignment` is the best one, and `similarity`
+    (N, M) the local similarity of their minutiae.
+    """
+    best = _mapped(a.points, alignment.transform)
+    # a minutia is in one local match only: without those of the best, others are found
+    other = similarity.copy()
+    paired = np.flatnonzero(alignment.partner >= 0)
+    other[paired, alignment.partner[paired]] = 0.0
+    aligner = aligner_of(a.points, b.points)
+    return max(
+        (
+            int(np.count_nonzero(one.partner >= 0))
+            for matches in (similarity, other)
+            for one in hypotheses(aligner, matches)
+            if np.abs(_mapped(a.points, one.transform) - best).mean() > apart_px
+        ),
+        default=0,
+    )
+
+
+def _mapped(points: NDArray[np.float64], transform: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return the images of minutiae under a transform, as complex numbers."""
+    c, s, x, y = transform.tolist()
+    return np.asarray((points[0] + 1j * points[1]) * complex(c, s) + complex(x, y))

@@ -1,0 +1,226 @@
+"""The learned model of the score: weights of the features, thresholds, quantiles.
+
+`fpmatch.matching.pipeline.evidence` describes how they are used.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching.pipeline._kernels._amount_kernel import describe_amount
+from fpmatch.parsing import parse_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prepare import PreparedTemplate
+
+FEATURES: Final = (
+    "relaxed similarity",
+    "places on the circle",
+    "weights in the ring",
+    "fullness of the rings",
+    "triangles turned over",
+    "strain",
+    "local similarity",
+    "unpaired",
+    "overlap",
+    "share of the minutiae",
+    "ridges",
+    "area of the ridges",
+    "ridges by area",
+)
+"""The names of the features, in the order in which the kernel has them."""
+
+RIDGE_FEATURES: Final = FEATURES[-3:]  # that minutiae alone do not have
+STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")  # rows of `ScoreModel.standard`
+LIMITS: Final = (
+    "prefilter_base",
+    "prefilter_growth",
+    "prefilter_limit",
+    "relaxation_threshold",
+    "refine_threshold",
+    "confident_threshold",
+    "bias",
+)
+"""The numbers of a model beside its features, in the order in which the kernel has them."""
+
+AMOUNTS: Final = (
+    "1",
+    "1 / (n + 1)",
+    "1 / (n + 1)^2",
+    "log(a / 10000 px^2)",
+    "log(a / 10000 px^2) / (n + 1)",
+)
+"""The terms of the amount of evidence, in the order in which the kernel has them."""
+
+RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
+
+MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with ridges")
+"""The models, in the order in which the kernel has them."""
+
+WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = MODELS
+MODELS_BY_SHOWN: Final = (
+    MINUTIAE_ALONE,
+    ONE_WITH_RIDGES,
+    WITH_RIDGES,
+)  # by how many of the two
+SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm²
+FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreModel:
+    """The weights that were learned for one kind of prints.
+
+    Prints are aligned if the score of their bit descriptors reaches a base plus a growth with the
+    minutiae of the smaller print, up to a limit. The coefficients of the terms of `AMOUNTS` make
+    the sums that so many impostor comparisons reach, and the -ln(FMR) that half of the genuine
+    comparisons reach, where the amount is that of the smaller print.
+    """
+
+    standard: NDArray[np.float64]  # (4, 13): the rows are those of `STANDARD`
+    bias: float  # added to the sum
+    prefilter: tuple[float, float, float]  # base, growth, limit
+    relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried
+    refine_threshold: float  # of the sum: above, prints are refined, and their ridges compared
+    confident_threshold: float  # of the sum: above, a hypothesis is refined alone
+    quantiles: NDArray[np.float64]  # (2, 5), for each of `RATES`
+    genuine_median: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(AMOUNTS)))
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """The numbers of `LIMITS`."""
+        sums = self.relaxation_threshold, self.refine_threshold, self.confident_threshold
+        return np.array([*self.prefilter, *sums, self.bias])
+
+    def as_document(self) -> dict[str, Any]:
+        """Return the model as what JSON can hold."""
+        columns = zip(FEATURES, self.standard.T.tolist(), strict=True)
+        amounts = (dict(zip(AMOUNTS, row, strict=True)) for row in self.quantiles.tolist())
+        return {
+            **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
+            "impostor_quantiles": dict(zip(map(str, RATES), amounts, strict=True)),
+            "genuine_median": dict(zip(AMOUNTS, self.genuine_median.tolist(), strict=True)),
+            "features": [
+                {"name": name, **dict(zip(STANDARD, column, strict=True))}
+                for name, column in columns
+            ],
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ScoreModel:
+        """Return the model that `as_document` wrote; of other features, raise MatcherError."""
+        rows = document["features"]
+        if tuple(row["name"] for row in rows) != FEATURES:
+            raise MatcherError("weights of the score: of other features than this version has")
+        standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
+        *prefilter, relaxation, refine, confident, bias = (float(document[k]) for k in LIMITS)
+        base, growth, limit = prefilter
+        rows = [document["impostor_quantiles"][str(rate)] for rate in RATES]
+        quantiles = np.array([[float(row[name]) for name in AMOUNTS] for row in rows])
+        median = np.array([float(document["genuine_median"][name]) for name in AMOUNTS])
+        limits = (base, growth, limit), relaxation, refine, confident
+        return cls(standard, bias, *limits, quantiles, median)
+
+    def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the weighted sums of features, shape (..., 13), as the kernel makes them."""
+        middle, spread, weight, _ = self.standard
+        return np.asarray(self.bias + (features - middle) / spread @ weight)
+
+    def ridge_sum(self, features: NDArray[np.float64]) -> float:
+        """Return what the ridges add to the sum of features, shape (13,)."""
+        _, spread, weight, impostor_mean = self.standard
+        added = (features - impostor_mean) / spread * weight
+        return float(sum(added[FEATURES.index(name)] for name in RIDGE_FEATURES))
+
+
+def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
+    """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
+    terms = np.empty(len(AMOUNTS))
+    describe_amount(minutiae, area, terms)
+    return terms
+
+
+def amount_of_print(minutiae: float, area: float, *, shown: bool) -> NDArray[np.float64]:
+    """Return the amount of evidence in a print, as `ScoreWeights.typical` takes it, shape (5,)."""
+    _, x, _, y, _ = amount_terms(minutiae, area)
+    return np.array([minutiae, area, shown, x, y])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreWeights:
+    """The models of `MODELS`, and from what they were learned."""
+
+    models: tuple[ScoreModel, ...]
+    provenance: Mapping[str, Any]
+    small_area: float = SMALL_AREA_PX2  # up to which the smaller of two prints is small
+
+    def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
+        """Return the model by which two prints are scored."""
+        shown = (a.region.ridges is not None) + (b.region.ridges is not None)
+        name = MODELS_BY_SHOWN[shown]
+        if name == WITH_RIDGES and min(a.region.area, b.region.area) <= self.small_area:
+            name = SMALL_WITH_RIDGES
+        return self.models[MODELS.index(name)]
+
+    def typical(
+        self, probe: NDArray[np.float64], references: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the -ln(FMR) that half of the genuine comparisons of prints reach.
+
+        `probe` and `references`, shape (..., 5), are what `amount_of_print` returns. Few minutiae
+        on much skin are beyond the data of the model for such prints: there, that of small prints
+        bounds the result.
+        """
+        minutiae, area = np.moveaxis(np.minimum(probe[..., :2], references[..., :2]), -1, 0)
+        shown = (probe[..., 2] + references[..., 2]).astype(np.intp)
+        x = np.maximum(probe[..., 3], references[..., 3])
+        y = np.minimum(probe[..., 4], references[..., 4])
+        terms = np.stack([np.ones_like(x), x, x * x, y, x * y], axis=-1)
+        by_model = {
+            name: terms @ one.genuine_median for name, one in zip(MODELS, self.models, strict=True)
+        }
+        typical = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
+        small = by_model[SMALL_WITH_RIDGES]
+        both = shown == len(MODELS_BY_SHOWN) - 1
+        typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
+        return np.asarray(np.where(both & (area <= self.small_area), small, typical))
+
+    @property
+    def standard(self) -> NDArray[np.float64]:
+        """Those of all models, shape (4, 4, 13)."""
+        return np.stack([model.standard for model in self.models])
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Those of all models, shape (4, 7)."""
+        return np.stack([model.limits for model in self.models])
+
+    @property
+    def quantiles(self) -> NDArray[np.float64]:
+        """Those of all models, shape (4, 2, 5)."""
+        return np.stack([model.quantiles for model in self.models])
+
+    def as_json(self) -> str:
+        """Return the weights as the text of a JSON file."""
+        models = {n: model.as_document() for n, model in zip(MODELS, self.models, strict=True)}
+        head = {"provenance": self.provenance, "small_area": self.small_area}
+        return f"{json.dumps({**head, 'models': models}, indent=1)}\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> ScoreWeights:
+        """Read what `as_json` wrote; of another text or other features, raise MatcherError."""
+        try:
+            document = parse_json(text)
+            models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
+            return cls(tuple(models), document["provenance"], float(document["small_area"]))
+        except (LookupError, TypeError, ValueError) as error:
+            raise MatcherError("weights of the score: not such a file") from error

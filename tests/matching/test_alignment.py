@@ -1,0 +1,243 @@
+"""Global match: known transforms come back, pairs are one to one, skin that bends is followed."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    alignments,
+    any_points,
+    distorted,
+    heaviest,
+    jittered,
+    moved,
+    plane,
+    seeds,
+    similarity_of,
+    spread_points,
+)
+
+from fpmatch.matching.pipeline.alignment import (
+    AlignmentParameters,
+    aligner_of,
+    identity_alignment,
+    kept_alignment,
+    make_aligner,
+)
+
+EXAMPLES = 30 if COMPILED else 8
+APART = 25.0  # px between minutiae, more than any reach: only true partners can be paired
+
+turns = st.floats(-math.pi, math.pi)
+shifts = st.complex_numbers(max_magnitude=300)
+scales = st.floats(0.97, 1.03)
+
+
+def aligned(a, b, parameters=None):
+    """Align two prints by their local matches."""
+    return heaviest(a, b, similarity_of(a, b), parameters)
+
+
+def matches(n, m, *pairs):
+    """Return the similarities of prints of n and m minutiae, of which these alone match."""
+    similarity = np.zeros((n, m), np.float32)
+    for rank, pair in enumerate(pairs):
+        similarity[pair] = 1 - rank / 100
+    return similarity
+
+
+def linear_of(found):
+    return complex(*found.transform[:2])
+
+
+def shift_of(found):
+    return complex(*found.transform[2:])
+
+
+def distances(found, a, b):
+    """Return how far apart the paired minutiae lie under the similarity transform alone."""
+    i = np.flatnonzero(found.partner >= 0)
+    mapped = shift_of(found) + linear_of(found) * plane(a)[i]
+    return np.abs(mapped - plane(b)[found.partner[i]])
+
+
+def fields_of(found):
+    names = ("transform", "partner", "weight", "predicted")
+    return [getattr(found, name).tolist() for name in names]
+
+
+@given(seeds, turns, shifts, scales)
+@settings(max_examples=EXAMPLES)
+def test_an_unworn_print_comes_back_exactly(seed, turn, shift, scale):
+    a = spread_points(np.random.default_rng(seed), 20, APART)
+    b = moved(a, turn, shift, scale)
+    found = aligned(a, b)
+    assert found.partner.tolist() == list(range(20))
+    assert found.weight == pytest.approx(1.0)
+    assert found.predicted == pytest.approx(b, abs=1e-6)
+    assert linear_of(found) == pytest.approx(scale * np.exp(1j * turn), abs=1e-9)
+    assert shift_of(found) == pytest.approx(shift, abs=1e-6)
+
+
+@given(seeds, turns, shifts, scales)
+@settings(max_examples=EXAMPLES)
+def test_lost_spurious_and_jittered_minutiae_are_borne(seed, turn, shift, scale):
+    rng = np.random.default_rng(seed)
+    every = spread_points(rng, 32, APART, size=320.0)
+    a = every[:, :26].copy()  # 22 shared, 4 of its own
+    kept = np.r_[0:22, 26:32]  # 22 shared, 6 others
+    b = jittered(rng, moved(every[:, kept], turn, shift, scale), 1.0, 0.05)
+    found = aligned(a, b)
+    right = found.partner[:22] == np.arange(22)
+    assert right.sum() >= 20
+    assert np.count_nonzero(found.partner >= 0) <= right.sum() + 2
+    assert abs(np.angle(linear_of(found) * np.exp(-1j * turn))) < np.radians(1.5)
+    assert abs(linear_of(found)) == pytest.approx(scale, abs=0.02)
+    off = found.predicted[:2, :22] - moved(a, turn, shift, scale)[:2, :22]
+    assert np.sqrt((off**2).sum(axis=0).mean()) < 2.5
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_pairs_are_one_to_one_whatever_the_prints(seed):
+    most = 25 if COMPILED else 12
+    a, b = any_points(seed, most), any_points(seed + 1, most)
+    found = aligned(a, b)
+    if found is None:  # a few local matches, all of them weak, that exclude each other
+        assert similarity_of(a, b).max(initial=0.0) < 0.4
+        return
+    paired = found.partner >= 0
+    partners = found.partner[paired].tolist()
+    assert len(set(partners)) == len(partners)
+    assert ((found.partner >= -1) & (found.partner < b.shape[1])).all()
+    assert ((found.weight > 0) == paired).all()
+    assert (found.weight <= 1 + 1e-9).all()
+    assert np.isfinite(found.transform).all()
+    assert np.isfinite(found.predicted).all()
+    assert 0.9 < abs(linear_of(found)) < 1.1
+
+
+def test_true_matches_win_over_false_ones():
+    """False matches, each with a motion of its own, fade; three true ones support each other."""
+    a = spread_points(np.random.default_rng(7), 20, APART)
+    b = moved(a, 2.0, 40 - 80j)
+    false = [(i, (i + 7) % 20) for i in range(10)]
+    true = [(17, 17), (18, 18), (19, 19)]
+    for place in (0, 5, 10):
+        found = heaviest(a, b, matches(20, 20, *false[:place], *true, *false[place:]))
+        assert found.partner.tolist() == list(range(20))
+
+
+def test_prints_that_agree_in_two_ways_have_two_hypotheses():
+    """Two parts of a print that moved apart, as where a finger rolls between two touches."""
+    rng = np.random.default_rng(14)
+    a = spread_points(rng, 24, APART, size=360.0)
+    left = a[0] < np.median(a[0])
+    b = np.where(left, moved(a, 0.3, 40j), moved(a, -0.6, 150 + 90j)).copy()
+    found = alignments(a, b, np.eye(24, dtype=np.float32))
+    assert len(found) >= 2
+    everyone = np.arange(24)
+    shares = [[(one.partner == everyone)[side].mean() for side in (left, ~left)] for one in found]
+    assert max(share[0] for share in shares) > 0.8
+    assert max(share[1] for share in shares) > 0.8
+
+
+@given(seeds, turns, turns)
+@settings(max_examples=EXAMPLES)
+def test_pairs_are_found_where_the_skin_is_distorted(seed, towards, turn):
+    """By 14 px within 60 px, which no similarity transform follows, but the mesh does."""
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, 40)
+    b = jittered(rng, moved(distorted(a, towards), turn, 30 + 10j), 1.0, 0.05)
+    found = aligned(a, b)
+    assert found.partner.tolist() == list(range(40))
+    after_mesh = np.hypot(*(found.predicted[:2] - b[:2]))
+    assert np.median(after_mesh) < 0.7 * np.median(distances(found, a, b))
+
+
+def test_the_mesh_grows_over_skin_that_is_distorted_farther_than_any_reach():
+    """From local matches at one side alone; the other side is displaced by up to 40 px."""
+    pairs = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        a = spread_points(rng, 40)
+        b = jittered(rng, distorted(a, rng.uniform(-3, 3), 40.0, 250.0), 1.0, 0.05)
+        local = matches(40, 40, *((k, k) for k in np.argsort(a[0])[:6].tolist()))
+        found = [heaviest(a, b, local, AlignmentParameters(rounds=rounds)) for rounds in (1, 3, 8)]
+        pairs.append([np.sum(one.partner == np.arange(40)) for one in found if one is not None])
+    coarse, usual, long = np.mean(pairs, axis=0)
+    assert coarse < 26
+    assert usual > 30
+    assert long > 36
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_either_print_may_come_first(seed):
+    """The mesh is that of print A, so that the pairs are nearly the same, and not exactly."""
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, 35)
+    b = jittered(rng, moved(distorted(a, rng.uniform(-3, 3)), 1.0), 1.0, 0.05)
+    order = rng.permutation(35)[:30]
+    b = np.ascontiguousarray(b[:, order])
+    forth, back = aligned(a, b), aligned(b, a)
+    pairs = {(i, j) for i, j in enumerate(forth.partner.tolist()) if j >= 0}
+    swapped = {(i, j) for j, i in enumerate(back.partner.tolist()) if i >= 0}
+    assert len(pairs & swapped) >= 0.85 * len(pairs | swapped)
+
+
+@pytest.mark.parametrize(("n", "m"), [(5, 5), (0, 5), (5, 0), (0, 0)])
+def test_no_match_no_alignment(n, m):
+    a, b = (spread_points(np.random.default_rng(1), k) for k in (n, m))
+    assert alignments(a, b, matches(n, m)) == []
+
+
+def test_coincident_minutiae_pair_by_their_directions():
+    angle = np.radians([0, 90, 180, 270])
+    a = np.ascontiguousarray([np.full(4, 50.0), np.full(4, -50.0), np.cos(angle), np.sin(angle)])
+    b = moved(a, math.pi / 2, 100.0 + 0j)[:, [2, 0, 3, 1]].copy()
+    found = heaviest(a, b, matches(4, 4, (0, 1)))
+    assert found.partner.tolist() == [1, 3, 0, 2]
+    assert np.angle(linear_of(found)) == pytest.approx(math.pi / 2)
+    single = heaviest(a[:, :1].copy(), b[:, 1:2].copy(), matches(1, 1, (0, 0)))
+    assert single.partner.tolist() == [0]
+    assert single.predicted == pytest.approx(b[:, 1:2])
+
+
+def test_a_print_is_its_own_kept_alignment():
+    a = spread_points(np.random.default_rng(3), 20, APART)
+    itself, found = identity_alignment(a), aligned(a, a)
+    assert itself.partner.dtype == np.int32
+    assert itself.partner.tolist() == list(range(20))
+    assert itself.weight.tolist() == [1.0] * 20
+    assert itself.transform.tolist() == [1.0, 0.0, 0.0, 0.0]
+    assert itself.predicted.tolist() == a.tolist()
+    assert found.partner.tolist() == itself.partner.tolist()
+    assert found.transform == pytest.approx(itself.transform, abs=1e-9)
+    assert found.predicted == pytest.approx(itself.predicted, abs=1e-6)
+    nothing = identity_alignment(np.empty((4, 0)))
+    assert nothing.partner.shape == nothing.weight.shape == (0,)
+
+
+def test_an_aligner_for_larger_prints_finds_the_same_and_what_it_found_is_a_copy():
+    """An aligner serves many prints; what it found of earlier ones must not change."""
+    a = spread_points(np.random.default_rng(6), 20, APART)
+    b = moved(a, 0.5, 12j)
+    results = []
+    for aligner in (aligner_of(a, b), make_aligner(50, 60)):
+        aligner.load_a(a, 20)
+        aligner.load_b(b, 20)
+        aligner.relax(similarity_of(a, b))
+        assert aligner.start_hypothesis(0) == 20
+        aligner.refine(0)
+        found = kept_alignment(aligner, 0)
+        results.append(fields_of(found))
+        aligner.load_a(b, 20)
+        aligner.load_b(a, 20)
+        aligner.relax(similarity_of(b, a))
+        aligner.start_hypothesis(0)
+        assert fields_of(found) == results[-1]
+    assert results[0] == results[1]

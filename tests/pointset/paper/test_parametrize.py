@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pointset_strategies import seeds, similarities
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.paper.parametrize import (
+    boundary_angles,
+    parametrize,
+    shape_preserving_weights,
+)
+from fpmatch.pointset.similarity import Similarity
+
+SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4]]
+degrees = st.integers(3, 9)
+
+
+def random_ring(seed: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a ring that goes once round its centre, no gap of half a turn, and the centre."""
+    rng = np.random.default_rng(seed)
+    angle = 2 * np.pi * (np.arange(degree) + rng.uniform(-0.2, 0.2, degree)) / degree
+    away = rng.uniform(0.5, 2.0, degree)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    centre = rng.uniform(-50, 50, 2)
+    return centre + 20 * away, centre
+
+
+@given(seeds, degrees)
+def test_weights_are_barycentric_coordinates(seed: int, degree: int) -> None:
+    ring, centre = random_ring(seed, degree)
+    weights = shape_preserving_weights(ring, centre)
+    assert weights.sum() == pytest.approx(1, abs=1e-12)
+    assert (weights > 0).all()
+    assert weights @ ring == pytest.approx(centre, abs=1e-9)
+
+
+def test_shape_preserving_weights_by_hand() -> None:
+    # Through (2, 1), the lines from (0, 0) and (4, 0) leave halfway up the other side; those from
+    # (4, 4) and (0, 4) leave by the lower side, a third along.
+    lines = [[2, 1, 1, 0], [1, 2, 0, 1], [2, 1, 1, 0], [1, 2, 0, 1]]
+    assert shape_preserving_weights(SQUARE, [2, 1]) == pytest.approx(np.mean(lines, axis=0) / 4)
+    # The line from (0, 0) through (1, 1) gives the vertex (4, 4) the whole share.
+    lines = [[3, 0, 1, 0], [2, 1, 0, 1], [3, 0, 1, 0], [2, 1, 0, 1]]
+    assert shape_preserving_weights(SQUARE, [1, 1]) == pytest.approx(np.mean(lines, axis=0) / 4)
+
+
+def test_boundary_is_spaced_by_chord_length() -> None:
+    assert np.degrees(boundary_angles([[0, 0], [3, 0], [3, 4]])) == pytest.approx([0, 90, 210])
+    with pytest.raises(PointSetError, match="coincide"):
+        boundary_angles([[1, 1], [1, 1], [1, 1]])
+
+
+def test_area_of_a_regular_hexagon() -> None:
+    angle = np.arange(6) * np.pi / 3
+    circle = parametrize(np.column_stack([np.cos(angle), np.sin(angle)]), [0, 0])
+    assert circle.area == pytest.approx(1.5 * np.sqrt(3))
+
+
+@given(seeds, degrees, similarities(100, 1e3))
+def test_a_moved_ring_has_the_same_circle(seed: int, degree: int, move: Similarity) -> None:
+    ring, centre = random_ring(seed, degree)
+    circle = parametrize(ring, centre)
+    moved = parametrize(move.apply(ring), move.apply([centre])[0])
+    assert moved.angles == pytest.approx(circle.angles, abs=1e-9)
+    assert moved.weights == pytest.approx(circle.weights, abs=1e-7)
+    assert moved.image == pytest.approx(circle.image, abs=1e-7)
+    assert moved.area == pytest.approx(circle.area, abs=1e-9)
+
+
+@given(seeds, degrees, st.integers(0, 8))
+def test_starting_elsewhere_rotates_the_circle(seed: int, degree: int, start: int) -> None:
+    """The paper, section 4: a pair of rotated unit circles of the same ring proved to be same."""
+    ring, centre = random_ring(seed, degree)
+    circle = parametrize(ring, centre)
+    other = parametrize(np.roll(ring, -start, axis=0), centre)
+    turn = Similarity(rotation=-circle.angles[start % degree])
+    assert turn.apply([circle.image])[0] == pytest.approx(other.image, abs=1e-9)
+    assert np.roll(circle.weights, -start) == pytest.approx(other.weights, abs=1e-9)
+    assert other.area == pytest.approx(circle.area)
+
+
+@given(seeds, degrees)
+def test_a_mirrored_ring_has_the_mirrored_circle(seed: int, degree: int) -> None:
+    ring, centre = random_ring(seed, degree)
+    mirror = np.array([1.0, -1.0])
+    circle = parametrize(ring, centre)
+    kept_order = parametrize(ring * mirror, centre * mirror)
+    assert kept_order.weights == pytest.approx(circle.weights)
+    assert kept_order.area == pytest.approx(circle.area)
+    turned_order = parametrize(np.roll(ring[::-1], 1, axis=0) * mirror, centre * mirror)
+    assert turned_order.image == pytest.approx(circle.image * mirror, abs=1e-9)
+
+
+@given(seeds, degrees)
+def test_the_image_lies_inside_the_polygon(seed: int, degree: int) -> None:
+    circle = parametrize(*random_ring(seed, degree))
+    side = np.roll(circle.boundary, -1, axis=0) - circle.boundary
+    to_image = circle.image - circle.boundary
+    assert (side[:, 0] * to_image[:, 1] - side[:, 1] * to_image[:, 0] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("ring", "centre"),
+    [
+        ([[0, 0], [1, 0]], [0.5, 0.1]),  # too few
+        (SQUARE, [5, 2]),  # outside
+        (SQUARE, [4, 2]),  # on a side
+        (SQUARE, [4, 4]),  # on a corner
+        ([[0, 0], [4, 4], [4, 0], [0, 4]], [2, 1]),  # not in order
+        (SQUARE + SQUARE, [2, 2]),  # twice round
+        ([[0, 0], [np.nan, 0], [0, 1]], [0, 0]),
+        (SQUARE, [0, 0, 0]),
+    ],
+)
+def test_rings_that_do_not_go_round_are_refused(ring: object, centre: object) -> None:
+    with pytest.raises(PointSetError):
+        shape_preserving_weights(ring, centre)  # type: ignore[arg-type]

@@ -83,11 +83,11 @@ class FormatChoice(Name):
 
 def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     """Set the source of the keys in the environment, which worker processes inherit."""
+    if value is None:
+        return
     from fpmatch.encryption.keys import KEY_VARIABLE, split_source
     from fpmatch.errors import EncryptionError
 
-    if value is None:
-        return
     try:
         split_source(value)
     except EncryptionError as error:

@@ -38,7 +38,7 @@ from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.decision import calibration_of, rho_of
 from fpmatch.evaluation.decision import outcomes as outcomes_of
 from fpmatch.gallery.csv_rows import csv_rows
-from fpmatch.matching.decision import MATCH
+from fpmatch.matching.result import MATCH
 from fpmatch.output import atomic_write, check_writable, reason
 from fpmatch.printable import csv_cell
 

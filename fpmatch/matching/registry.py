@@ -12,7 +12,6 @@ import pkgutil
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import MatcherError, did_you_mean
-from fpmatch.plugins import MATCHERS, PluginError, load_plugin, load_plugins, plugin_names
 
 if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
@@ -32,6 +31,8 @@ def matcher_names() -> list[str]:
     >>> "unit-circle" in matcher_names()
     True
     """
+    from fpmatch.plugins import MATCHERS, plugin_names  # noqa: PLC0415
+
     return sorted({*own_matcher_names(), *plugin_names(MATCHERS)})
 
 
@@ -40,6 +41,8 @@ def matcher_failures() -> dict[str, str]:
 
     All of them are imported.
     """
+    from fpmatch.plugins import MATCHERS, load_plugins  # noqa: PLC0415
+
     failures, own = load_plugins(MATCHERS).failures, own_matcher_names()
     return {name: why for name, why in failures.items() if name not in own}
 
@@ -61,6 +64,8 @@ def get_matcher(name: str) -> Matcher:
         module = importlib.import_module(f"{_MATCHERS}.{name.replace('-', '_')}")
         own: Matcher = module.MATCHER
         return own
+    from fpmatch.plugins import MATCHERS, PluginError, load_plugin, plugin_names  # noqa: PLC0415
+
     if ":" not in name and name not in plugin_names(MATCHERS):
         question = did_you_mean(name, matcher_names())
         raise MatcherError(

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from fpmatch.matching.decision import INCONCLUSIVE, MATCH, NO_MATCH, UNKNOWN_RESOLUTION, Shortage
 from fpmatch.matching.scale import find_scale
 
 if TYPE_CHECKING:
@@ -17,13 +15,27 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.decision import Decision
     from fpmatch.matching.explanation import Explanation
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.minutiae import Template
     from fpmatch.pointset.similarity import Similarity
+
+
+Decision = Literal["match", "no match", "inconclusive"]
+MATCH: Final = "match"
+NO_MATCH: Final = "no match"
+INCONCLUSIVE: Final = "inconclusive"
+
+UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
+
+
+@dataclass(frozen=True, slots=True)
+class Shortage:
+    """What two prints lack for a decision: a code of `decision`, and the reason in words."""
+
+    code: str
+    message: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,23 +147,12 @@ class DecidesByShare(Protocol):
         """Share that must be exceeded."""
 
 
-def score_of(calibration: Calibration | None, similarity: float) -> float:
-    """Return the calibrated score of a similarity; NaN without a calibration."""
-    return math.nan if calibration is None else calibration.score(similarity)
-
-
 def may_match(matcher: Matcher, comparison: Comparison) -> bool:
     """Return whether a comparison can be a match, with a score that is high enough.
 
     It needs a transform, unless the matcher states by ``aligns = False`` that it finds none.
     """
     return comparison.transform is not None or not getattr(matcher, "aligns", True)
-
-
-def as_explaining(matcher: Matcher) -> Explaining | None:
-    """Return a matcher that can explain its comparisons; None for another."""
-    # isinstance takes as long as a comparison of a protocol
-    return cast("Explaining", matcher) if hasattr(matcher, "explain") else None
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from fpmatch.matching.calibration import (
     MAX_SCORE,
     calibrated_matchers,
     load_calibration,
+    score_of,
     score_to_fmr,
 )
 from fpmatch.matching.explanation import Explanation
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import Verification, may_match, score_of
-from fpmatch.packed_template import minutiae_digest
+from fpmatch.matching.result import Verification, may_match
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,10 +73,20 @@ class Rule:
 
         Of a finger all `impressions` are given; `reference` is the most similar of them.
         """
-        curve, rho, sides = self.calibration, self.rho, (probe, reference)
+        curve, rho = self.calibration, self.rho
         enough = score >= self.threshold if rho is None else comparison.similarity > rho
         match = enough and may_match(self.matcher, comparison)
-        decided = comparison, match, self.threshold, rho
+        explanation = Explanation(
+            matcher=self.matcher,
+            calibration=curve,
+            probe=probe,
+            reference=reference,
+            comparison=comparison,
+            match=match,
+            threshold=self.threshold,
+            rho=rho,
+            impressions=impressions,
+        )
         return Verification(
             match=match,
             score=score,
@@ -90,7 +100,7 @@ class Rule:
             if curve is None
             else score_to_fmr(curve.largest_measured_score),
             rho=rho,
-            explanation=Explanation(self.matcher, curve, *sides, *decided, impressions),
+            explanation=explanation,
         )
 
 
@@ -167,5 +177,9 @@ def find_identity(
     probe, reference = images
     if probe is not None and reference is not None and np.array_equal(probe, reference):
         return "pixels"
+    if len(templates[0]) != len(templates[1]):
+        return None
+    from fpmatch.packed_template import minutiae_digest  # noqa: PLC0415
+
     ours, theirs = map(minutiae_digest, templates)
     return "template" if ours and ours == theirs else None

@@ -14,9 +14,6 @@ from fpmatch.image.io.read import read_image
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     ENOUGH_MM2,
-    INCONCLUSIVE,
-    MATCH,
-    NO_MATCH,
     decide,
     evidence_in,
     reachable_scores,
@@ -27,6 +24,7 @@ from fpmatch.matching.decision import (
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.text_table import markdown_table
 from research.partial_templates import fragment

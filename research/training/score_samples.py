@@ -13,11 +13,14 @@ from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import AlignmentParameters, aligner_of
+from fpmatch.matching.pipeline.alignment import (
+    AlignmentParameters,
+    RidgeSearchParameters,
+    aligner_of,
+)
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,

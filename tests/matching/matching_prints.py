@@ -17,7 +17,7 @@ from fpmatch.matching.pipeline.alignment import (
     hypotheses,
 )
 from fpmatch.matching.pipeline.local import local_similarity
-from fpmatch.matching.pipeline.ridges import correlate
+from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import ORIENTATIONS

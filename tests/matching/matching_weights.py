@@ -17,10 +17,10 @@ from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
     PairMeshParameters,
     RelaxationParameters,
+    RidgeSearchParameters,
 )
 from fpmatch.matching.pipeline.evidence import ScoreParameters
 from fpmatch.matching.pipeline.local import LocalParameters
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,

@@ -14,6 +14,7 @@ from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
+    RidgeSearchParameters,
     aligner_of,
     kept_alignment,
     make_aligner,
@@ -21,7 +22,6 @@ from fpmatch.matching.pipeline.alignment import (
 from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
 from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
 from fpmatch.matching.pipeline.match import match
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
 
 
 def alignment_twin(a, b, weights):

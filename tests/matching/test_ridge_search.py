@@ -23,9 +23,8 @@ from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import aligner_of
+from fpmatch.matching.pipeline.alignment import RidgeSearchParameters, aligner_of
 from fpmatch.matching.pipeline.local import local_similarity
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
 from fpmatch.matching.prepare import prepare
 from fpmatch.minutiae import RidgeField
 from research.partial_templates import window

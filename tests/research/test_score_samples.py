@@ -11,10 +11,9 @@ from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.alignment import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import match
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     ScoreModel,

@@ -21,7 +21,6 @@ from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, similarities, workspace_for
 from fpmatch.matching.pipeline.reasons import all_reasons, competing_pairs, main_reason
-from fpmatch.matching.pipeline.ridge_map import ridge_map
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
@@ -125,6 +124,8 @@ class UnitCircleMatcher:
         """Return where the ridges agree; None where they were not compared."""
         if comparison.detail is None or not comparison.detail[1].cells:
             return None
+        from fpmatch.matching.pipeline.ridge_map import ridge_map  # noqa: PLC0415
+
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         return ridge_map(a, b, comparison.detail[0], swapped=swapped)

@@ -86,6 +86,30 @@ class AlignmentParameters:
         return math.cos(math.radians(self.max_turn_deg))
 
 
+@dataclass(frozen=True, slots=True)
+class RidgeSearchParameters:
+    """Set the search for alignments by the ridges (`_ridge_search_kernel`); px at 500 dpi.
+
+    The agreement of the orientation is the mean cosine of twice the difference, -1 to 1.
+    """
+
+    compared: int = 64  # pairs of minutiae whose ridges are compared, of a small print; 1 to 128
+    found: int = 4  # pairs by which a small print is aligned; 1 to 8
+    candidates: int = 3  # local matches whose ridges are compared, of larger prints; 1 to 128
+    candidate_flow: float = 0.9  # least agreement of their orientation
+    candidate_value: float = 3.0  # least surplus of their correlation, times the root of the cells
+    least_common: float = 0.25  # share of the smaller print that must lie in the larger
+    least_flow: float = 0.8  # least agreement of the orientation, for a small print
+    usual_correlation: float = 0.2  # of the ridges of different fingers
+    apart_px: float = 12.0  # between the images of a print's middle under different transforms,
+    apart_deg: float = 12.0  # or between their rotations
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return math.cos(math.radians(self.apart_deg))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
     """The alignment of print A, of N minutiae, with print B."""

@@ -88,7 +88,7 @@ class Evidence:
     turned: int  # triangles at pairs that are turned over in the other print
     strain: float  # mean relative change of length of the edges of the mesh of pairs
     fewest: int  # minutiae of the smaller print
-    ridges: float  # mean correlation of the ridges, see `fpmatch.matching.pipeline.ridges`
+    ridges: float  # mean correlation of the ridges, see `pipeline.ridge_map`
     cells: int  # cells whose ridges were compared; 0 where they were not
     area: float  # of the common region
     chance: float  # pairs expected where the minutiae in the common region lie there by chance

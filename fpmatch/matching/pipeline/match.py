@@ -14,9 +14,13 @@ from fpmatch.matching.bit_descriptors import prefilter, score_descriptors
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import identity_alignment, kept_alignment, make_aligner
+from fpmatch.matching.pipeline.alignment import (
+    RidgeSearchParameters,
+    identity_alignment,
+    kept_alignment,
+    make_aligner,
+)
 from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

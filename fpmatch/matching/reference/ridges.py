@@ -8,7 +8,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from fpmatch.matching._ridge_sample_kernel import SAMPLES
-from fpmatch.matching.pipeline.ridges import RidgeSearchParameters
+from fpmatch.matching.pipeline.alignment import RidgeSearchParameters
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 

@@ -47,9 +47,9 @@ class EvidenceScorer:
     def __init__(self, score, weights, room) -> None:
         self.evidence = memoryview(np.zeros(ENTRIES))
         self.feature = memoryview(np.zeros(FEATURES))
-        self.standard = memoryview(weights.standard)
-        self.limits = memoryview(weights.limits)
-        self.quantiles = memoryview(weights.quantiles)
+        self.standard = memoryview(np.stack([model.standard for model in weights.models]))
+        self.limits = memoryview(np.stack([model.limits for model in weights.models]))
+        self.quantiles = memoryview(np.stack([model.quantiles for model in weights.models]))
         self.term = memoryview(np.zeros(TERMS))
         self.model = 0
         self.total = 0.0

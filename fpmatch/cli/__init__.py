@@ -31,9 +31,10 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
     try:
         from fpmatch.cli.group import fpmatch
         from fpmatch.cli.interrupt import repeat_swallowed_interrupts
-        from fpmatch.engine.threads import SAFE_PATH
 
-        os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
+        os.environ["PYTHONSAFEPATH"] = (
+            "1"  # processes of the command import nothing from its directory
+        )
         atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
         repeat_swallowed_interrupts()
         fpmatch(args=args, prog_name=prog_name)

@@ -20,7 +20,6 @@ from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
 from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, similarities, workspace_for
-from fpmatch.matching.pipeline.reasons import all_reasons, competing_pairs, main_reason
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
@@ -88,6 +87,8 @@ class UnitCircleMatcher:
         The result has the similarity of `comparison`, which `compare` returned, and the best
         transform there is; competing transforms are among the reasons.
         """
+        from fpmatch.matching.pipeline.reasons import all_reasons, competing_pairs  # noqa: PLC0415
+
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         matched = comparison.detail or _match_in_any_case(a, b)
@@ -257,7 +258,7 @@ def _comparison(
         rms_px=rms,
         agreement=evidence.agreement,
         overlap=evidence.overlap,
-        reason=main_reason(evidence),
+        reason=score.main_reason(evidence),
         detail=matched,
     )
 

@@ -59,6 +59,7 @@ from fpmatch.matching.pipeline._kernels import _evidence_kernel as kernel
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.score_model import ScoreWeights
+from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -124,6 +125,9 @@ class ScoreParameters:
     usual_correlation: float = 0.2  # of the ridges of different fingers
 
 
+SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
+POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
+MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
 COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 
@@ -169,3 +173,16 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
     sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
     values = [*entries, np.array(features), *sums]
     return Evidence(*values)
+
+
+def main_reason(evidence: Evidence) -> str:
+    """Return the main reason against one finger, by the evidence of the score."""
+    among = f"the {count(evidence.common, 'minutia', 'minutiae')} of both prints"
+    share = f"{count(evidence.pairs, 'pair')} among {among} in the common region"
+    if evidence.overlap < SMALL_OVERLAP:
+        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
+    if evidence.cells and evidence.ridges < POOR_RIDGES:
+        return f"the ridges disagree under the best transform: {share}"
+    if evidence.agreement >= MOSTLY_PAIRED:
+        return f"what is paired under the best transform agrees no better than by chance: {share}"
+    return f"too few minutiae agree under the best transform: {share}"

@@ -16,7 +16,7 @@ from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plug
 from fpmatch.base.text_table import text_table
 from fpmatch.formats.registry import CODECS
 from fpmatch.gallery.engine.local import available_cores
-from fpmatch.matching.matchers import own_matcher_names
+from fpmatch.matching.registry import own_matcher_names
 
 # Of pyproject.toml, which an installed package does not contain; a test compares them.
 CORE: Final = (

@@ -24,7 +24,7 @@ from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.store.compact import pack_template
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence

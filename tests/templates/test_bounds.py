@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import decode_record
 from fpmatch.gallery.store.compact import pack_template, unpack_template
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.registry import get_matcher
 from fpmatch.templates.bounds import (
     LEAST_STEP_PX,
     MOST_CELLS,

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 
 from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels, blur_blocks
-from fpmatch.image.preprocess.spectrum import ANGLES
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Mask
@@ -33,6 +32,8 @@ def ridge_orientation(spectrum: RidgeSpectrum, mask: Mask) -> OrientationField:
     wider one where they do not (Kass, Witkin, "Analyzing oriented patterns", CVGIP 37, 1987).
     Blocks outside the mask do not influence those inside.
     """
+    from fpmatch.image.preprocess.spectrum import ANGLES  # noqa: PLC0415
+
     weight = (mask / (spectrum.total + 1e-3)).astype(np.float32)
     by_angle = (spectrum.energy * weight[..., None, None]).sum(axis=3)
     doubled = 2.0 * ANGLES.astype(np.float32)

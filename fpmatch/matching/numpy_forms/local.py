@@ -1,4 +1,4 @@
-"""Numpy form of `fpmatch.matching.pipeline._kernels._local_kernel`: the local similarity of two prints' minutiae."""
+"""Numpy form of `_local_kernel`: the local similarity of two prints' minutiae."""
 
 from __future__ import annotations
 

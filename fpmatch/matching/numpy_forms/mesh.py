@@ -1,4 +1,4 @@
-"""Form of `fpmatch.matching.pipeline._kernels._pair_mesh_kernel` for Python: the prediction of all minutiae.
+"""Form of `_pair_mesh_kernel` for Python: the prediction of all minutiae.
 
 The circumcircles are tested by numpy, all at once; the rings are lists, in the order in which the
 kernel has them.

@@ -1,4 +1,4 @@
-"""Numpy form of `fpmatch.matching.pipeline._kernels._relaxation_kernel`: the support of candidates, relaxation."""
+"""Numpy form of `_relaxation_kernel`: the support of candidates, relaxation."""
 
 from __future__ import annotations
 

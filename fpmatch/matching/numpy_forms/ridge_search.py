@@ -1,4 +1,4 @@
-"""Numpy form of `fpmatch.matching.pipeline._kernels._ridge_search_kernel`: the agreement of ridge orientation."""
+"""Numpy form of `_ridge_search_kernel`: the agreement of ridge orientation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numpy form of `fpmatch.matching.pipeline._kernels._ridge_kernel`: the correlation of the ridges of two prints."""
+"""Numpy form of `_ridge_kernel`: the correlation of the ridges of two prints."""
 
 from __future__ import annotations
 

@@ -7,6 +7,8 @@ bit: the highest bit of a byte of their sum is the bit of the image.
 
 import cython
 
+# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns.
+SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 HIGHEST = cython.declare(cython.ulonglong, 0x0101010101010101)  # bits of a word's bytes, moved down
 # The product with a word whose bytes are 0 or 1 has byte k as bit k of its highest byte.
 GATHER = cython.declare(cython.ulonglong, 0x0102040810204080)

@@ -2,7 +2,7 @@
 
 Of the 8 by 8 bits of a cell (see `fpmatch.templates.ridge_field.RidgeField`), every other row is kept, and in
 it every fourth bit, by turns: the bits at which a comparison samples one of the prints
-(`_ridge_kernel`). The others are the sign of a weighted sum of the samples around them. The
+(`SAMPLES`). The others are the sign of a weighted sum of the samples around them. The
 weights follow a wave across the ridge orientation of the cell, which fades with distance.
 """
 
@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
-from fpmatch.matching.prints._ridge_sample_kernel import restore
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES, restore
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
+from fpmatch.matching.pipeline.alignment import RidgeSearchParameters
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
-from fpmatch.matching.ridges import RidgeSearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.pointset.delaunay._delaunay_kernel import link_points
 from fpmatch.pointset.delaunay._mesh_arrays_kernel import collect_arrays
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
-from fpmatch.pointset.delaunay.collinear import triangulate_collinear
 from fpmatch.pointset.delaunay.triangulation import Triangulation
 from fpmatch.pointset.geometry.points import as_points
 
@@ -63,6 +62,8 @@ def triangulate_checked(given: NDArray[np.float64]) -> Triangulation:
     in_order = sort_points(given, FLATNESS)
     given.setflags(write=False)
     if in_order is None:
+        from fpmatch.pointset.delaunay.collinear import triangulate_collinear  # noqa: PLC0415
+
         return triangulate_collinear(given, GRID_BITS)
     xy, distinct, order = in_order
     links = link_points(xy, distinct)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry._grid_kernel import bounding_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -28,6 +27,8 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
 
 def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.float64], Box]:
     """Return what `as_points` does, and the bounding box; zeros for no points."""
+    from fpmatch.pointset.geometry._grid_kernel import bounding_box  # noqa: PLC0415
+
     try:
         array = np.array(points, dtype=np.float64, order="C")
     except (OverflowError, TypeError, ValueError) as error:

@@ -37,11 +37,11 @@ from fpmatch.gallery.store.compact import pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.compact_template import CompactTemplates, compact, expand
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
+from fpmatch.matching.registry import get_matcher
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import stored_template
 from research.fuzzing.mutators.sealed import use_key

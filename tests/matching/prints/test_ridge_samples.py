@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.matching.numpy_forms import ridge_samples as numpy_form
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.prints.ridge_samples import (
     ORIENTATIONS,
     _looked_up,

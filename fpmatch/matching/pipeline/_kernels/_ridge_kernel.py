@@ -9,14 +9,14 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
+from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
+
 FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
 REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis
 SHIFTS = cython.declare(cython.int, 5)  # 2 * REACH + 1
 FEWEST_AROUND = cython.declare(cython.int, 4)  # cells of 3 by 3 that must be in both prints
 MOST_CELLS = cython.declare(cython.int, 16384)
-# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns.
-SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 TOPS = cython.declare(cython.ulonglong, 0x8080808080808080)  # of the bytes of a word
 FIVE = cython.declare(cython.ulonglong, 31)

@@ -23,7 +23,7 @@ from .image.quality.print_quality import PrintQuality as PrintQuality
 from .lab.evaluation.run import evaluate as evaluate
 from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr
-from .matching.matchers import matcher_names as matcher_names
+from .matching.registry import matcher_names as matcher_names
 from .matching.result import Verification as Verification
 from .matching.scale import find_scale as find_scale
 from .pointset.geometry.affine_transform import AffineTransform as AffineTransform

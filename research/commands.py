@@ -144,6 +144,7 @@ research.add_command(
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "points": ("checks.points", "Results on random point sets against their targets."),
+            "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },
     )
 )

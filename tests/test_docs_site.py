@@ -18,7 +18,7 @@ import fpmatch
 from fpmatch import errors
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.lab.points.results import read_results
-from fpmatch.matching.matchers import matcher_names
+from fpmatch.matching.registry import matcher_names
 from research.experiments.point_targets import missed_targets
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -152,12 +152,12 @@ def test_the_reference_of_commands_is_made_of_all_of_them():
 
 
 def test_the_matcher_in_one_file_has_the_shape_of_ours(monkeypatch, template):
-    from fpmatch.matching import matchers
+    from fpmatch.matching import matchers, registry
 
     folder = str(DOCS / "how-to" / "one_file")
     monkeypatch.setattr(matchers, "__path__", [*matchers.__path__, folder])
     assert "hough" in matcher_names()
-    hough = matchers.get_matcher("hough")
+    hough = registry.get_matcher("hough")
     other = fpmatch.Template(template.minutiae.take(range(5, 30)), 388, 374, dpi=569)
     none = fpmatch.Template(fpmatch.Minutiae.empty(), 9, 9)
     p, q, none = map(hough.prepare, (template, other, none))

@@ -29,11 +29,12 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
     function but do not call it. `args` and `prog_name` are as for `click.Command.main`.
     """
     try:
-        from fpmatch.base.threads import SAFE_PATH
         from fpmatch.cli.group import fpmatch
         from fpmatch.cli.interrupt import repeat_swallowed_interrupts
 
-        os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
+        os.environ["PYTHONSAFEPATH"] = (
+            "1"  # processes of the command import nothing from its directory
+        )
         atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
         repeat_swallowed_interrupts()
         fpmatch(args=args, prog_name=prog_name)

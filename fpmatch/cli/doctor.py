@@ -21,7 +21,7 @@ from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
 from fpmatch.formats.registry import CODECS
 from fpmatch.base.threads import available_cores
-from fpmatch.matching.matchers import own_matcher_names
+from fpmatch.matching.registry import own_matcher_names
 
 # Of pyproject.toml, which an installed package does not contain; a test compares them.
 CORE: Final = (

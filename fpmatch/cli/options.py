@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from fpmatch.errors import did_you_mean
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention
@@ -83,11 +83,11 @@ class FormatChoice(Name):
 
 def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     """Set the source of the keys in the environment, which worker processes inherit."""
+    if value is None:
+        return
     from fpmatch.base.encryption.keys import KEY_VARIABLE, split_source
     from fpmatch.errors import EncryptionError
 
-    if value is None:
-        return
     try:
         split_source(value)
     except EncryptionError as error:

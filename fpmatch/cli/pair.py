@@ -119,17 +119,17 @@ def save_view(target: Path, pair: ComparedPair, view: str | None, *, warp: bool)
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:
     """Read and compare the prints of a command line; `values` are those of `pair_options`."""
-    from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
     from fpmatch.prints.pair import compare_pair
 
     options = pair_options_of(values)
     compared = compare_pair(open_side(values, "probe"), open_side(values, "reference"), options)
     used = options.area_tolerance
-    if used not in {None, DEFAULT_AREA_TOLERANCE} and options.calibration is None:
-        say_note(
-            f"the score was calibrated at an area tolerance of {DEFAULT_AREA_TOLERANCE:g}, "
-            f"not {used:g}"
-        )
+    if used is not None and options.calibration is None:
+        from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
+
+        if used != DEFAULT_AREA_TOLERANCE:
+            usual = f"an area tolerance of {DEFAULT_AREA_TOLERANCE:g}"
+            say_note(f"the score was calibrated at {usual}, not {used:g}")
     return compared
 
 

@@ -169,7 +169,7 @@ def _verify_claim(
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.tasks.claim import check_claim
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.matchers import matcher_name
+    from fpmatch.matching.registry import matcher_name
     from fpmatch.matching.verify import DEFAULT_THRESHOLD
     from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 

@@ -23,8 +23,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
-from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.matching.result import PreparedPair, Verification
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.result import Comparison, Matcher, Verification
     from fpmatch.templates.minutiae import Template
 
 MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with
@@ -181,14 +180,9 @@ def verify_finger(
     fused = finger.compare(prepared)
     best = finger.chosen[fused.best]
     shown = [references[k] for k in finger.chosen]
-    pair = PreparedPair(
-        rule.matcher,
-        prepared,
-        finger.impressions[fused.best],
-        rule.calibration,
-        impressions=tuple(zip(shown, finger.impressions, strict=True)),
-    )
-    verification = rule.decide(probe, references[best], pair, fused.comparison, fused.score)
+    sides = tuple(zip(shown, finger.impressions, strict=True))
+    ours, most_similar = (probe, prepared), sides[fused.best]
+    verification = rule.decide(ours, most_similar, fused.comparison, fused.score, sides)
     return FingerVerification(verification, fused.scores, finger.chosen, best)
 
 

@@ -19,7 +19,7 @@ from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_nam
 from fpmatch.gallery.index.state import IndexState, removals_between
 from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.store.tables import TABLES
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

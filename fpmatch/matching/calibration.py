@@ -221,6 +221,11 @@ def calibrated_matchers() -> list[str]:
     return sorted(own | {name for name, other in SHARED.items() if other in own})
 
 
+def score_of(calibration: Calibration | None, similarity: float) -> float:
+    """Return the calibrated score of a similarity; NaN without a calibration."""
+    return math.nan if calibration is None else calibration.score(similarity)
+
+
 def score_to_fmr(score: float) -> float:
     """Return the false match rate that a score stands for: ``10 ** (-score / 10)``.
 

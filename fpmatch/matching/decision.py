@@ -11,13 +11,13 @@ file states decides.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
 from fpmatch.base.text_table import count
+from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage
 from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -29,15 +29,9 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
     from fpmatch.templates.ridge_field import RidgeField
 
-Decision = Literal["match", "no match", "inconclusive"]
-MATCH: Final = "match"
-NO_MATCH: Final = "no match"
-INCONCLUSIVE: Final = "inconclusive"
-
 NO_RIDGES: Final = "no ridges"
 TOO_LITTLE_SKIN: Final = "too little skin"
 TOO_FEW_MINUTIAE: Final = "too few minutiae"
-UNKNOWN_RESOLUTION: Final = "unknown resolution"
 THRESHOLD_TOO_HIGH: Final = "threshold too high"
 
 # `research/benchmarks/outcomes.py` prints the extremes of real prints.
@@ -47,14 +41,6 @@ LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
 NOTHING: Final = (0.0,) * 5  # the amount of evidence in a print that shows no finger
-
-
-@dataclass(frozen=True, slots=True)
-class Shortage:
-    """What two prints lack for a decision: a code of this module, and the reason in words."""
-
-    code: str
-    message: str
 
 
 def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[np.str_]:

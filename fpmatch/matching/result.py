@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from fpmatch.matching.decision import (
-    INCONCLUSIVE,
-    MATCH,
-    NO_MATCH,
-    UNKNOWN_RESOLUTION,
-    Shortage,
-    evidence_in,
-    find_shortage,
-    reachable_scores,
-    reachable_similarities,
-)
 from fpmatch.matching.scale import find_scale
 
 if TYPE_CHECKING:
@@ -27,14 +15,27 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.decision import Decision
+    from fpmatch.matching.explanation import Explanation
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
 
-    Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
+
+Decision = Literal["match", "no match", "inconclusive"]
+MATCH: Final = "match"
+NO_MATCH: Final = "no match"
+INCONCLUSIVE: Final = "inconclusive"
+
+UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
+
+
+@dataclass(frozen=True, slots=True)
+class Shortage:
+    """What two prints lack for a decision: a code of `decision`, and the reason in words."""
+
+    code: str
+    message: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,18 +155,13 @@ def may_match(matcher: Matcher, comparison: Comparison) -> bool:
     return comparison.transform is not None or not getattr(matcher, "aligns", True)
 
 
-def as_explaining(matcher: Matcher) -> Explaining | None:
-    """Return a matcher that can explain its comparisons; None for another."""
-    # isinstance takes as long as a comparison of a protocol
-    return cast("Explaining", matcher) if hasattr(matcher, "explain") else None
-
-
 @dataclass(frozen=True)
 class Verification:
     """The decision on two templates and the evidence for it.
 
-    The evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) is
-    completed when one of these is first read: a decision alone costs one comparison.
+    A decision alone costs one comparison. What else is asked for comes from `explanation`: the
+    evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) and what
+    the prints lack for a decision are computed there, once.
 
     Parameters
     ----------
@@ -190,8 +186,8 @@ class Verification:
     rho : float or None
         Where the matcher decided by the share of minutiae that are paired: the share that is not
         enough for a match. None where the score decided.
-    rematch : PreparedPair, optional
-        Completes the evidence; without it `comparison` is all there is.
+    explanation : Explanation, optional
+        What explains the decision; without it `comparison` is all there is.
     dpi_assumed : tuple of str
         The sides, "probe" and "reference", whose resolution neither a file nor the caller states.
     """
@@ -206,7 +202,7 @@ class Verification:
     reference: Template = field(repr=False)
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
-    rematch: PreparedPair | None = field(default=None, repr=False, compare=False)
+    explanation: Explanation | None = field(default=None, repr=False, compare=False)
     dpi_assumed: tuple[str, ...] = ()
 
     @property
@@ -225,22 +221,22 @@ class Verification:
             sides = " and ".join(f"the {side}" for side in self.dpi_assumed)
             message = f"the resolution of {sides} is unknown, and at another one the prints match"
             return Shortage(UNKNOWN_RESOLUTION, message)
-        return None if self.rematch is None else self.rematch.shortage(self)
+        return None if self.explanation is None else self.explanation.shortage
 
-    @cached_property
+    @property
     def reachable_score(self) -> float | None:
         """Score that half of the genuine comparisons of as much skin reach; None if unknown."""
-        return None if self.rematch is None else self.rematch.reachable_score(self)
+        return None if self.explanation is None else self.explanation.reachable_score
 
     @cached_property
     def scale(self) -> ScaleMeasurement | None:
         """Scale between the prints; see `fpmatch.find_scale`."""
         return find_scale(self)
 
-    @cached_property
+    @property
     def evidence(self) -> Comparison:
         """The comparison in full: for a non-match, under the best transform there is."""
-        return self.comparison if self.rematch is None else self.rematch.explain(self)
+        return self.comparison if self.explanation is None else self.explanation.evidence
 
     @property
     def transform(self) -> Similarity | None:
@@ -279,19 +275,19 @@ class Verification:
         """How much was compared; None where the matcher does not give it."""
         return self.evidence.compared
 
-    @cached_property
+    @property
     def ridge_map(self) -> RidgeMap | None:
         """Where the ridges agree; None where they were not compared. Its mean is scored."""
-        return None if self.rematch is None else self.rematch.ridge_map(self.evidence)
+        return None if self.explanation is None else self.explanation.ridge_map
 
-    @cached_property
+    @property
     def mesh_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """The pairs where the matcher's mesh has them, in pixels of probe and reference, (K, 2).
 
         They lie between the minutiae, which are not located exactly, and what their neighbours
         predict. None where the matcher has no mesh.
         """
-        return None if self.rematch is None else self.rematch.mesh_points(self.evidence)
+        return None if self.explanation is None else self.explanation.mesh_points
 
     @property
     def matched_share(self) -> float:
@@ -303,87 +299,3 @@ class Verification:
     def extrapolated(self) -> bool:
         """Whether the FMR lies beyond what the calibration data could measure."""
         return self.fmr < self.smallest_measured_fmr
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PreparedPair:
-    """Two prints as the matcher prepared them, to compute what a decision does not need."""
-
-    matcher: Matcher
-    probe: Any
-    reference: Any
-    calibration: Calibration | None
-    impressions: Sequence[Side] = ()  # of the finger; the reference is one of them
-
-    def explain(self, verification: Verification) -> Comparison:
-        """Return the evidence of a verification of the two prints in full."""
-        evidence, matcher = verification.comparison, as_explaining(self.matcher)
-        if matcher is not None:
-            if not verification.match:
-                evidence = matcher.explain(self.probe, self.reference, evidence)
-            if not self.impressions:
-                compared = matcher.compared(self.probe, self.reference, evidence)
-                evidence = replace(evidence, compared=compared)
-        if not verification.match and not evidence.reason:
-            by_score = verification.rho is None
-            reason = "the score is below the threshold" if by_score else "too few minutiae agree"
-            evidence = replace(evidence, reason=reason)
-        return evidence
-
-    def shortage(self, verification: Verification) -> Shortage | None:
-        """Return what the two prints lack for a decision; None where they lack nothing."""
-        sides = self._sides(verification)
-        return find_shortage(self.matcher, self.calibration, *sides, verification.threshold)
-
-    def reachable_score(self, verification: Verification) -> float | None:
-        """Return the score that half of the genuine comparisons of as much skin reach."""
-        probe, references = self._sides(verification)
-        ours = evidence_in(self.matcher, *probe)
-        theirs = np.stack([evidence_in(self.matcher, *one) for one in references])
-        similarities = reachable_similarities(self.matcher, ours, theirs)
-        reachable = reachable_scores(self.calibration, similarities).max()
-        return float(reachable) if math.isfinite(reachable) else None
-
-    def _sides(
-        self, v: Verification
-    ) -> tuple[tuple[Template, Any], Sequence[tuple[Template, Any]]]:
-        """Return the probe, and the impressions it was compared with, each as it was prepared."""
-        return (v.probe, self.probe), self.impressions or [(v.reference, self.reference)]
-
-    def ridge_map(self, evidence: Comparison) -> RidgeMap | None:
-        """Return where the ridges agree in the evidence; None where they were not compared."""
-        ridges: RidgeMap | None = None
-        if hasattr(self.matcher, "ridge_map"):
-            ridges = self.matcher.ridge_map(self.probe, self.reference, evidence)
-        return ridges
-
-    def mesh_points(
-        self, evidence: Comparison
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the pairs where the matcher's mesh has them; None where it has none."""
-        points: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-        if hasattr(self.matcher, "mesh_points"):
-            points = self.matcher.mesh_points(self.probe, self.reference, evidence)
-        return points
-
-    def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
-        """Return those of `ratios` by which the probe's lengths may be wrong."""
-        matcher = as_explaining(self.matcher)
-        if matcher is None:
-            return ratios
-        return matcher.possible_scales(self.probe, self.reference, ratios)
-
-    def score(self, probe: Template) -> float:
-        """Return the score of another probe against the reference."""
-        # the reference, which is prepared for many comparisons, goes first: the score is the same
-        comparison = self.matcher.compare(self.reference, self.matcher.prepare(probe))
-        return score_of(self.calibration, comparison.similarity)
-
-    def pairs(self, probe: Template) -> NDArray[np.int32]:
-        """Return the pairs of another probe and the reference."""
-        return self.matcher.compare(self.matcher.prepare(probe), self.reference).pairs
-
-
-def score_of(calibration: Calibration | None, similarity: float) -> float:
-    """Return the calibrated score of a similarity; NaN without a calibration."""
-    return math.nan if calibration is None else calibration.score(similarity)

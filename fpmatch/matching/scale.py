@@ -107,13 +107,13 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
         if measured is None or abs(math.log(measured.ratio)) < SMALL_LOG_DIFFERENCE:
             return measured
         return _refined(v, measured.ratio) or measured
-    if v.rho is not None or v.rematch is None:
+    if v.rho is not None or v.explanation is None:
         return None
     needed = v.threshold + 10.0 * math.log10(len(CANDIDATE_RATIOS))  # for so many tries
     possible = [ratio for ratio in CANDIDATE_RATIOS if _at_scale(v.probe, ratio)]
     tries = [
-        (v.rematch.score(rescaled), ratio)
-        for ratio in v.rematch.possible_scales(possible)
+        (v.explanation.score_at_scale(rescaled), ratio)
+        for ratio in v.explanation.possible_scales(possible)
         if (rescaled := _at_scale(v.probe, ratio))
     ]
     score, ratio = max(tries, default=(-math.inf, 1.0))
@@ -123,13 +123,14 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
 def _refined(verification: Verification, ratio: float) -> ScaleMeasurement | None:
     """Measure a scale that is `ratio`, roughly; None where it turns out to be 1."""
     v, measured = verification, None
-    if v.rematch is None:
+    if v.explanation is None:
         return None
     for _ in range(REFINEMENTS):
         rescaled = _at_scale(v.probe, ratio)
         if rescaled is None:
             return None
-        refined = measure_scale(rescaled, v.reference, v.rematch.pairs(rescaled))
+        pairs = v.explanation.pairs_at_scale(rescaled)
+        refined = measure_scale(rescaled, v.reference, pairs)
         if refined is None:
             return None
         ratio *= refined.ratio

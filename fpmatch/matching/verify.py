@@ -13,11 +13,12 @@ from fpmatch.matching.calibration import (
     MAX_SCORE,
     calibrated_matchers,
     load_calibration,
+    score_of,
     score_to_fmr,
 )
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import PreparedPair, Verification, may_match, score_of
-from fpmatch.templates.stored_template import minutiae_digest
+from fpmatch.matching.explanation import Explanation
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.result import Verification, may_match
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.explanation import Side
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.templates.minutiae import Template
 
@@ -61,29 +63,44 @@ class Rule:
 
     def decide(
         self,
-        probe: Template,
-        reference: Template,
-        prepared: PreparedPair,
+        probe: Side,
+        reference: Side,
         comparison: Comparison,
         score: float,
+        impressions: Sequence[Side] = (),
     ) -> Verification:
-        """Return the decision on two prints, or on a probe and a finger, that have this score."""
+        """Return the decision on two prints, or on a probe and a finger, that have this score.
+
+        Of a finger all `impressions` are given; `reference` is the most similar of them.
+        """
         curve, rho = self.calibration, self.rho
         enough = score >= self.threshold if rho is None else comparison.similarity > rho
+        match = enough and may_match(self.matcher, comparison)
+        explanation = Explanation(
+            matcher=self.matcher,
+            calibration=curve,
+            probe=probe,
+            reference=reference,
+            comparison=comparison,
+            match=match,
+            threshold=self.threshold,
+            rho=rho,
+            impressions=impressions,
+        )
         return Verification(
-            match=enough and may_match(self.matcher, comparison),
+            match=match,
             score=score,
             fmr=math.nan if curve is None else score_to_fmr(score),
             threshold=self.threshold,
             matcher=self.matcher.name,
             comparison=comparison,
-            probe=probe,
-            reference=reference,
+            probe=probe[0],
+            reference=reference[0],
             smallest_measured_fmr=0.0
             if curve is None
             else score_to_fmr(curve.largest_measured_score),
             rho=rho,
-            rematch=prepared,
+            explanation=explanation,
         )
 
 
@@ -101,10 +118,10 @@ def verify(
     """
     rule = Rule.of(matcher, threshold, calibration)
     chosen, curve = rule.matcher, rule.calibration
-    prepared = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), curve)
-    comparison = chosen.compare(prepared.probe, prepared.reference)
+    ours, theirs = chosen.prepare(probe), chosen.prepare(reference)
+    comparison = chosen.compare(ours, theirs)
     score = score_of(curve, comparison.similarity)
-    return rule.decide(probe, reference, prepared, comparison, score)
+    return rule.decide((probe, ours), (reference, theirs), comparison, score)
 
 
 def find_identity(
@@ -125,5 +142,9 @@ def find_identity(
     probe, reference = images
     if probe is not None and reference is not None and np.array_equal(probe, reference):
         return "pixels"
+    if len(templates[0]) != len(templates[1]):
+        return None
+    from fpmatch.templates.stored_template import minutiae_digest  # noqa: PLC0415
+
     ours, theirs = map(minutiae_digest, templates)
     return "template" if ours and ours == theirs else None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name
 from fpmatch.matching.verify import find_identity, verify
 from fpmatch.prints.report import as_dict
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.formats.codec import HEAD_BYTES, read_head
-from fpmatch.formats.record import ReadingOptions, TemplateRecord
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.io.limits import DEFAULT_LIMITS
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
+    from fpmatch.formats.record import TemplateRecord
     from fpmatch.image.io.limits import ImageLimits
     from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity
@@ -64,6 +64,7 @@ class PrintReader:
         head = read_head(path)
         if _contains_minutiae_only(head):
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
+            from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
             return load_record(path, options=ReadingOptions(angles=self.angles))
         with _failed_formats_named(head):
@@ -84,6 +85,7 @@ def decode_print(
     if not _contains_minutiae_only(data[:HEAD_BYTES]):
         return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
+    from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
     # a sealed template is not opened: whoever sent it would see what it contains
     return decode_record(data, name, options=ReadingOptions(unseal=False))
@@ -138,7 +140,7 @@ def make_given_print(
     to the recorder that `GivenPrint.quality` needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
-    if isinstance(content, TemplateRecord):
+    if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
         notes = (f"the first of its {len(content.views)} prints is used",) if several else ()

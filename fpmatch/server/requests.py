@@ -13,7 +13,7 @@ from fastapi.security import HTTPBearer
 from fpmatch.drawing.overlay.draw import View
 from fpmatch.errors import unknown_name
 from fpmatch.gallery.store.audit_chain import act_as
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names
 from fpmatch.prints.pair import PairOptions
 from fpmatch.server.auditor import AUDITED, AUDITOR, route_of
 from fpmatch.server.errors import RequestError

@@ -13,7 +13,7 @@ from fpmatch.base.printable import printable
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.matching.matchers import matcher_names
+from fpmatch.matching.registry import matcher_names
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server import models, pair, single, views
 from fpmatch.server.errors import NotReadyError, RequestError

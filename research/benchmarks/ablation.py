@@ -14,15 +14,17 @@ import repository  # noqa: F401
 
 from research.experiments.ablation import Variant, ablation_command, run_worker
 
+ALIGNMENT: Final = "fpmatch/matching/pipeline/alignment.py"
 MESH: Final = "fpmatch/matching/pipeline/_kernels/_pair_mesh_kernel.py"
 RING: Final = "fpmatch/pointset/paper/_one_ring_kernel.py"
 EVIDENCE: Final = "fpmatch/matching/pipeline/_kernels/_evidence_kernel.py"
+PIPELINE: Final = "fpmatch/matching/pipeline/_kernels/_pipeline_kernel.py"
 AMOUNT: Final = "fpmatch/matching/pipeline/_kernels/_amount_kernel.py"
 BOUND: Final = (
     "min(2.0 + (total - low) / high, limit)",
     "(2.0 + (total - low) / high)",
 )
-SEARCH: Final = ("if ridges and (self.found == 0 or not self.most > confident):", "if False:")
+SEARCH: Final = ("if doubtful and not self._is_confident(best):", "if False:")
 RAISED: Final = ("least / squares if 0.0 < squares < least else 1.0", "1.0")
 NOISE_OF_PLACES: Final = (
     "            self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b\n",
@@ -165,13 +167,7 @@ VARIANTS: Final = (
     ),
     Variant(
         "no relaxation",
-        (
-            (
-                "fpmatch/matching/pipeline/alignment.py",
-                "    rounds: int = 5\n",
-                "    rounds: int = 0\n",
-            ),
-        ),
+        ((ALIGNMENT, "    rounds: int = 5\n", "    rounds: int = 0\n"),),
     ),
     Variant("no evidence of the mesh", without=MESH_FEATURES),
     Variant(
@@ -180,7 +176,7 @@ VARIANTS: Final = (
         MESH_FEATURES,
     ),
     Variant("no ridges", without=RIDGE_FEATURES),
-    Variant("no search by the ridges", ((EVIDENCE, *SEARCH),)),
+    Variant("no search by the ridges", ((PIPELINE, *SEARCH),)),
     Variant("sums not conditioned on how much was compared", conditioned=False),
     Variant("no bound on what few pairs can say", ((EVIDENCE, *BOUND),)),
     Variant("poor minutiae by their quality alone", ((AMOUNT, *RAISED),)),

@@ -25,7 +25,7 @@ from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
 from fpmatch.lab.evaluation.report.rate_text import RATE_TITLES, percent
 from fpmatch.lab.evaluation.run import load_datasets
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.templates.minutiae import STANDARD_DPI, Template
 from research.all_pairs import compare_all_pairs
 from research.commands import Command, folders, json_file, workers, write_json

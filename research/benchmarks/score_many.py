@@ -23,7 +23,7 @@ from disturbed_prints import disturbed, sample_templates
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.engine.engine import make_engine
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:

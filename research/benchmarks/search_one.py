@@ -35,7 +35,7 @@ from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.pipeline import match as compare
+from fpmatch.matching.pipeline import match
 from fpmatch.matching.prints import bit_descriptors, candidate_list, ridge_samples
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock
-    (compare.Workspace, "similarities"),
+    (match.Workspace, "similarities"),
     (candidate_list, "prefilter_scores"),
     (StoredDescriptors, "scores"),
     (segment, "count_votes"),

@@ -26,7 +26,7 @@ from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.plan import plain_sensor
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from research.commands import PATH, Command, workers
 from research.marked_blocks import write_marked_block
 

@@ -8,7 +8,7 @@ import click
 
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.run import evaluate, load_datasets
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from research.all_pairs import impostors_among
 from research.commands import Command, folders, json_file, synthetic_folder, workers, write_json
 from research.experiments.calibration_check import (

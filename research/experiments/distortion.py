@@ -25,7 +25,7 @@ from fpmatch.lab.synthesis.plan import plain_sensor
 from fpmatch.lab.synthesis.presets import preset_named
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.all_pairs import compare_all_pairs

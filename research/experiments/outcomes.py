@@ -15,9 +15,6 @@ from fpmatch.lab.evaluation.cropping import crop_at
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     ENOUGH_MM2,
-    INCONCLUSIVE,
-    MATCH,
-    NO_MATCH,
     decide,
     evidence_in,
     reachable_scores,
@@ -28,6 +25,7 @@ from fpmatch.matching.decision import (
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from research.partial_templates import fragment
 

@@ -75,7 +75,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "base/kernels.py": _OWN,
     "installation.py": "reads what the system states about memory",
     "kernels.py": _OWN,
-    "matching/_compare_kernel.py": "opens prints that are in memory",
+    "matching/pipeline/_kernels/_pipeline_kernel.py": "opens prints that are in memory",
     "matching/calibration.py": ("calibration",),
     "matching/prints/compact_template.py": ("compact-template",),
     "matching/prints/prepared_prints.py": ("prepared", "prepared-forged"),

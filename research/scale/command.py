@@ -12,7 +12,7 @@ from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from research.commands import PATH, Command, folders, json_file, workers, write_json
 from research.scale.constants import Assumptions, Constants
 from research.scale.measure import measure as measured_constants

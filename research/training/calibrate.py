@@ -12,7 +12,7 @@ from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, extract_da
 from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_name, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among
 from research.commands import PATH, Command, folders, synthetic_folder, workers
 from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets

@@ -2,7 +2,7 @@
 
 Whole prints, windows and fragments of prints, and prints with few of their minutiae, with ridges
 and without, are compared with whole prints of other fingers. The sums that 1 % and 0.1 % of them
-reach are fitted as linear functions of the amount of evidence (see `fpmatch.matching.pipeline.evidence`), by
+reach are fitted as linear functions of the amount of evidence (see `pipeline.evidence`), by
 quantile regression in which every kind of part has the same weight. Then the same parts are
 compared with other impressions of their fingers: the -ln(FMR) that half of these comparisons reach
 is fitted as a function of the minutiae and the area of the smaller print. It determines how much
@@ -289,7 +289,7 @@ def _aligned(
     if len(probe) < MIN_MINUTIAE:
         return None
     workspace.load(probe)
-    found = workspace.align(reference, reference_first=reference.key < probe.key)
+    found = workspace.match(reference, reference_first=reference.key < probe.key)
     return None if found is None else found[1].minus_log_fmr
 
 

@@ -11,7 +11,12 @@ import numpy as np
 
 from fpmatch.lab.evaluation.protocol import choose_pairs
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.alignment import AlignmentParameters, aligner_of
+from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.pipeline.alignment import (
+    AlignmentParameters,
+    RidgeSearchParameters,
+    aligner_of,
+)
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
@@ -25,7 +30,6 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreWeights,
 )
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.ridges import RidgeSearchParameters
 from research.partial_templates import window
 
 if TYPE_CHECKING:
@@ -219,7 +223,7 @@ def _features(
             if step(k):
                 scorer.score_alignment(*sides, aligner, similarity)
                 row[:] = scorer.feature
-    scorer, search = scorers[1], scorers[1].search
+    scorer, search = scorers[1], RidgeSearch(RidgeSearchParameters())
     shown = [side.region.ridges is not None for side in (a, b)]
     model = scorer.choose_model(shown[0], shown[1], min(a.region.area, b.region.area))
     by_ridges = 0
@@ -228,7 +232,7 @@ def _features(
     elif model == MODELS.index(WITH_RIDGES):
         by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.correlator)
     for k in range(by_ridges):
-        if aligner.start_from(search.first[k], search.second[k]):
+        if aligner.start_from(search.first[k], search.second[k], aligner.hypotheses + k):
             scorer.score_alignment(*sides, aligner, similarity)
             found[1, LOCAL_HYPOTHESES + k] = scorer.feature
     if np.isnan(found[1, :, 0]).all():

@@ -93,7 +93,7 @@ def test_a_kernel_that_is_edited_is_noted_until_it_is_as_before(prints, tmp_path
     shutil.copytree(Path(fpmatch.__file__).parent, package)
     (tmp_path / "scripts").mkdir()
     (tmp_path / "scripts" / "build").touch()
-    kernel = package / "matching" / "_align_kernel.py"
+    kernel = package / "matching" / "pipeline" / "_kernels" / "_alignment_kernel.py"
     as_before = kernel.read_bytes()
     words = ["verify", *[str(prints / name) for name in ("1_1.png", "2_1.png")]]
 
@@ -108,9 +108,8 @@ def test_a_kernel_that_is_edited_is_noted_until_it_is_as_before(prints, tmp_path
     kernel.write_bytes(as_before.replace(b"1.06", b"1.07"))
     os.utime(kernel, (0, 0))
     note = stderr()
-    assert note.startswith(
-        "fpmatch: note: kernels out of date: fpmatch.matching.pipeline._kernels._alignment_kernel; "
-    )
+    name = "fpmatch.matching.pipeline._kernels._alignment_kernel"
+    assert note.startswith(f"fpmatch: note: kernels out of date: {name}; ")
     assert note.count("\n") == 1
     kernel.write_bytes(as_before)
     assert stderr() == ""

@@ -8,7 +8,7 @@ import pytest
 from fpmatch.fingers.consolidate import Link, consolidate, link_impressions, linked_groups
 from fpmatch.fingers.merge import merge_templates
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 

@@ -15,7 +15,7 @@ from fpmatch.fingers.finger import (
     verify_finger,
 )
 from fpmatch.matching.calibration import Calibration, load_calibration
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, Template
 

@@ -101,7 +101,7 @@ def test_an_unknown_target_is_refused(run_research):
 def test_reports_of_sanitizers_become_one_line():
     report = (
         "==1==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x60\n"
-        "    #0 0x7f in __pyx_f_7fpmatch build/cython/fpmatch/matching/pipeline/_kernels/_local_kernel.c:123\n"
+        "    #0 0x7f in __pyx_f_7fpmatch build/cython/fpmatch/_local_kernel.c:123\n"
     )
     where = "AddressSanitizer heap-buffer-overflow in _local_kernel:123"
     assert sanitizer.reason_of(report) == where

@@ -18,10 +18,10 @@ from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search_pieces import batch_size, hold_search, spans
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.prints.candidate_list import candidate_list
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.registry import get_matcher
 
 pytestmark = pytest.mark.usefixtures("small_pieces")
 PROBES = [scattered(k, 10 + k) for k in (3, 11, 100)]

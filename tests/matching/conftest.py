@@ -23,13 +23,12 @@ def plain(interpreted):
         modules = {name[1:].removesuffix("_kernel"): interpreted(name) for name in KERNELS}
     found = SimpleNamespace(**modules)
     found.prefilter.PairSet = found.consistency.PairSet
-    found.align.MinutiaGrid = found.minutia_grid.MinutiaGrid
-    found.align.Relaxation = found.relaxation.Relaxation
-    found.align.PairMesh = found.pair_mesh.PairMesh
+    found.alignment.MinutiaGrid = found.minutia_grid.MinutiaGrid
+    found.alignment.Relaxation = found.relaxation.Relaxation
+    found.alignment.PairMesh = found.pair_mesh.PairMesh
     found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
-    found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
     found.evidence.amount = found.amount
-    found.compare.smaller_area = found.amount.smaller_area
-    found.compare.as_similarity = found.amount.as_similarity
-    found.compare.normalize_by_size = found.local.normalize_by_size
+    found.pipeline.smaller_area = found.amount.smaller_area
+    found.pipeline.as_similarity = found.amount.as_similarity
+    found.pipeline.normalize_by_size = found.local.normalize_by_size
     return found

@@ -16,11 +16,11 @@ from fpmatch.matching.pipeline.alignment import (
     hypotheses,
 )
 from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prints.print_area import ORIENTATIONS, PrintArea
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.ridges import correlate
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 

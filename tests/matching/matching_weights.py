@@ -17,6 +17,7 @@ from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
     PairMeshParameters,
     RelaxationParameters,
+    RidgeSearchParameters,
 )
 from fpmatch.matching.pipeline.evidence import ScoreParameters
 from fpmatch.matching.pipeline.local import LocalParameters
@@ -29,7 +30,6 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreWeights,
 )
 from fpmatch.matching.prints.prepare import PreparedTemplate
-from fpmatch.matching.ridges import RidgeSearchParameters
 
 ALWAYS = -math.inf
 NEVER = math.inf
@@ -118,20 +118,19 @@ def print_for(plain: SimpleNamespace, print_: PreparedTemplate) -> Any:
     return found
 
 
-def interpreted_comparer(
+def interpreted_pipeline(
     plain: SimpleNamespace, probe: PreparedTemplate, capacity: int, weights: ScoreWeights
 ) -> Any:
-    """Return the comparer of the interpreted kernels, with a probe in it."""
+    """Return the pipeline of the interpreted kernels, with a probe in it."""
     local = LocalParameters()
     parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    before, after = (plain.align.Aligner(capacity, capacity, *parameters) for _ in range(2))
-    scorer = plain.evidence.EvidenceScorer(
-        ScoreParameters(), weights, capacity, RidgeSearchParameters()
-    )
+    before, after = (plain.alignment.Aligner(capacity, capacity, *parameters) for _ in range(2))
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, capacity)
+    search = plain.ridge_search.RidgeSearch(RidgeSearchParameters())
     tables = plain.prefilter.Prefilter(16, 12.0, 0.1, 11)
-    comparer = plain.compare.Comparer(capacity, tables, before, after, scorer, local)
-    comparer.load(print_for(plain, probe))
+    pipeline = plain.pipeline.Pipeline(capacity, tables, before, after, scorer, search, local)
+    pipeline.load(print_for(plain, probe))
     n = probe.neighbourhoods
     turn = math.radians(local.max_turn_deg)
-    comparer.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
-    return comparer
+    pipeline.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
+    return pipeline

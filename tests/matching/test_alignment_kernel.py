@@ -20,7 +20,7 @@ from matching_prints import (
     two_impressions,
 )
 
-from fpmatch.matching.pipeline._kernels import _alignment_kernel as _align_kernel
+from fpmatch.matching.pipeline._kernels import _alignment_kernel
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 from fpmatch.matching.pipeline.alignment import (
@@ -121,7 +121,7 @@ def first_fit_twin(a, b, partner, weight):
     return State(partner, weight, fit_twin(a, b, partner, weight, own))
 
 
-def aligner_for(a, b, parameters=PARAMETERS, module=_align_kernel, room=3):
+def aligner_for(a, b, parameters=PARAMETERS, module=_alignment_kernel, room=3):
     """Return an aligner that holds A and B, and room for more minutiae, which must not matter."""
     aligner = module.Aligner(
         a.shape[1] + room,
@@ -147,21 +147,17 @@ def at_hand(aligner):
     return *pairing, transform, np.asarray(aligner.predicted)[:, :n]
 
 
-def best_of(aligner):
-    """Return the same of the best alignment."""
+def kept_in(aligner, row):
+    """Return the same of what is kept in a row."""
     n = aligner.size_a
-    arrays = (
-        aligner.best_partner[:n],
-        aligner.best_weight[:n],
-        np.asarray(aligner.best_predicted)[:, :n],
-    )
-    best = [aligner.best_pairs, aligner.best_c, aligner.best_s, aligner.best_x, aligner.best_y]
-    return [*(np.asarray(array).tolist() for array in arrays), *best]
+    arrays = np.empty(4), np.empty(n, np.int32), np.empty(n), np.empty((4, n))
+    pairs = aligner.copy_kept(row, *arrays)
+    return [pairs, *(array.tolist() for array in arrays)]
 
 
 def shown(aligner):
-    """Return all of the alignment at hand and of the best, to be compared to the last bit."""
-    found = [aligner.pairs, *(array.tolist() for array in at_hand(aligner)), *best_of(aligner)]
+    """Return all of the alignment at hand, to be compared to the last bit."""
+    found = [aligner.pairs, *(array.tolist() for array in at_hand(aligner))]
     if aligner.pairs:
         mesh = aligner.mesh
         found += [mesh.places, mesh.weights, mesh.full, mesh.strain, mesh.turned, mesh.edges]
@@ -311,8 +307,8 @@ def run_all(aligner, similarity):
     for step in (aligner.start_hypothesis, aligner.refine):
         for k in range(aligner.hypotheses):
             pairs = step(k)
-            saved = aligner.save_best() if pairs else 0
-            results.append([pairs, saved, shown(aligner) if pairs else None])
+            kept = kept_in(aligner, k) if pairs else None
+            results.append([pairs, kept, shown(aligner) if pairs else None])
     return results
 
 
@@ -326,25 +322,23 @@ def test_used_fresh_and_interpreted_aligners_agree_to_the_last_bit(plain, seed):
     a, b = any_prints(seed)
     similarity = similarity_of(a, b)
     put(used, a, b)
-    interpreted = aligner_for(a, b, module=plain.align)
+    interpreted = aligner_for(a, b, module=plain.alignment)
     expected = run_all(aligner_for(a, b, room=0), similarity)
     assert run_all(used, similarity) == expected == run_all(interpreted, similarity)
 
 
-def test_the_saved_alignment_stays_as_it_was():
+def test_a_hypothesis_stays_as_it_was_kept():
     a, b = two_impressions(8)
     aligner = aligner_for(a, b)
     aligner.relax(similarity_of(a, b))
-    assert aligner.best_pairs == 0
     assert aligner.start_hypothesis(0) > 0
-    assert aligner.save_best() == aligner.best_pairs == aligner.pairs
-    saved = best_of(aligner)
+    kept = kept_in(aligner, 0)
     partner, weight, transform, predicted = (side.tolist() for side in at_hand(aligner))
-    assert saved == [partner, weight, predicted, aligner.pairs, *transform]
+    assert kept == [aligner.pairs, transform, partner, weight, predicted]
+    aligner.start_from(0, 0, aligner.hypotheses)
     aligner.impose(np.full(14, -1, np.int32), 1.0, 0.0, 0.0, 0.0)
-    assert best_of(aligner) == saved
     aligner.relax(similarity_of(a, b))
-    assert aligner.best_pairs == 0
+    assert kept_in(aligner, 0) == kept
 
 
 @pytest.mark.parametrize("size", [3.0, 300.0, 1e7])

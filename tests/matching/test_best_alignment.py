@@ -8,22 +8,24 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, doubled_prints, seeds
 from matching_weights import ALWAYS, NEVER, all_with, some_weights
 
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
+    RidgeSearchParameters,
     aligner_of,
-    best_alignment,
+    kept_alignment,
     make_aligner,
 )
 from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
-from fpmatch.matching.pipeline.local import local_similarity
-from fpmatch.matching.pipeline.match import align
-from fpmatch.matching.ridges import RidgeSearchParameters
+from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
+from fpmatch.matching.pipeline.match import match
+from fpmatch.matching.prints.bit_descriptors import prefilter
 
 
 def alignment_twin(a, b, weights):
-    """Return the best alignment, its sum, and how many were refined, as `align` describes it."""
+    """Return the best alignment, its sum, and how many were refined, as `match` describes it."""
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     model = weights.model_of(a, b)
 
@@ -31,17 +33,13 @@ def alignment_twin(a, b, weights):
         scorer = evidence_scorer(max(len(a), len(b)), all_with(weights, refine_threshold=refine))
         return gather_evidence(a, b, alignment, similarity, scorer).total
 
-    def saved():
-        aligner.save_best()
-        return best_alignment(aligner)
-
     aligner = aligner_of(a.points, b.points)
     aligner.relax(similarity)
     weak = aligner.relaxation.strength < model.relaxation_threshold
     coarse = {}
     for k in range(AlignmentParameters().hypotheses):
         if aligner.start_hypothesis(k):
-            found = saved()
+            found = kept_alignment(aligner, k)
             coarse[k] = found, sum_of(found, NEVER)
             if coarse[k][1] > model.confident_threshold:
                 coarse = {k: coarse[k]} if coarse[k][1] > model.refine_threshold else coarse
@@ -49,7 +47,7 @@ def alignment_twin(a, b, weights):
             if weak:
                 break
     passing = [k for k, (_, total) in coarse.items() if total > model.refine_threshold]
-    refined = [saved() for k in passing if aligner.refine(k)]
+    refined = [kept_alignment(aligner, k) for k in passing if aligner.refine(k)]
     rows = [(one, sum_of(one, ALWAYS)) for one in refined]
     if not passing:
         rows = list(coarse.values())
@@ -63,8 +61,9 @@ def alignment_twin(a, b, weights):
         else:
             found_by_ridges = search.search_candidates(*sides, aligner.relaxation, correlator)
         for k in range(found_by_ridges):
-            if aligner.start_from(search.first[k], search.second[k]):
-                found = saved()
+            row = aligner.hypotheses + k
+            if aligner.start_from(search.first[k], search.second[k], row):
+                found = kept_alignment(aligner, row)
                 rows.append((found, sum_of(found, ALWAYS)))
     if not rows:
         return None
@@ -78,11 +77,11 @@ def alignment_twin(a, b, weights):
     st.sampled_from([-1.0, 0.01, 0.05, 0.2, math.inf]),
 )
 @settings(max_examples=50 if COMPILED else 15)
-def test_align_agrees_with_its_twin(seed, refine, confident, relaxation):
+def test_match_agrees_with_its_twin(seed, refine, confident, relaxation):
     """Which hypotheses are tried, which are refined, and which of them is the result."""
     a, b = doubled_prints(seed)
     weights = some_weights(refine, confident=confident, relaxation=relaxation, apart=2.0)
-    found = align(a, b, evidence_scorer(max(len(a), len(b)), weights))
+    found = match(a, b, evidence_scorer(max(len(a), len(b)), weights))
     expected = alignment_twin(a, b, weights)
     assert (found is None) == (expected is None)
     if found is not None:
@@ -112,13 +111,12 @@ def test_the_cases_to_align_are_of_every_kind():
 
 @pytest.mark.parametrize("hypotheses", [1, 16, 17, 40])
 def test_any_number_of_hypotheses_can_be_asked_for(hypotheses):
-    """The scorer tries no more than it has room for."""
     a, b = doubled_prints(2)
-    aligner = make_aligner(len(a), len(b), AlignmentParameters(hypotheses=hypotheses))
-    aligner.load_a(a.points, len(a))
-    aligner.load_b(b.points, len(b))
-    scorer = evidence_scorer(max(len(a), len(b)), some_weights())
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    total = scorer.align(a.for_kernels(), b.for_kernels(), aligner, similarity)
-    assert aligner.best_pairs > 0
-    assert math.isfinite(total)
+    room, parameters = max(len(a), len(b)), AlignmentParameters(hypotheses=hypotheses)
+    aligners = [make_aligner(room, room, parameters) for _ in range(2)]
+    scorer, search = evidence_scorer(room, some_weights()), RidgeSearch(RidgeSearchParameters())
+    pipeline = Pipeline(room, prefilter(), *aligners, scorer, search, LocalParameters())
+    pipeline.load(a.for_kernels())
+    pipeline.neighbours = index_neighbours(a.neighbourhoods)
+    assert math.isfinite(pipeline.match_with(b.for_kernels(), False))
+    assert pipeline.best >= 0

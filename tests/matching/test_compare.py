@@ -21,7 +21,7 @@ from matching_weights import (
     NEVER,
     NO_PREFILTER,
     REJECTING,
-    interpreted_comparer,
+    interpreted_pipeline,
     print_for,
     scored_by,
     some_weights,
@@ -232,10 +232,10 @@ def test_compiled_and_interpreted_agree(plain, refine, prefilter):
     similarity = np.zeros(len(many))
     order = canonical_order(prints[0], many, 0, len(many))
     room = max(many.most_minutiae, len(prints[0]))
-    comparer = interpreted_comparer(plain, prints[0], room, weights)
+    pipeline = interpreted_pipeline(plain, prints[0], room, weights)
     largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
     packed = plain.template_view.PreparedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
-    comparer.compare_packed(packed, print_for(plain, largest), 0, order, similarity)
+    pipeline.match_packed(packed, print_for(plain, largest), 0, order, similarity)
     with scored_by(weights):
         fast = MATCHER.similarities(prints[0], many)
     assert similarity == pytest.approx(fast, rel=1e-12)

@@ -22,7 +22,7 @@ from fpmatch.matching.decision import (
     reachable_scores,
     reachable_similarities,
 )
-from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.registry import get_matcher, matcher_names
 
 MATCHER = get_matcher("unit-circle")
 SENTENCE = "the quick brown fox jumps over the lazy dog 0123"

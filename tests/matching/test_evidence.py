@@ -34,7 +34,6 @@ from fpmatch.matching.pipeline.alignment import (
 from fpmatch.matching.pipeline.evidence import ScoreParameters, evidence_scorer, gather_evidence
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.ridges import RidgeSearchParameters
 
 P = ScoreParameters()
 FEW = 20 if COMPILED else 6
@@ -149,10 +148,10 @@ def test_compiled_and_interpreted_agree(plain, seed, refine):
     a, b, partner, transform = some_case(seed)
     weights = some_weights(refine, apart=3.0)
     room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, weights, room, RidgeSearchParameters())
+    scorer = plain.evidence.EvidenceScorer(P, weights, room)
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    aligner = plain.align.Aligner(len(a), len(b), *parameters)
+    aligner = plain.alignment.Aligner(len(a), len(b), *parameters)
     aligner.load_a(a.points, len(a))
     aligner.load_b(b.points, len(b))
     aligner.relax(similarity)

@@ -5,7 +5,7 @@ import pytest
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching import matchers
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, matcher_names
 
 THIRD = """
 class Third:
@@ -44,8 +44,8 @@ def test_unknown_matcher_names_the_known(name):
 
 def test_listing_names_imports_no_matcher():
     program = (
-        "import sys; from fpmatch.matching import matchers; matchers.matcher_names();"
-        "print([m for m in sys.modules if m.startswith(matchers.__name__ + '.')])"
+        "import sys; from fpmatch.matching import registry; registry.matcher_names();"
+        "print([m for m in sys.modules if m.startswith('fpmatch.matching.matchers.')])"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True

@@ -7,9 +7,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fpmatch.errors import FpmatchError, MatcherError
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
 from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
+from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import UnitCircleParameters

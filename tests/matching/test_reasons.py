@@ -1,4 +1,4 @@
-"""`fpmatch.matching.pipeline.reasons`: the reasons of a non-match, each on prints made to have it."""
+"""`pipeline.reasons`: the reasons of a non-match, each on prints made to have it."""
 
 import math
 

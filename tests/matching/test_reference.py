@@ -31,7 +31,6 @@ from matching_prints import (
 from fpmatch.image.extract import extract
 from fpmatch.matching import reference as method
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
@@ -41,6 +40,7 @@ from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.reference import pair_mesh
 from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.matching.reference.triangulation import triangulate
+from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 
 SAMPLES = sorted((Path(__file__).parents[2] / "sample_data").glob("10[12]_*.tif"))

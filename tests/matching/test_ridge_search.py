@@ -19,7 +19,7 @@ from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import aligner_of
+from fpmatch.matching.pipeline.alignment import RidgeSearchParameters, aligner_of
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.ridges import search_by_ridges
@@ -170,6 +170,6 @@ def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole):
     print_ = prepare(whole)
     aligner, _ = relaxed(print_, print_)
     for k in range(0, len(print_), 5):
-        assert aligner.start_from(k, k) > 0.8 * len(print_)
+        assert aligner.start_from(k, k, 0) > 0.8 * len(print_)
         assert (np.asarray(aligner.partner)[: len(print_)] >= 0).mean() > 0.8
         assert np.hypot(aligner.x, aligner.y) < 5

@@ -34,6 +34,11 @@ def some_json():
     return some_weights(-1.25, prefilter=REJECTING, confident=7.5, relaxation=0.375).as_json()
 
 
+def of_all(weights, name):
+    """Return an array of all models in one."""
+    return np.stack([getattr(model, name) for model in weights.models])
+
+
 @given(*(arrays(np.float64, shape, elements=st.floats(-1e6, 1e6)) for shape in SHAPES.values()))
 def test_weights_read_back_are_the_same(standard, limits, quantiles):
     models = (
@@ -45,7 +50,8 @@ def test_weights_read_back_are_the_same(standard, limits, quantiles):
     weights = ScoreWeights(tuple(models), {"sets": ["one", "two"], "n": 3})
     again = ScoreWeights.from_json(weights.as_json())
     for name, given_ in (("standard", standard), ("limits", limits), ("quantiles", quantiles)):
-        for found in (getattr(weights, name), getattr(again, name)):  # as the kernel takes them
+        for one in (weights, again):
+            found = of_all(one, name)  # as the kernel takes them
             assert (found.shape, found.dtype) == (SHAPES[name], np.float64)
             assert found.flags.c_contiguous
             assert found.tolist() == given_.tolist()
@@ -76,18 +82,19 @@ def test_the_file_names_the_models_the_limits_and_every_feature():
 def test_the_weights_of_the_package_are_as_they_were_written():
     weights = load_weights()
     assert weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")
-    assert np.isfinite(weights.standard).all()
-    assert np.isfinite(weights.limits).all()
-    assert (weights.standard[:, 1] > 0).all()
+    standard, quantiles = of_all(weights, "standard"), of_all(weights, "quantiles")
+    assert np.isfinite(standard).all()
+    assert np.isfinite(of_all(weights, "limits")).all()
+    assert (standard[:, 1] > 0).all()
     assert all(model.confident_threshold > model.refine_threshold for model in weights.models)
-    weight = weights.standard[:, 2]
+    weight = standard[:, 2]
     assert (weight[:, FEATURES.index("unpaired")] < 0).all()
     assert (weight[:, FEATURES.index("relaxed similarity")] > 0).all()
     assert weight[0, FEATURES.index("ridges")] > 0
     assert not weight[1, OF_RIDGES].any()
     assert weight[0, OF_RIDGES[-1]] == 0.0 < weight[3, OF_RIDGES[-1]]
-    assert weights.standard[1].tolist() == weights.standard[2].tolist()
-    assert weights.quantiles[1].tolist() != weights.quantiles[2].tolist()
+    assert standard[1].tolist() == standard[2].tolist()
+    assert quantiles[1].tolist() != quantiles[2].tolist()
 
 
 @pytest.mark.parametrize(

@@ -25,11 +25,11 @@ from matching_prints import (
 )
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
-from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.pipeline.alignment import MIN_PAIRS_FOR_SCALE
+from fpmatch.matching.pipeline.evidence import MOSTLY_PAIRED, evidence_scorer, gather_evidence
 from fpmatch.matching.pipeline.local import local_similarity
-from fpmatch.matching.pipeline.match import align
-from fpmatch.matching.pipeline.reasons import MOSTLY_PAIRED
+from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -127,7 +127,7 @@ def test_the_alignment_is_that_of_the_greatest_sum(seed, field, refine):
     found = alignments(a.points, b.points, similarity, coarse=refine == NEVER)
     rows = [(one, gather_evidence(a, b, one, similarity, scorer)) for one in found]
     alignment, expected = max(rows, key=lambda row: row[1].total)
-    aligned, evidence = align(a, b, evidence_scorer(len(b), weights))
+    aligned, evidence = match(a, b, evidence_scorer(len(b), weights))
     if a.region.ridges is not None and evidence.total > expected.total:
         return  # found by the ridges
     assert aligned.partner.tolist() == alignment.partner.tolist()
@@ -144,7 +144,7 @@ WIDE = np.array([[50.0, 350, 200], [-50, -50, -350], [1, 1, 1], [0, 0, 0]])
 
 def test_nothing_is_aligned_where_nothing_is_similar():
     a, b = (MATCHER.prepare(template_of(side)) for side in (NARROW, WIDE))
-    assert align(a, b) is None
+    assert match(a, b) is None
     found = MATCHER.compare(a, b)
     assert found.reason == "no minutiae of the two prints can be paired"
     assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)

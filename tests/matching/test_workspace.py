@@ -12,14 +12,14 @@ from matching_weights import (
     ALWAYS,
     NEVER,
     REJECTING,
-    interpreted_comparer,
+    interpreted_pipeline,
     print_for,
     scored_by,
     some_weights,
 )
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline._kernels import _pipeline_kernel as _compare_kernel
+from fpmatch.matching.pipeline._kernels import _pipeline_kernel
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
@@ -42,7 +42,7 @@ def outcome(workspace, probe, reference):
     first = reference.key < probe.key
     workspace.load(probe)
     rejected = workspace.rejected(reference, reference_first=first)
-    aligned = workspace.align(reference, reference_first=first)
+    aligned = workspace.match(reference, reference_first=first)
     if aligned is None:
         return rejected, None
     alignment, evidence = aligned
@@ -102,21 +102,21 @@ def test_compiled_and_interpreted_align_the_same(plain, seed, doubled, refine, c
     weights = some_weights(refine, prefilter=REJECTING, confident=confident)
     a, b = doubled_prints(seed) if doubled else impressions(seed, 9)
     room = max(len(a), len(b))
-    comparer = interpreted_comparer(plain, a, room, weights)
+    pipeline = interpreted_pipeline(plain, a, room, weights)
     compiled = Workspace(room, evidence_scorer(room, weights))
     compiled.load(a)
     view = print_for(plain, b)
     for first in (False, True):
-        aligned = compiled.align(b, reference_first=first)
-        total = comparer.align(view, first)
+        aligned = compiled.match(b, reference_first=first)
+        total = pipeline.match_with(view, first)
         if aligned is not None:
-            aligner = comparer.before if first else comparer.after
-            partner = np.asarray(aligner.best_partner)[: len(aligned[0].partner)]
+            aligner = pipeline.before if first else pipeline.after
+            partner = np.asarray(aligner.kept_partner)[pipeline.best, : len(aligned[0].partner)]
             assert partner.tolist() == aligned[0].partner.tolist()
             assert total == pytest.approx(aligned[1].minus_log_fmr, rel=1e-9)
-        shortfall = comparer.shortfall(view, first)
+        shortfall = pipeline.shortfall(view, first)
         found = compiled.rejected(b, reference_first=first)
-        assert found == (comparer.scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
+        assert found == (pipeline.scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
 
 
 def fit_of(module, given_, *, swapped):
@@ -178,9 +178,9 @@ def pairs_to_fit(seed, paired):
 @settings(max_examples=EXAMPLES)
 def test_the_fit_compiled_and_interpreted_agrees_with_its_twin(plain, seed, paired, swapped):
     given_ = pairs_to_fit(seed, paired)
-    transform, pairs, rms = fit_of(_compare_kernel, given_, swapped=swapped)
+    transform, pairs, rms = fit_of(_pipeline_kernel, given_, swapped=swapped)
     expected, expected_pairs, expected_rms = fit_twin(given_, swapped=swapped)
-    same, same_pairs, same_rms = fit_of(plain.compare, given_, swapped=swapped)
+    same, same_pairs, same_rms = fit_of(plain.pipeline, given_, swapped=swapped)
     assert pairs == expected_pairs == same_pairs
     assert rms == pytest.approx(expected_rms, abs=1e-9)
     assert rms == pytest.approx(same_rms, rel=1e-12, abs=1e-12)

@@ -14,7 +14,7 @@ from fpmatch import Minutiae, Template, verify
 from fpmatch.base.plugins import MATCHERS, forget_plugins
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, Provenance
-from fpmatch.matching.matchers import get_matcher, matcher_failures, matcher_names
+from fpmatch.matching.registry import get_matcher, matcher_failures, matcher_names
 
 GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"

@@ -59,8 +59,8 @@ ROOMS = {
     "affine": affine,
     "triangles": triangles,
     "descriptors": descriptors,
-    "paper": lambda room, p, q: room("unit_circle.matcher").match_by_unit_circle(p, q),
-    "rings": lambda room, p, _: room("unit_circle.prepared_points").prepare_points(p).rings,
+    "paper": lambda room, p, q: room("paper.matcher").match_by_unit_circle(p, q),
+    "rings": lambda room, p, _: room("paper.prepared_points").prepare_points(p).rings,
     "van-wamelen": lambda room, p, q: room("van_wamelen.matcher").match_van_wamelen(
         p, q, rho=0.7, lambda_=0.6, max_steps=20_000
     ),

@@ -40,7 +40,7 @@ def without(case, pairs):
     def fewer(result):
         transform = result.transform if pairs else None
         found = replace(result.comparison, pairs=result.pairs[:pairs], transform=transform)
-        return replace(result, comparison=found, rematch=None)
+        return replace(result, comparison=found, explanation=None)
 
     return replace(case, default=fewer(case.default), paper=fewer(case.paper))
 

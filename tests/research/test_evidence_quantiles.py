@@ -103,8 +103,10 @@ def test_parts_of_prints_are_compared(synthetic_set, name, ridges):
 def test_quantiles_of_all_models_are_fitted(synthetic_set):
     weights = load_weights()
     found = fit_amounts(weights, [synthetic_set], workers=1, parameters=FEW)
-    assert found.quantiles.shape == (len(MODELS), len(RATES), len(AMOUNTS))
-    assert np.isfinite(found.quantiles).all()
-    assert found.standard.tolist() == weights.standard.tolist()
+    quantiles = np.stack([model.quantiles for model in found.models])
+    assert quantiles.shape == (len(MODELS), len(RATES), len(AMOUNTS))
+    assert np.isfinite(quantiles).all()
+    for model, before in zip(found.models, weights.models, strict=True):
+        assert model.standard.tolist() == before.standard.tolist()
     again = fit_amounts(weights, [synthetic_set], workers=1, parameters=FEW)
     assert again.as_json() == found.as_json()

@@ -10,16 +10,15 @@ from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
 from fpmatch.lab.evaluation.impression import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.alignment import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import align
+from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     ScoreModel,
     ScoreWeights,
 )
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
 from research.training.score_samples import (
@@ -152,7 +151,7 @@ def test_features_are_those_that_the_matcher_weighs(two_fingers, ridges, refine)
     weights = some_weights(refine)
     shown = two_fingers if ridges else of_templates(two_fingers, without_field)
     pairs = ordered_pairs(shown)
-    aligned = [align(a, b, evidence_scorer(len(b), weights)) for a, b in pairs]
+    aligned = [match(a, b, evidence_scorer(len(b), weights)) for a, b in pairs]
     totals = [one[1].total for one in aligned if one]
     assert len(totals) > 6
     features = np.where(OF_RIDGES, 0.0, found.coarse) if refine == np.inf else found.features

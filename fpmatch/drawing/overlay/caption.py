@@ -28,33 +28,35 @@ _MAX_SCORE: Final = 100.0
 
 def evidence(verification: Verification) -> list[Fact]:
     """Return the evidence for or against a match, as (label, value)."""
-    v = verification
+    v, explained = verification, verification.evidence
     ours, theirs = len(v.probe.minutiae), len(v.reference.minutiae)
+    compared = explained.compared
     facts = [
         ("False match rate", odds(v.fmr) + (", extrapolated" if v.extrapolated else "")),
-        ("Minutiae paired", f"{len(v.pairs)} (probe {ours}, reference {theirs})"),
+        ("Minutiae paired", f"{len(explained.pairs)} (probe {ours}, reference {theirs})"),
     ]
-    if v.transform is not None:
-        area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm²"
-        facts += [("Agreement", _percent(v.agreement)), ("Overlap", _percent(v.overlap) + area)]
-    if v.transform is not None and v.compared and v.compared.ridge_agreement is not None:
-        added = f"{v.compared.ridge_score:+.1f} of the score"
-        facts.append(("Ridge agreement", f"{v.compared.ridge_agreement:.2f}, {added}"))
+    if explained.transform is not None:
+        area = "" if compared is None else f", {compared.area_mm2:.0f} mm²"
+        overlap = _percent(explained.overlap) + area
+        facts += [("Agreement", _percent(explained.agreement)), ("Overlap", overlap)]
+        if compared is not None and compared.ridge_agreement is not None:
+            added = f"{compared.ridge_score:+.1f} of the score"
+            facts.append(("Ridge agreement", f"{compared.ridge_agreement:.2f}, {added}"))
     return [*facts, ("Matcher", v.matcher)]
 
 
 def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
     """Return the transform of the probe and how it is drawn as (label, value); none without it."""
-    v = verification
-    if v.transform is None:
+    transform, rms_px = verification.evidence.transform, verification.evidence.rms_px
+    if transform is None:
         return []
-    angle = v.transform.rotation_deg  # y points down: clockwise where positive
+    angle = transform.rotation_deg  # y points down: clockwise where positive
     sense = "" if abs(angle) < 0.05 else " clockwise" if angle > 0 else " counter-clockwise"
     return [
         ("Rotation of probe", f"{abs(angle):.1f}°{sense}"),
-        ("Scale", f"{v.transform.scale:.3f}"),
-        ("Shift x, y", f"{v.transform.tx:+.1f}, {v.transform.ty:+.1f} px"),
-        ("Residual", f"{v.rms_px:.1f} px rms" if math.isfinite(v.rms_px) else "-"),
+        ("Scale", f"{transform.scale:.3f}"),
+        ("Shift x, y", f"{transform.tx:+.1f}, {transform.ty:+.1f} px"),
+        ("Residual", f"{rms_px:.1f} px rms" if math.isfinite(rms_px) else "-"),
         *([("Picture of probe", drawn)] if drawn else []),
     ]
 

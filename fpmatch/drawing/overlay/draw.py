@@ -9,15 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.drawing.overlay.page import Print, panel_of
-from fpmatch.drawing.overlay.ridge_page import ridge_page
-from fpmatch.drawing.overlay.side_by_side import side_by_side_page
 from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
-from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.files import png_bytes
 from fpmatch.drawing.scene.raster import paint
-from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError
 
+# The pages that few calls draw are imported where they are drawn.
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
@@ -54,8 +51,12 @@ class View:
             return NO_TRANSFORM
         if self.ridges:
             return "" if verification.ridge_map is not None else NO_RIDGES
-        warp, words = pair_warp(verification) if self.warp else (None, "")
-        return words if self.warp and warp is None else ""
+        if not self.warp:
+            return ""
+        from fpmatch.drawing.overlay.warp import pair_warp  # noqa: PLC0415
+
+        warp, words = pair_warp(verification)
+        return words if warp is None else ""
 
 
 def draw(
@@ -155,7 +156,11 @@ def overlay_file(
 ) -> bytes:
     """Return the content of the file that `save_overlay` writes, for one of `SUFFIXES`."""
     scene = _scene(probe, reference, verification, view)
-    return svg_text(scene).encode() if suffix == ".svg" else png_bytes(paint(scene))
+    if suffix == ".png":
+        return png_bytes(paint(scene))
+    from fpmatch.drawing.scene.svg import svg_text  # noqa: PLC0415
+
+    return svg_text(scene).encode()
 
 
 def panel_picture(
@@ -182,8 +187,16 @@ def _scene(
     theirs = Print.of("reference image", reference, verification.reference)
     transform = verification.transform
     if view.side_by_side or transform is None:
+        from fpmatch.drawing.overlay.side_by_side import side_by_side_page  # noqa: PLC0415
+
         return side_by_side_page(ours, theirs, verification, own)
     if view.ridges and verification.ridge_map is not None:
+        from fpmatch.drawing.overlay.ridge_page import ridge_page  # noqa: PLC0415
+
         return ridge_page(theirs, verification, verification.ridge_map, own)
-    warp, drawn = pair_warp(verification) if view.warp else (None, SIMILARITY)
+    warp, drawn = None, SIMILARITY
+    if view.warp:
+        from fpmatch.drawing.overlay.warp import pair_warp  # noqa: PLC0415
+
+        warp, drawn = pair_warp(verification)
     return superposed_page(ours, theirs, verification, transform, warp, drawn, own)

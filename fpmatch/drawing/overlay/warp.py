@@ -2,7 +2,7 @@
 
 Skin stretches, so that no similarity transform aligns all pairs. The matcher follows it on the
 Delaunay mesh of the pairs, which eight frame points around the print close
-(`fpmatch.matching.pipeline._kernels._pair_mesh_kernel`). Here the mesh maps each triangle affinely; outside the
+(`_pair_mesh_kernel`). Here the mesh maps each triangle affinely; outside the
 frame the similarity transform holds.
 """
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration
 from fpmatch.matching.decision import decide, reachable_scores
-from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import DecidesByShare
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 

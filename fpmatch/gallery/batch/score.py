@@ -22,7 +22,7 @@ from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.matching.calibration import MAX_SCORE
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:

@@ -40,7 +40,7 @@ from fpmatch.gallery.batch.decision import calibration_of, rho_of
 from fpmatch.gallery.batch.decision import outcomes as outcomes_of
 from fpmatch.gallery.listing.csv_rows import csv_rows
 from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
-from fpmatch.matching.decision import MATCH
+from fpmatch.matching.result import MATCH
 
 if TYPE_CHECKING:
     import os

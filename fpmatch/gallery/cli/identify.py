@@ -236,7 +236,7 @@ def identify(
     from fpmatch.gallery.listing.prints import find_prints, folder_reader
     from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.matchers import matcher_name
+    from fpmatch.matching.registry import matcher_name
     from fpmatch.prints.reading import PrintReader, group_by_note
 
     listed: Listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"

@@ -154,7 +154,7 @@ def score(
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.matchers import matcher_name
+    from fpmatch.matching.registry import matcher_name
     from fpmatch.prints.reading import PrintReader
 
     check_where(workers, scheduler)

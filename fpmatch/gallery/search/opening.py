@@ -13,7 +13,7 @@ from fpmatch.fingers.finger import Finger
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO, LISTED_UP_TO, Search
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.api import as_template
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

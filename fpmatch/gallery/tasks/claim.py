@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.base.printable import printable
 from fpmatch.base.text_table import count
 from fpmatch.fingers.finger import verify_finger
-from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import find_shortage
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence

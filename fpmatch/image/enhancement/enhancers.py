@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.image.enhancement.gabor import gabor_filter
 from fpmatch.image.enhancement.network import enhance_by_network
 from fpmatch.image.enhancement.orientation import (
     enhanced_orientation,
@@ -22,7 +21,6 @@ from fpmatch.image.enhancement.orientation import (
 )
 from fpmatch.image.preprocess.blocks import blocks_to_pixels
 from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
-from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -68,6 +66,11 @@ def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedP
 
 def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
     """Filter the image along its ridges, whose course is measured on it and then on a blend."""
+    # the filters are one method of two: their modules load where it is chosen
+    from fpmatch.image.enhancement.gabor import gabor_filter  # noqa: PLC0415
+    from fpmatch.image.enhancement.ridge_period import ridge_period  # noqa: PLC0415
+    from fpmatch.image.preprocess.spectrum import ridge_spectrum  # noqa: PLC0415
+
     pixels, shape = image.pixels, image.pixels.shape
     spectrum = ridge_spectrum(pixels)
     blocks = segment(image, spectrum)

@@ -134,6 +134,8 @@ def name_errors(source: object) -> Iterator[None]:
 def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> GreyImage:
     for size in raw_sizes:
         if size.bytes == len(data):
+            from fpmatch.image.io.raw import decode_raw  # noqa: PLC0415
+
             return decode_raw(data, size, limits)
     try:
         reader = find_reader(data)

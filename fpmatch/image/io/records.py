@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     DecodeFile = Callable[[bytes, ImageLimits], GreyImage | None]
     """Decode an image file that is no record; None if its format is unknown."""
 
-AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
-FIR_SIGNATURE: Final = b"FIR\x00"
 _UNCOMPRESSED: Final = "NONE"
 _DEPTH: Final = 8
 # Of ANSI/NIST-ITL.

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io import pillow_formats, records, wsq
+from fpmatch.image.io import pillow_formats
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,12 +23,33 @@ class ImageReader(NamedTuple):
     decode: Callable[[bytes, ImageLimits], GreyImage]  # raises FpmatchError with the reason
 
 
+# First bytes of the formats whose readers load with the first file of theirs.
+WSQ_SIGNATURE: Final = b"\xff\xa0"
+AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
+FIR_SIGNATURE: Final = b"FIR\x00"
+
+
+def _decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
+    """Decode a WSQ file."""
+    from fpmatch.image.io.wsq import decode_wsq  # noqa: PLC0415
+
+    return decode_wsq(data, limits)
+
+
+def _decode_record(name: str, data: bytes, limits: ImageLimits) -> GreyImage:
+    """Decode the print in a record."""
+    from fpmatch.image.io import records  # noqa: PLC0415
+
+    decode = {"AN2": records.decode_an2, "FIR": records.decode_fir}[name]
+    return decode(data, limits, decode_file=_decode_file)
+
+
 FILE_READERS: Final = (
     *(
         ImageReader(name, signatures, partial(pillow_formats.decode_with_pillow, name))
         for name, signatures in pillow_formats.SIGNATURES.items()
     ),
-    ImageReader("WSQ", (wsq.START_OF_IMAGE,), wsq.decode_wsq),
+    ImageReader("WSQ", (WSQ_SIGNATURE,), _decode_wsq),
 )
 """The formats of a single image."""
 
@@ -48,12 +69,8 @@ def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
 
 READERS: Final = (
     *FILE_READERS,
-    ImageReader(
-        "AN2", records.AN2_SIGNATURES, partial(records.decode_an2, decode_file=_decode_file)
-    ),
-    ImageReader(
-        "FIR", (records.FIR_SIGNATURE,), partial(records.decode_fir, decode_file=_decode_file)
-    ),
+    ImageReader("AN2", AN2_SIGNATURES, partial(_decode_record, "AN2")),
+    ImageReader("FIR", (FIR_SIGNATURE,), partial(_decode_record, "FIR")),
 )
 """All formats: single images, and records that contain one."""
 

@@ -19,7 +19,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -43,7 +43,7 @@ from fpmatch.lab.cli.scores_in import (
     scores_in_options,
     write_outputs,
 )
-from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_failures, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_failures, matcher_names
 
 if TYPE_CHECKING:
     from pathlib import Path

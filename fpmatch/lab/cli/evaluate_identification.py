@@ -101,7 +101,7 @@ def evaluate_by_searches(
         from fpmatch.lab.evaluation.open_set.background import load_background
         from fpmatch.lab.evaluation.open_set.rates import FPIRS
         from fpmatch.lab.evaluation.open_set.run import IdentificationTest, evaluate_identification
-        from fpmatch.matching.matchers import get_matcher
+        from fpmatch.matching.registry import get_matcher
         from fpmatch.prints.reading import PrintReader, group_by_note
 
     _prepare_outputs(curves, plot)

@@ -12,7 +12,7 @@ from fpmatch.lab.evaluation.databases.extraction import extract_image
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.report.results import scores_of
 from fpmatch.lab.evaluation.run import evaluate
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     import os

@@ -15,7 +15,7 @@ from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.enrolment import plan_enrolment, with_impostors
 from fpmatch.lab.evaluation.protocol import choose_pairs
 from fpmatch.lab.evaluation.report.score_reports import summarise, summarise_set
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -14,8 +14,8 @@ from fpmatch.matching import reference as method
 from fpmatch.matching.matchers.unit_circle import UNLIKE, UNPAIRED, UnitCircleMatcher, too_few
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.alignment import Alignment
+from fpmatch.matching.pipeline.evidence import main_reason
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, workspace_for
-from fpmatch.matching.pipeline.reasons import main_reason
 from fpmatch.matching.result import Comparison, nothing_found
 
 if TYPE_CHECKING:

@@ -17,10 +17,9 @@ import numpy as np
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
+from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.local import local_similarity
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, align, similarities, workspace_for
-from fpmatch.matching.pipeline.reasons import competing_pairs, explain, main_reason
-from fpmatch.matching.pipeline.ridge_map import ridge_map
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, similarities, workspace_for
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
@@ -41,10 +40,8 @@ if TYPE_CHECKING:
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
 FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
-MIN_PAIRS_FOR_SCALE: Final = 6
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
-MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
 class UnitCircleMatcher:
@@ -70,36 +67,38 @@ class UnitCircleMatcher:
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         if a.key == b.key:
-            aligned = align(a, b)
+            matched = match(a, b)
         else:
             workspace = workspace_for(max(len(a), len(b)))
             workspace.load(probe)
             rejected = workspace.rejected(reference, reference_first=swapped)
             if rejected is not None:
                 return nothing_found(UNLIKE, as_similarity(rejected))
-            aligned = workspace.align(reference, reference_first=swapped)
-        if aligned is None:
+            matched = workspace.match(reference, reference_first=swapped)
+        if matched is None:
             return nothing_found(too_few(probe, reference) or UNPAIRED)
-        return _comparison(a, b, aligned, swapped=swapped)
+        return _comparison(a, b, matched, swapped=swapped)
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> Comparison:
-        """Align two prints in any case, and give all reasons against one finger.
+        """Match two prints in any case, and give all reasons against one finger.
 
         The result has the similarity of `comparison`, which `compare` returned, and the best
         transform there is; competing transforms are among the reasons.
         """
+        from fpmatch.matching.pipeline.reasons import all_reasons, competing_pairs  # noqa: PLC0415
+
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        aligned = comparison.detail or _align_in_any_case(a, b)
-        if aligned is None:
+        matched = comparison.detail or _match_in_any_case(a, b)
+        if matched is None:
             return comparison
-        whole = _comparison(a, b, aligned, swapped=swapped)
+        whole = _comparison(a, b, matched, swapped=swapped)
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-        alignment, evidence = aligned
+        alignment, evidence = matched
         competing = competing_pairs(a, b, alignment, similarity)
-        reason = explain(probe, reference, evidence, competing)
+        reason = all_reasons(probe, reference, evidence, competing)
         return replace(whole, similarity=comparison.similarity, reason=reason)
 
     def compared(
@@ -126,6 +125,8 @@ class UnitCircleMatcher:
         """Return where the ridges agree; None where they were not compared."""
         if comparison.detail is None or not comparison.detail[1].cells:
             return None
+        from fpmatch.matching.pipeline.ridge_map import ridge_map  # noqa: PLC0415
+
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         return ridge_map(a, b, comparison.detail[0], swapped=swapped)
@@ -220,29 +221,29 @@ class UnitCircleMatcher:
 MATCHER: Final = UnitCircleMatcher()
 
 
-def _align_in_any_case(
+def _match_in_any_case(
     a: PreparedTemplate, b: PreparedTemplate
 ) -> tuple[Alignment, Evidence] | None:
-    """Align two prints; if need be by all hypotheses, however weak the local matches are."""
+    """Match two prints; if need be by all hypotheses, however weak the local matches are."""
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
-    if aligned := align(a, b):
-        return aligned
+    if matched := match(a, b):
+        return matched
     weights = score.load_weights()
     models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
     scorer = score.evidence_scorer(max(len(a), len(b)), replace(weights, models=models))
-    return align(a, b, scorer)
+    return match(a, b, scorer)
 
 
 def _comparison(
-    a: PreparedTemplate, b: PreparedTemplate, aligned: tuple[Alignment, Evidence], *, swapped: bool
+    a: PreparedTemplate, b: PreparedTemplate, matched: tuple[Alignment, Evidence], *, swapped: bool
 ) -> Comparison:
     """Return the result in the user's order and in pixels of the two input images.
 
     Where the positions of few pairs do not determine it, the scale is that of the resolutions, and
     the rotation that of the alignment, which the directions contribute to.
     """
-    alignment, evidence = aligned
+    alignment, evidence = matched
     c, s, _, _ = alignment.transform.tolist()
     pairs, fitted = np.empty((evidence.pairs, 2), np.int32), np.empty(5)
     prints = a.points, b.points, a.to_500dpi, b.to_500dpi, a.index, b.index
@@ -257,8 +258,8 @@ def _comparison(
         rms_px=rms,
         agreement=evidence.agreement,
         overlap=evidence.overlap,
-        reason=main_reason(evidence),
-        detail=aligned,
+        reason=score.main_reason(evidence),
+        detail=matched,
     )
 
 

@@ -1,1 +1,1 @@
-"""TODO."""
+"""The default matcher, compiled: two prepared prints become pairs, evidence and similarity."""

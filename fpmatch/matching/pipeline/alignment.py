@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -12,6 +12,11 @@ from fpmatch.matching.pipeline._kernels import _alignment_kernel as kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+# Of the transform in pixels: fewer pairs do not determine its scale, and beyond this factor, which
+# neither skin nor a wrong resolution reaches, the pairs are too close together.
+MIN_PAIRS_FOR_SCALE: Final = 6
+MAX_STRETCH: Final = 1.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +86,30 @@ class AlignmentParameters:
         return math.cos(math.radians(self.max_turn_deg))
 
 
+@dataclass(frozen=True, slots=True)
+class RidgeSearchParameters:
+    """Set the search for alignments by the ridges (`_ridge_search_kernel`); px at 500 dpi.
+
+    The agreement of the orientation is the mean cosine of twice the difference, -1 to 1.
+    """
+
+    compared: int = 64  # pairs of minutiae whose ridges are compared, of a small print; 1 to 128
+    found: int = 4  # pairs by which a small print is aligned; 1 to 8
+    candidates: int = 3  # local matches whose ridges are compared, of larger prints; 1 to 128
+    candidate_flow: float = 0.9  # least agreement of their orientation
+    candidate_value: float = 3.0  # least surplus of their correlation, times the root of the cells
+    least_common: float = 0.25  # share of the smaller print that must lie in the larger
+    least_flow: float = 0.8  # least agreement of the orientation, for a small print
+    usual_correlation: float = 0.2  # of the ridges of different fingers
+    apart_px: float = 12.0  # between the images of a print's middle under different transforms,
+    apart_deg: float = 12.0  # or between their rotations
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return math.cos(math.radians(self.apart_deg))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
     """The alignment of print A, of N minutiae, with print B."""
@@ -117,11 +146,12 @@ def aligner_of(
     return aligner
 
 
-def best_alignment(aligner: kernel.Aligner) -> Alignment:
-    """Return the alignment that an aligner has saved as the best."""
+def kept_alignment(aligner: kernel.Aligner, row: int) -> Alignment:
+    """Return the alignment that an aligner keeps in a row."""
     n = aligner.size_a
     alignment = Alignment(np.empty(4), np.empty(n, np.int32), np.empty(n), np.empty((4, n)))
-    aligner.copy_best(alignment.transform, alignment.partner, alignment.weight, alignment.predicted)
+    arrays = alignment.transform, alignment.partner, alignment.weight, alignment.predicted
+    aligner.copy_kept(row, *arrays)
     return alignment
 
 
@@ -130,17 +160,13 @@ def hypotheses(
 ) -> list[Alignment]:
     """Align the two prints that an aligner holds by each hypothesis of their local matches.
 
-    `similarity` (N, M) is the local similarity of their minutiae. With `coarse`, it ends after
-    coarse alignment. The result has the alignments under which anything is paired, that of the
+    `similarity` (N, M) is the local similarity of their minutiae. With `coarse`, the pairs do not
+    grow to the end. The result has the alignments under which anything is paired, that of the
     strongest local match first.
     """
     aligner.relax(similarity)
-    saved = []
-    for k in range(aligner.hypotheses):
-        pairs = aligner.start_hypothesis(k)
-        if coarse and pairs and aligner.save_best():
-            saved.append(best_alignment(aligner))
-    for k in range(0 if coarse else aligner.hypotheses):
-        if aligner.refine(k) and aligner.save_best():
-            saved.append(best_alignment(aligner))
-    return saved
+    rows = range(aligner.hypotheses)
+    pairs = [aligner.start_hypothesis(k) for k in rows]
+    if not coarse:
+        pairs = [aligner.refine(k) for k in rows]
+    return [kept_alignment(aligner, k) for k in rows if pairs[k]]

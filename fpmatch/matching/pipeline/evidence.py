@@ -29,7 +29,7 @@ easily, twenty do not. So the sum is conditioned on the amount of evidence. Let 
 mean of the minutiae in the common region, per print, and the minutiae of the smaller print, and let
 a be the area of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi
 (77 mm²) they have no effect: the features describe whole prints. The sums that 1 % and 0.1 % of
-impostor comparisons reach are linear in the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`;
+impostor comparisons reach are linear in the terms of `score_model.AMOUNTS`;
 between and beyond them the tail of the impostor comparisons is exponential.
 
 Impostor prints agree by chance, but a template may be made to match. The commonest arrangement of a
@@ -55,11 +55,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.text_table import count
 from fpmatch.matching.pipeline._kernels import _evidence_kernel as kernel
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.score_model import ScoreWeights
-from fpmatch.matching.ridges import RidgeSearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,7 +89,7 @@ class Evidence:
     turned: int  # triangles at pairs that are turned over in the other print
     strain: float  # mean relative change of length of the edges of the mesh of pairs
     fewest: int  # minutiae of the smaller print
-    ridges: float  # mean correlation of the ridges, see `fpmatch.matching.ridges`
+    ridges: float  # mean correlation of the ridges, see `pipeline.ridge_map`
     cells: int  # cells whose ridges were compared; 0 where they were not
     area: float  # of the common region
     chance: float  # pairs expected where the minutiae in the common region lie there by chance
@@ -125,6 +125,9 @@ class ScoreParameters:
     usual_correlation: float = 0.2  # of the ridges of different fingers
 
 
+SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
+POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
+MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
 COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 
@@ -139,7 +142,7 @@ def evidence_scorer(
 ) -> kernel.EvidenceScorer:
     """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
     used = parameters or ScoreParameters()
-    return kernel.EvidenceScorer(used, weights or load_weights(), room, RidgeSearchParameters())
+    return kernel.EvidenceScorer(used, weights or load_weights(), room)
 
 
 def gather_evidence(
@@ -170,3 +173,16 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
     sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
     values = [*entries, np.array(features), *sums]
     return Evidence(*values)
+
+
+def main_reason(evidence: Evidence) -> str:
+    """Return the main reason against one finger, by the evidence of the score."""
+    among = f"the {count(evidence.common, 'minutia', 'minutiae')} of both prints"
+    share = f"{count(evidence.pairs, 'pair')} among {among} in the common region"
+    if evidence.overlap < SMALL_OVERLAP:
+        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
+    if evidence.cells and evidence.ridges < POOR_RIDGES:
+        return f"the ridges disagree under the best transform: {share}"
+    if evidence.agreement >= MOSTLY_PAIRED:
+        return f"what is paired under the best transform agrees no better than by chance: {share}"
+    return f"too few minutiae agree under the best transform: {share}"

@@ -1,4 +1,4 @@
-"""Comparison of one print with one, or with many, in a workspace that is used again."""
+"""The pipeline: one print is matched with one, or with many, in a workspace that is used again."""
 
 from __future__ import annotations
 
@@ -10,8 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline._kernels._pipeline_kernel import Comparer
-from fpmatch.matching.pipeline.alignment import best_alignment, identity_alignment, make_aligner
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.pipeline.alignment import (
+    RidgeSearchParameters,
+    identity_alignment,
+    kept_alignment,
+    make_aligner,
+)
 from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
 from fpmatch.matching.prints._template_view_kernel import TemplateView
 from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
@@ -48,8 +54,9 @@ class Workspace:
         self.weights = score.load_weights()
         self.scorer = score.evidence_scorer(capacity) if scorer is None else scorer
         before, after = (make_aligner(capacity, capacity) for _ in range(2))
-        self._kernel: Any = Comparer(
-            capacity, prefilter(), before, after, self.scorer, LocalParameters()
+        search = RidgeSearch(RidgeSearchParameters())
+        self._kernel: Any = Pipeline(
+            capacity, prefilter(), before, after, self.scorer, search, LocalParameters()
         )
         self._probe: PreparedTemplate | None = None
         self._packed_view: TemplateView | None = None
@@ -69,16 +76,17 @@ class Workspace:
         """Return how much bit descriptors have in common with those of the probe."""
         return score_descriptors(self._kernel.prefilter, descriptors)
 
-    def align(
+    def match(
         self, reference: PreparedTemplate, *, reference_first: bool
     ) -> tuple[Alignment, Evidence] | None:
-        """Align the probe with a reference, and gather the evidence; None if nothing is paired."""
+        """Match the probe with a reference; None if nothing is paired."""
         self._kernel.neighbours = _index_of(self._probe, threading.get_ident())
-        total = self._kernel.align(view_of(reference), reference_first)
-        aligner = self._kernel.before if reference_first else self._kernel.after
-        if not aligner.best_pairs:
+        total = self._kernel.match_with(view_of(reference), reference_first)
+        if self._kernel.best < 0:
             return None
-        return best_alignment(aligner), score.evidence_of(self.scorer, total)
+        aligner = self._kernel.before if reference_first else self._kernel.after
+        alignment = kept_alignment(aligner, self._kernel.best)
+        return alignment, score.evidence_of(self.scorer, total)
 
     def similarities(
         self, references: PreparedPrints, first: int, order: NDArray[np.int8]
@@ -93,7 +101,7 @@ class Workspace:
             n, size = self.capacity, references.neighbour.shape[1]
             arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
             self._packed_view = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-        self._kernel.compare_packed(references.view, self._packed_view, first, order, similarity)
+        self._kernel.match_packed(references.view, self._packed_view, first, order, similarity)
         return similarity
 
 
@@ -126,10 +134,10 @@ def _index_of(prepared: PreparedTemplate | None, thread: int) -> NeighbourIndex:
     return index_neighbours(prepared.neighbourhoods)
 
 
-def align(
+def match(
     a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
 ) -> tuple[Alignment, Evidence] | None:
-    """Align print A with print B, in the order of their content; None if nothing is paired.
+    """Match print A with print B, in the order of their content; None if nothing is paired.
 
     If their content is the same, neither can come first: only the identity is its own inverse.
     """
@@ -140,7 +148,7 @@ def align(
     capacity = max(len(a), len(b))
     workspace = workspace_for(capacity) if scorer is None else Workspace(capacity, scorer)
     workspace.load(a)
-    return workspace.align(b, reference_first=False)
+    return workspace.match(b, reference_first=False)
 
 
 def similarities(

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses
+from fpmatch.matching.pipeline.evidence import main_reason
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,15 +17,12 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
 
-SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
-POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
 POOR_MINUTIAE: Final = 0.4  # mean quality of a print's minutiae, 0 to 1
-MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
 APART_PX: Final = 30.0  # at 500 dpi, between the images of a print under competing transforms
 COMPETING_SHARE: Final = 0.75  # of the pairs of the best transform, that a competing one has
 
 
-def explain(
+def all_reasons(
     probe: PreparedTemplate, reference: PreparedTemplate, evidence: Evidence, competing: int = 0
 ) -> str:
     """Return the reasons against one finger in one line, the main one first.
@@ -40,19 +37,6 @@ def explain(
         if mean < POOR_MINUTIAE:
             parts.append(f"the minutiae of the {name} are poor (mean quality {100 * mean:.0f})")
     return "; ".join(parts)
-
-
-def main_reason(evidence: Evidence) -> str:
-    """Return the main reason against one finger, by the evidence of the score."""
-    among = f"the {count(evidence.common, 'minutia', 'minutiae')} of both prints"
-    share = f"{count(evidence.pairs, 'pair')} among {among} in the common region"
-    if evidence.overlap < SMALL_OVERLAP:
-        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.cells and evidence.ridges < POOR_RIDGES:
-        return f"the ridges disagree under the best transform: {share}"
-    if evidence.agreement >= MOSTLY_PAIRED:
-        return f"what is paired under the best transform agrees no better than by chance: {share}"
-    return f"too few minutiae agree under the best transform: {share}"
 
 
 def competing_pairs(

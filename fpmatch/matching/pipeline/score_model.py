@@ -194,21 +194,6 @@ class ScoreWeights:
         typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
         return np.asarray(np.where(both & (area <= self.small_area), small, typical))
 
-    @property
-    def standard(self) -> NDArray[np.float64]:
-        """Those of all models, shape (4, 4, 13)."""
-        return np.stack([model.standard for model in self.models])
-
-    @property
-    def limits(self) -> NDArray[np.float64]:
-        """Those of all models, shape (4, 7)."""
-        return np.stack([model.limits for model in self.models])
-
-    @property
-    def quantiles(self) -> NDArray[np.float64]:
-        """Those of all models, shape (4, 2, 5)."""
-        return np.stack([model.quantiles for model in self.models])
-
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file."""
         models = {n: model.as_document() for n, model in zip(MODELS, self.models, strict=True)}

@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
+    from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
         shape_preserving_weights,
     )
 else:

@@ -22,8 +22,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.matchers.unit_circle import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.alignment import (
+    MAX_STRETCH,
+    MIN_PAIRS_FOR_SCALE,
+    AlignmentParameters,
+)
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.prints.bit_descriptors import encode
 from fpmatch.matching.prints.prepare import prepare as prepare_print

@@ -15,10 +15,10 @@ from fpmatch.matching.numpy_forms.ridges import (
     bits_of,
     count_agreeing,
 )
+from fpmatch.matching.pipeline.alignment import RidgeSearchParameters
 from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
-from fpmatch.matching.ridges import RidgeSearchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

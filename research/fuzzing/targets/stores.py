@@ -35,7 +35,7 @@ from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.prints.compact_template import (
     CompactTemplates,
     compact,

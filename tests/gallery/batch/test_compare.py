@@ -8,7 +8,7 @@ from fpmatch.gallery.batch.plan import AllPairs, PairChunk
 from fpmatch.gallery.batch.run import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.gallery.batch.sources import pack
 from fpmatch.lab.evaluation.databases import comparison
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 
 
 class OneByOne:

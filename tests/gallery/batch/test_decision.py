@@ -7,7 +7,7 @@ import pytest
 
 from fpmatch.gallery.batch.decision import matches, rho_of
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import matcher_names
+from fpmatch.matching.registry import matcher_names
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, Template
 

@@ -18,7 +18,7 @@ from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles, group_fingers, 
 from fpmatch.lab.evaluation.open_set.searches import search_all
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Kernels of the pipeline, each named after its step."""

@@ -9,25 +9,25 @@ cdef class Aligner:
     cdef readonly Relaxation relaxation
     cdef readonly PairMesh mesh
     cdef readonly MinutiaGrid grid
-    cdef readonly double[:, ::1] a, b, predicted, best_predicted
-    cdef readonly double[::1] reach, weight, rival_weight, best_weight
-    cdef public int pairs, best_pairs
-    cdef readonly int[::1] partner, former, paired, rival, best_partner
-    cdef int[:, ::1] coarse_partner
-    cdef double[:, ::1] coarse_weight, coarse_transform
+    cdef readonly double[:, ::1] a, b, predicted
+    cdef readonly double[::1] reach, weight, rival_weight
+    cdef public int pairs
+    cdef readonly int[::1] partner, former, paired, rival, kept_pairs
+    cdef readonly int[:, ::1] kept_partner
+    cdef readonly double[:, ::1] kept_weight, kept_transform
+    cdef readonly double[:, :, ::1] kept_predicted
     cdef public double c, s, x, y
-    cdef readonly double best_c, best_s, best_x, best_y
     cdef readonly double min_cosine, reach_px, reach_per_px, reach_limit_px
-    cdef readonly int hypotheses, coarse_rounds, rounds
-    cdef Py_ssize_t at_hand
+    cdef readonly int hypotheses, coarse_rounds, rounds, rows
+    cdef Py_ssize_t measured_row
 
     cpdef int load_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     cpdef int load_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
     cpdef int refine(self, Py_ssize_t k) noexcept nogil
-    cpdef int start_from(self, Py_ssize_t i, Py_ssize_t j) noexcept nogil
-    cdef int _save_coarse(self, Py_ssize_t k) noexcept nogil
+    cpdef int start_from(self, Py_ssize_t i, Py_ssize_t j, Py_ssize_t row) noexcept nogil
+    cpdef int keep(self, Py_ssize_t row) noexcept nogil
     cdef int _list_pairs(self) noexcept nogil
     cdef int _first_fit(self) noexcept nogil
     cpdef int grow(self, int rounds, bint measured) noexcept nogil
@@ -38,8 +38,7 @@ cdef class Aligner:
     ) noexcept nogil
     cpdef double pair(self) noexcept nogil
     cpdef int fit(self) noexcept nogil
-    cpdef int save_best(self) noexcept nogil
-    cpdef int copy_best(
-        self, double[::1] transform, int[::1] partner, double[::1] weight,
+    cpdef int copy_kept(
+        self, Py_ssize_t row, double[::1] transform, int[::1] partner, double[::1] weight,
         double[:, ::1] predicted,
     )

@@ -24,6 +24,7 @@ COMPILED = cython.compiled
 DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `Aligner.fit`
 LEAST_SCALE = cython.declare(cython.double, 0.94)
 MOST_SCALE = cython.declare(cython.double, 1.06)
+MOST_PROPOSED = cython.declare(cython.int, 8)  # hypotheses besides those of the local matches
 FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
 
 
@@ -32,9 +33,11 @@ FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
 class Aligner:
     """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
 
-    The parameters are those of `fpmatch.matching.pipeline.alignment`. ``predicted[:, i]`` is where minutia i of
-    A lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
+    The parameters are those of `pipeline.alignment`. ``predicted[:, i]`` is where minutia i of A
+    lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
     ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
+    These are the pairs at hand. `keep` makes a value of them: row h of the arrays ``kept_...``, in
+    which hypothesis k of the local matches is row k, and others have the rows after these.
     """
 
     def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
@@ -46,18 +49,18 @@ class Aligner:
         self.mesh = PairMesh(mesh, size_a)
         self.predicted = self.mesh.predicted
         self.reach = memoryview(np.empty(size_a))
-        self.pairs = self.best_pairs = 0
+        self.pairs = 0
         self.paired = memoryview(np.empty(size_a, np.int32))
-        self.partner, self.former, self.best_partner = map(
-            memoryview, np.full((3, size_a), -1, np.int32)
-        )
-        self.weight, self.best_weight = map(memoryview, np.zeros((2, size_a)))
+        self.partner, self.former = map(memoryview, np.full((2, size_a), -1, np.int32))
+        self.weight = memoryview(np.zeros(size_a))
         self.rival = memoryview(np.empty(size_b, np.int32))
         self.rival_weight = memoryview(np.empty(size_b))
-        self.best_predicted = memoryview(np.empty((4, size_a)))
-        self.coarse_partner = memoryview(np.empty((p.hypotheses, size_a), np.int32))
-        self.coarse_weight = memoryview(np.empty((p.hypotheses, size_a)))
-        self.coarse_transform = memoryview(np.empty((p.hypotheses, 4)))
+        self.rows = p.hypotheses + MOST_PROPOSED
+        self.kept_pairs = memoryview(np.zeros(self.rows, np.int32))
+        self.kept_partner = memoryview(np.empty((self.rows, size_a), np.int32))
+        self.kept_weight = memoryview(np.empty((self.rows, size_a)))
+        self.kept_predicted = memoryview(np.empty((self.rows, 4, size_a)))
+        self.kept_transform = memoryview(np.empty((self.rows, 4)))
         self.hypotheses = p.hypotheses
         self.coarse_rounds = p.coarse_rounds
         self.rounds = p.rounds
@@ -66,9 +69,9 @@ class Aligner:
         self.reach_per_px = p.reach_per_px
         self.reach_limit_px = p.reach_limit_px
         self.grid = MinutiaGrid(p.reach_limit_px, size_b)
-        self.c = self.best_c = 1.0
-        self.s = self.x = self.y = self.best_s = self.best_x = self.best_y = 0.0
-        self.at_hand = -1
+        self.c = 1.0
+        self.s = self.x = self.y = 0.0
+        self.measured_row = -1
 
     def load_a(self, points, size):
         """Take the first `size` columns of `points` as print A."""
@@ -88,45 +91,41 @@ class Aligner:
 
     def relax(self, similarity):
         """Select and relax the local matches; return how many candidates there are."""
-        self.best_pairs = 0
         return self.relaxation.load(self.a, self.size_a, self.b, self.size_b, similarity)
 
     def start_hypothesis(self, k):
-        """Align by hypothesis k, the next one, coarsely; return the number of pairs.
+        """Grow hypothesis k, the next one, coarsely; keep it in row k; return its number of pairs.
 
         It is 0 where there are no more hypotheses, and where nothing is paired.
         """
         self.pairs = 0
-        self.at_hand = -1
-        if self.relaxation.hypothesis(self.size_a, k == 0, self.partner, self.weight) == 0:
-            self._save_coarse(k)
-            return 0
-        self._list_pairs()
-        self._first_fit()
-        self.grow(self.coarse_rounds, False)
-        self.at_hand = k
-        self.relaxation.explain(self.partner)
-        self._save_coarse(k)
-        return self.pairs
+        self.measured_row = -1
+        if self.relaxation.hypothesis(self.size_a, k == 0, self.partner, self.weight) > 0:
+            self._list_pairs()
+            self._first_fit()
+            self.grow(self.coarse_rounds, False)
+            self.measured_row = k
+            self.relaxation.explain(self.partner)
+        return self.keep(k)
 
     def refine(self, k):
-        """Grow the mesh of hypothesis k to the end; return the number of pairs."""
-        measured: cython.bint = self.at_hand == k
-        self.at_hand = -1
+        """Grow the hypothesis kept in row k to the end; keep it there; return its pairs."""
+        measured: cython.bint = self.measured_row == k
+        self.measured_row = -1
         for i in range(self.size_a):
-            self.partner[i] = self.coarse_partner[k, i]
-            self.weight[i] = self.coarse_weight[k, i]
-        self.c, self.s = self.coarse_transform[k, 0], self.coarse_transform[k, 1]
-        self.x, self.y = self.coarse_transform[k, 2], self.coarse_transform[k, 3]
+            self.partner[i] = self.kept_partner[k, i]
+            self.weight[i] = self.kept_weight[k, i]
+        self.c, self.s = self.kept_transform[k, 0], self.kept_transform[k, 1]
+        self.x, self.y = self.kept_transform[k, 2], self.kept_transform[k, 3]
         if self._list_pairs() > 0:
             if not measured:
                 self.measure()
             self.grow(self.rounds - self.coarse_rounds, True)
-        return self.pairs
+        return self.keep(k)
 
-    def start_from(self, i, j):
-        """Align by minutia i of A and j of B alone, to the end; return the number of pairs."""
-        self.at_hand = -1
+    def start_from(self, i, j, row):
+        """Grow from minutia i of A and j of B alone, to the end; keep it; return its pairs."""
+        self.measured_row = -1
         for k in range(self.size_a):
             self.partner[k] = -1
             self.weight[k] = 0.0
@@ -134,16 +133,32 @@ class Aligner:
         self.weight[i] = 1.0
         self._list_pairs()
         self._first_fit()
-        return self.grow(self.rounds, False)
+        self.grow(self.rounds, False)
+        return self.keep(row)
 
-    def _save_coarse(self, k):
-        """Keep the pairs at hand as those of hypothesis k."""
+    def keep(self, row):
+        """Keep the pairs at hand in a row; return their number."""
+        self.kept_pairs[row] = self.pairs
+        self.kept_transform[row, 0], self.kept_transform[row, 1] = self.c, self.s
+        self.kept_transform[row, 2], self.kept_transform[row, 3] = self.x, self.y
         for i in range(self.size_a):
-            self.coarse_partner[k, i] = self.partner[i]
-            self.coarse_weight[k, i] = self.weight[i]
-        self.coarse_transform[k, 0], self.coarse_transform[k, 1] = self.c, self.s
-        self.coarse_transform[k, 2], self.coarse_transform[k, 3] = self.x, self.y
-        return 0
+            self.kept_partner[row, i] = self.partner[i]
+            self.kept_weight[row, i] = self.weight[i]
+        for axis in range(4):
+            for i in range(self.size_a):
+                self.kept_predicted[row, axis, i] = self.predicted[axis, i]
+        return self.pairs
+
+    def copy_kept(self, row, transform, partner, weight, predicted):
+        """Copy what is kept in a row into arrays for the minutiae of A; return its pairs."""
+        for axis in range(4):
+            transform[axis] = self.kept_transform[row, axis]
+            for i in range(self.size_a):
+                predicted[axis, i] = self.kept_predicted[row, axis, i]
+        for i in range(self.size_a):
+            partner[i] = self.kept_partner[row, i]
+            weight[i] = self.kept_weight[row, i]
+        return self.kept_pairs[row]
 
     def _list_pairs(self):
         """List the minutiae of A that have a partner; return their number."""
@@ -211,7 +226,7 @@ class Aligner:
             self.partner[i] = partner[i]
             self.weight[i] = 1.0 if partner[i] >= 0 else 0.0
         self.c, self.s, self.x, self.y = c, s, x, y
-        self.at_hand = -1
+        self.measured_row = -1
         self._list_pairs()
         return self.measure()
 
@@ -223,7 +238,7 @@ class Aligner:
         ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
         """
         total = 0.0
-        found = 0
+        candidates = 0
         least = self.min_cosine
         scale = 1.0 / (1.0 - least)
         for j in range(self.size_b):
@@ -262,10 +277,10 @@ class Aligner:
             if best_j >= 0:
                 self.partner[i] = best_j
                 self.weight[i] = best
-                self.paired[found] = i
-                found += 1
+                self.paired[candidates] = i
+                candidates += 1
         self.pairs = 0
-        for e in range(found):
+        for e in range(candidates):
             i = self.paired[e]
             if self.rival[self.partner[i]] == i:
                 total += self.weight[i]
@@ -329,26 +344,3 @@ class Aligner:
         self.x = bmx - self.c * amx + self.s * amy
         self.y = bmy - self.s * amx - self.c * amy
         return n
-
-    def save_best(self):
-        """Keep the alignment at hand as the best; return the number of its pairs."""
-        self.best_pairs = self.pairs
-        self.best_c, self.best_s, self.best_x, self.best_y = self.c, self.s, self.x, self.y
-        for i in range(self.size_a):
-            self.best_partner[i] = self.partner[i]
-            self.best_weight[i] = self.weight[i]
-        for row in range(4):
-            for i in range(self.size_a):
-                self.best_predicted[row, i] = self.predicted[row, i]
-        return self.pairs
-
-    def copy_best(self, transform, partner, weight, predicted):
-        """Copy the best alignment into arrays for the minutiae of A; return the number of pairs."""
-        transform[0], transform[1] = self.best_c, self.best_s
-        transform[2], transform[3] = self.best_x, self.best_y
-        for i in range(self.size_a):
-            partner[i] = self.best_partner[i]
-            weight[i] = self.best_weight[i]
-            for row in range(4):
-                predicted[row, i] = self.best_predicted[row, i]
-        return self.best_pairs

@@ -2,7 +2,6 @@
 from fpmatch.matching.pipeline._kernels._alignment_kernel cimport Aligner
 from fpmatch.matching.prints._template_view_kernel cimport TemplateView
 from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
-from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
 
 cdef Py_ssize_t PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS
 cdef Py_ssize_t FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES
@@ -13,17 +12,13 @@ cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES
 
 cdef class EvidenceScorer:
     cdef readonly double[::1] evidence, feature, term
-    cdef double[::1] best, coarse
     cdef const double[:, :, ::1] standard
     cdef const double[:, ::1] limits
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
     cdef readonly RidgeCorrelator correlator
-    cdef readonly RidgeSearch search
     cdef double small_area
     cdef readonly double total, decade
-    cdef double most, last
-    cdef int found
     cdef Py_ssize_t model
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
 
@@ -33,12 +28,14 @@ cdef class EvidenceScorer:
     cpdef double score_alignment(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
-    cpdef double align(
-        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
-    ) noexcept nogil
-    cdef bint _save_better(
+    cdef double refine_threshold(self) noexcept nogil
+    cdef double confident_threshold(self) noexcept nogil
+    cdef double relaxation_threshold(self) noexcept nogil
+    cdef bint is_small(self) noexcept nogil
+    cpdef double weigh(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges
     ) noexcept nogil
+    cdef double score(self, double[:, ::1] evidence, Py_ssize_t row) noexcept nogil
     cdef double _compare_ridges(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cpdef double condition(self, double total) noexcept nogil

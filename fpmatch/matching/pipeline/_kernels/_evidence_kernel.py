@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Kernel: the evidence in an alignment of two prints, and its weighted sum.
 
-A transform is (c, s, x, y) as `_align_kernel` has it; ``evidence`` has the entries named below.
+A transform is (c, s, x, y) as `_alignment_kernel` has it; ``evidence`` has the entries named below.
 """
 
 import cython
@@ -9,10 +9,9 @@ import numpy as np
 from cython.cimports.libc.math import log, sqrt
 
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching import _amount_kernel as amount
+    from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
 else:
     from fpmatch.matching.pipeline._kernels import _amount_kernel as amount
 
@@ -34,8 +33,6 @@ LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
 FEATURES = cython.declare(cython.Py_ssize_t, 13)
 LEAST_RELAXED = cython.declare(cython.double, 0.01)  # added before the logarithm is taken
-MOST_HYPOTHESES = cython.declare(cython.Py_ssize_t, 16)
-UNPAIRED_SUM = cython.declare(cython.double, -1e9)  # of a hypothesis under which nothing is paired
 
 
 @cython.final
@@ -47,20 +44,18 @@ class EvidenceScorer:
     alignment scored last.
     """
 
-    def __init__(self, score, weights, room, search) -> None:
-        self.evidence, self.best = map(memoryview, np.zeros((2, ENTRIES)))
+    def __init__(self, score, weights, room) -> None:
+        self.evidence = memoryview(np.zeros(ENTRIES))
         self.feature = memoryview(np.zeros(FEATURES))
-        self.standard = memoryview(weights.standard)
-        self.limits = memoryview(weights.limits)
-        self.quantiles = memoryview(weights.quantiles)
+        self.standard = memoryview(np.stack([model.standard for model in weights.models]))
+        self.limits = memoryview(np.stack([model.limits for model in weights.models]))
+        self.quantiles = memoryview(np.stack([model.quantiles for model in weights.models]))
         self.term = memoryview(np.zeros(TERMS))
-        self.model = self.found = 0
-        self.total = self.most = self.last = 0.0
+        self.model = 0
+        self.total = 0.0
         self.decade = 1.0
-        self.coarse = memoryview(np.zeros(MOST_HYPOTHESES))
         self.paired_b = memoryview(np.empty(room, np.int32))
         self.correlator = RidgeCorrelator(room)
-        self.search = RidgeSearch(search)
         self.small_area = weights.small_area
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
@@ -104,86 +99,42 @@ class EvidenceScorer:
         The ridges are compared only if the sum of the minutiae passes the refine threshold.
         """
         self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
-        self._gather(a, b, aligner, similarity)
-        total = self._total()
+        total = self.weigh(a, b, aligner, similarity, False)
         if total > self.limits[self.model, REFINE]:
             total = self._compare_ridges(a, b, aligner)
         return self.condition(total)
 
-    def align(self, a, b, aligner, similarity):
-        """Align A with B, which the aligner holds; return -ln(FMR) as `condition` estimates it.
+    def refine_threshold(self):
+        """Return the sum beyond which a hypothesis is grown to the end."""
+        return self.limits[self.model, REFINE]
 
-        The hypotheses of the relaxed local matches are aligned coarsely in turn, until the sum of
-        one passes the confident threshold: only that one is refined. Where relaxation leaves the
-        local matches weak, only the first hypothesis that pairs anything is tried. If none passes
-        the refine threshold, as with most impostor pairs, the best stands as it is. Else those that
-        pass are refined, their ridges are compared, and the aligner saves the one of the greatest
-        sum. If none is then confident, prints with ridges are also aligned by a ridge search.
+    def confident_threshold(self):
+        """Return the sum beyond which no other hypothesis is tried."""
+        return self.limits[self.model, CONFIDENT]
 
-        If no hypothesis pairs anything, the aligner's `best_pairs` and the result are 0.
+    def relaxation_threshold(self):
+        """Return the strength of the local matches below which they are weak."""
+        return self.limits[self.model, RELAXATION]
+
+    def is_small(self):
+        """Return whether all pairs of minutiae are tried in a search by ridges."""
+        return self.model == SMALL_WITH_RIDGES
+
+    def weigh(self, a, b, aligner, similarity, ridges):
+        """Weigh the evidence in the alignment at hand, `ridges` compared if true; return the sum.
+
+        The model is chosen before.
         """
-        hypotheses = min(aligner.hypotheses, MOST_HYPOTHESES)
-        first = count = 0
-        self.most = UNPAIRED_SUM
-        self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
-        self.found = 0
-        aligner.relax(similarity)
-        refine = self.limits[self.model, REFINE]
-        confident = self.limits[self.model, CONFIDENT]
-        weak: cython.bint = aligner.relaxation.strength < self.limits[self.model, RELAXATION]
-        for k in range(hypotheses):
-            self.coarse[k] = UNPAIRED_SUM
-            count = k + 1
-            if aligner.start_hypothesis(k) > 0:
-                self._save_better(a, b, aligner, similarity, False)
-                self.coarse[k] = self.last
-                if self.last > confident:
-                    first = k
-                if self.last > confident or weak:
-                    break
-        ridges = a.has_ridges and b.has_ridges and not self.most > confident
-        if self.found == 0 and not ridges:
-            return 0.0
-        if self.most > refine:
-            self.found = 0
-            for k in range(first, count):
-                if self.coarse[k] > refine:
-                    aligner.refine(k)
-                    self._save_better(a, b, aligner, similarity, True)
-        if ridges and (self.found == 0 or not self.most > confident):
-            if self.model == SMALL_WITH_RIDGES:
-                hypotheses = self.search.search(a, b, self.correlator)
-            else:
-                hypotheses = self.search.search_candidates(
-                    a, b, aligner.relaxation, self.correlator
-                )
-            for k in range(hypotheses):
-                if aligner.start_from(self.search.first[k], self.search.second[k]) > 0:
-                    self._save_better(a, b, aligner, similarity, True)
-        if self.found == 0:
-            aligner.best_pairs = 0
-            return 0.0
-        for k in range(ENTRIES):
-            self.evidence[k] = self.best[k]
-        return self.condition(self._total())
-
-    def _save_better(self, a, b, aligner, similarity, ridges):
-        """Save the current alignment if its sum is the greatest, with `ridges` compared if true."""
-        if aligner.pairs == 0:
-            return False
         self._gather(a, b, aligner, similarity)
-        total = self._total()
         if ridges and a.has_ridges and b.has_ridges:
-            total = self._compare_ridges(a, b, aligner)
-        self.last = total
-        better: cython.bint = self.found == 0 or total > self.most
-        if better:
-            self.most = total
-            aligner.save_best()
-            for e in range(ENTRIES):
-                self.best[e] = self.evidence[e]
-        self.found += 1
-        return better
+            return self._compare_ridges(a, b, aligner)
+        return self._total()
+
+    def score(self, evidence, row):
+        """Return -ln(FMR) of evidence that was weighed before, as `condition` estimates it."""
+        for k in range(ENTRIES):
+            self.evidence[k] = evidence[row, k]
+        return self.condition(self._total())
 
     def _compare_ridges(self, a, b, aligner):
         """Correlate the ridges, warped by the mesh of pairs; return the weighted sum."""

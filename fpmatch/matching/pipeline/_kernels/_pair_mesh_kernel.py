@@ -10,7 +10,7 @@ A minutia of A is the sum of the vertices of its ring by its shape-preserving we
 same sum of their partners predicts its place in B. The weights are invariant under affine maps.
 A pair is measured on its ring by the agreement of the chord-length places of the vertices on the
 unit circle (eq. 3) in A and in B, and by the distance of its partner from the prediction. Minutiae
-are columns of an array (4, N) as in `_align_kernel`.
+are columns of an array (4, N) as in `_alignment_kernel`.
 
 Source: Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization",
 sections 3.1 and 3.2; incremental insertion: A. Bowyer, "Computing Dirichlet tessellations", The
@@ -22,7 +22,7 @@ import numpy as np
 from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
+    from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
         shape_preserving_weights,
     )
 else:

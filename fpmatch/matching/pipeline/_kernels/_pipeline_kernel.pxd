@@ -3,14 +3,19 @@ from fpmatch.matching.pipeline._kernels._alignment_kernel cimport Aligner
 from fpmatch.matching.prints._prefilter_kernel cimport Prefilter
 from fpmatch.matching.pipeline._kernels._evidence_kernel cimport EvidenceScorer
 from fpmatch.matching.pipeline._kernels._local_kernel cimport NeighbourIndex
+from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
 from fpmatch.matching.prints._template_view_kernel cimport PreparedView, TemplateView
 
 
-cdef class Comparer:
+cdef class Pipeline:
     cdef readonly Prefilter prefilter
     cdef readonly Aligner before, after
     cdef readonly EvidenceScorer scorer
+    cdef readonly RidgeSearch search
     cdef readonly float[:, ::1] similarity
+    cdef readonly double[::1] total
+    cdef readonly double[:, ::1] evidence
+    cdef readonly Py_ssize_t best
     cdef TemplateView probe
     cdef public NeighbourIndex neighbours
     cdef bint before_loaded, after_loaded
@@ -19,13 +24,27 @@ cdef class Comparer:
 
     cpdef int load(self, TemplateView probe)
     cpdef double shortfall(self, TemplateView reference, bint reference_first) noexcept nogil
-    cpdef double align(self, TemplateView reference, bint reference_first) noexcept nogil
-    cdef int _normalize(self, TemplateView a, TemplateView b) noexcept nogil
-    cpdef int compare_packed(
+    cpdef double match_with(self, TemplateView reference, bint reference_first) noexcept nogil
+    cdef double match(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
+    cdef int _match_locally(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
+    cdef Py_ssize_t _pair_and_grow(
+        self, TemplateView a, TemplateView b, Aligner aligner
+    ) noexcept nogil
+    cdef Py_ssize_t _grow_to_the_end(
+        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t best
+    ) noexcept nogil
+    cdef Py_ssize_t _search_by_ridges(
+        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t best
+    ) noexcept nogil
+    cdef int _weigh(
+        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t h, bint ridges
+    ) noexcept nogil
+    cdef Py_ssize_t _better(self, Py_ssize_t best, Py_ssize_t h) noexcept nogil
+    cdef bint _is_confident(self, Py_ssize_t h) noexcept nogil
+    cpdef int match_packed(
         self, PreparedView packed, TemplateView reference, Py_ssize_t first,
         const signed char[::1] order, double[::1] similarity,
     )
-    cdef double _similarity(self, TemplateView reference, bint reference_first) noexcept nogil
 
 
 cpdef int fit_pairs(

@@ -1,9 +1,8 @@
 # mypy: ignore-errors
-"""Kernel: compare a probe with references, one after the other.
+"""Kernel: the default matcher's way from two prepared prints to the estimate of -ln(FMR).
 
-Each comparison takes the same steps: the prefilter; the local similarity of all minutiae; alignment
-by its hypotheses, scored by the evidence. `fit_pairs` fits the transform of the pairs in pixels of
-the two images.
+`Pipeline.match` is that way, step by step as `fpmatch.matching.reference` takes it. Before it come
+the prefilter's bit descriptors; `fit_pairs` fits the transform of the pairs in pixels after it.
 """
 
 import cython
@@ -11,28 +10,40 @@ import numpy as np
 from cython.cimports.libc.math import atan2, cos, sin, sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._amount_kernel import as_similarity, smaller_area
-    from cython.cimports.fpmatch.matching._local_kernel import normalize_by_size
+    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import (
+        as_similarity,
+        smaller_area,
+    )
+    from cython.cimports.fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
 else:
     from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity, smaller_area
     from fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
 
 
+UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
+
+
 @cython.final
 @cython.cclass
-class Comparer:
-    """Compare a probe with one reference after the other, each of up to `capacity` minutiae.
+class Pipeline:
+    """Match a probe with one reference after the other, each of up to `capacity` minutiae.
 
     `before` and `after` are the aligners in which a reference is print A or print B: the prints
     are taken in the order of their content, so that exchanging them changes nothing. `neighbours`,
-    the index of the probe's, is set before it is aligned. `parameters` are an
-    `fpmatch.matching.pipeline.local.LocalParameters`.
+    the index of the probe's, is set before it is matched. `parameters` are a
+    `pipeline.local.LocalParameters`.
+
+    Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
+    ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.
     """
 
-    def __init__(self, capacity, prefilter, before, after, scorer, parameters) -> None:
-        self.prefilter, self.scorer = prefilter, scorer
+    def __init__(self, capacity, prefilter, before, after, scorer, search, parameters) -> None:
+        self.prefilter, self.scorer, self.search = prefilter, scorer, search
         self.before, self.after = before, after
         self.similarity = memoryview(np.empty((capacity, capacity), np.float32))
+        self.total = memoryview(np.empty(after.rows))
+        self.evidence = memoryview(np.empty((after.rows, len(scorer.evidence))))
+        self.best = -1
         self.probe = self.neighbours = None
         self.before_loaded = self.after_loaded = False
         self.min_cosine = parameters.min_cosine
@@ -65,37 +76,126 @@ class Comparer:
             min(self.probe.size, reference.size),
         )
 
-    def align(self, reference, reference_first):
-        """Align the probe with a reference; return an estimate of -ln(FMR).
-
-        Where nothing is paired, the aligner's `best_pairs` are 0, and so is the result.
-        """
+    def match_with(self, reference, reference_first):
+        """Match the probe with a reference; the result is that of `match`."""
         if reference_first:
-            self.neighbours.to_prints_before(
-                reference.count, reference.frame, reference.size, self.min_cosine, self.similarity
-            )
-            self._normalize(reference, self.probe)
             if not self.before_loaded:
                 self.before.load_b(self.probe.points, self.probe.size)
                 self.before_loaded = True
             self.before.load_a(reference.points, reference.size)
-            return self.scorer.align(reference, self.probe, self.before, self.similarity)
-        self.neighbours.to_prints_after(
-            reference.count, reference.frame, reference.size, self.min_cosine, self.similarity
-        )
-        self._normalize(self.probe, reference)
+            return self.match(reference, self.probe, self.before)
         if not self.after_loaded:
             self.after.load_a(self.probe.points, self.probe.size)
             self.after_loaded = True
         self.after.load_b(reference.points, reference.size)
-        return self.scorer.align(self.probe, reference, self.after, self.similarity)
+        return self.match(self.probe, reference, self.after)
 
-    def _normalize(self, a, b):
+    def match(self, a, b, aligner):
+        """Match print A with print B, which an aligner has; return the estimate of -ln(FMR).
+
+        Both are triangulated, and their rings are described. The seven steps are
+
+        1. local match: how similar the neighbourhoods of any two minutiae are;
+        2. relax: local matches that agree support each other;
+        3. pair and grow: from each hypothesis of the relaxed matches pairs grow over their mesh on
+           the unit circle (eq. 3 and 4), coarsely, and are weighed;
+        4. ridges: the hypotheses that may be right grow to the end, and their ridges count;
+        5. search by ridges: where doubt remains, the ridges propose further hypotheses;
+        6. evidence and score: that of the hypothesis of the greatest sum, the first of equals;
+        7. transform: that of its pairs (eq. 1), which `best` names.
+
+        The result is 0, and `best` -1, where no hypothesis pairs anything.
+        """
+        self.scorer.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
+        self._match_locally(a, b, aligner)
+        aligner.relax(self.similarity)
+        best = self._pair_and_grow(a, b, aligner)
+        doubtful: cython.bint = a.has_ridges and b.has_ridges and not self._is_confident(best)
+        best = self._grow_to_the_end(a, b, aligner, best)
+        if doubtful and not self._is_confident(best):
+            best = self._search_by_ridges(a, b, aligner, best)
+        self.best = best
+        return self.scorer.score(self.evidence, best) if best >= 0 else 0.0
+
+    def _match_locally(self, a, b, aligner):
+        """Fill the local similarities of A and B: the probe is B in the aligner `before`."""
+        if aligner is self.before:
+            self.neighbours.to_prints_before(
+                a.count, a.frame, a.size, self.min_cosine, self.similarity
+            )
+        else:
+            self.neighbours.to_prints_after(
+                b.count, b.frame, b.size, self.min_cosine, self.similarity
+            )
         return normalize_by_size(
             self.similarity, a.count, a.size, b.count, b.size, self.fewest_neighbours
         )
 
-    def compare_packed(self, packed, reference, first, order, similarity):
+    def _pair_and_grow(self, a, b, aligner):
+        """Grow the hypotheses coarsely, in turn; return the best, -1 if none pairs anything.
+
+        A confident one is the last; where the local matches are weak, so is the first with a pair.
+        """
+        best: cython.Py_ssize_t = -1
+        weak: cython.bint = aligner.relaxation.strength < self.scorer.relaxation_threshold()
+        for h in range(aligner.hypotheses):
+            self.total[h] = UNPAIRED
+        for h in range(aligner.hypotheses):
+            if aligner.start_hypothesis(h) > 0:
+                self._weigh(a, b, aligner, h, False)
+                best = self._better(best, h)
+                if weak or self.total[h] > self.scorer.confident_threshold():
+                    break
+        return best
+
+    def _grow_to_the_end(self, a, b, aligner, best):
+        """Grow to the end what passes the refine threshold, and compare ridges; return the best.
+
+        As with most impostor prints, none may pass: then the best of coarse growth stays. If it is
+        confident, it grows alone.
+        """
+        grown: cython.Py_ssize_t = -1
+        refine = self.scorer.refine_threshold()
+        alone: cython.bint = self._is_confident(best)
+        if best < 0 or not self.total[best] > refine:
+            return best
+        for h in range(aligner.hypotheses):
+            if self.total[h] > refine and (h == best or not alone) and aligner.refine(h) > 0:
+                self._weigh(a, b, aligner, h, True)
+                grown = self._better(grown, h)
+        return grown
+
+    def _search_by_ridges(self, a, b, aligner, best):
+        """Grow from the pairs of minutiae under which the ridges agree; return the best of all."""
+        if self.scorer.is_small():
+            proposed = self.search.search(a, b, self.scorer.correlator)
+        else:
+            proposed = self.search.search_candidates(
+                a, b, aligner.relaxation, self.scorer.correlator
+            )
+        for k in range(proposed):
+            h: cython.Py_ssize_t = aligner.hypotheses + k
+            if aligner.start_from(self.search.first[k], self.search.second[k], h) > 0:
+                self._weigh(a, b, aligner, h, True)
+                best = self._better(best, h)
+        return best
+
+    def _weigh(self, a, b, aligner, h, ridges):
+        """Weigh the evidence of hypothesis h, which the aligner has at hand."""
+        self.total[h] = self.scorer.weigh(a, b, aligner, self.similarity, ridges)
+        for e in range(self.evidence.shape[1]):
+            self.evidence[h, e] = self.scorer.evidence[e]
+        return 0
+
+    def _better(self, best, h):
+        """Return which of two hypotheses has the greater sum, `best` of equals; it may be -1."""
+        return h if best < 0 or self.total[h] > self.total[best] else best
+
+    def _is_confident(self, h):
+        """Return whether no other hypothesis than h need be tried; h may be -1."""
+        return h >= 0 and self.total[h] > self.scorer.confident_threshold()
+
+    def match_packed(self, packed, reference, first, order, similarity):
         """Fill the similarities of the probe to the packed prints from number `first` on.
 
         Where ``order[k]`` is negative the print comes before the probe, where it is positive
@@ -114,14 +214,9 @@ class Comparer:
                             similarity[k] = as_similarity(shortfall)
                         else:
                             packed.unpack(first + k, reference)
-                            similarity[k] = self._similarity(reference, order[k] < 0)
+                            total = self.match_with(reference, order[k] < 0)
+                            similarity[k] = as_similarity(total) if self.best >= 0 else 0.0
         return 0
-
-    def _similarity(self, reference, reference_first):
-        """Return the similarity of the probe to a reference that has passed the prefilter."""
-        total = self.align(reference, reference_first)
-        pairs = self.before.best_pairs if reference_first else self.after.best_pairs
-        return as_similarity(total) if pairs > 0 else 0.0
 
 
 @cython.locals(i=cython.Py_ssize_t)

@@ -28,9 +28,9 @@ FOUND = cython.declare(cython.int, 8)  # pairs found, at most
 class RidgeSearch:
     """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are an `fpmatch.matching.ridges.RidgeSearchParameters`. After a search, the
-    pairs are ``(first[k], second[k])`` of print A and print B, ``value[k]`` what their ridges
-    amount to, the best first.
+    `parameters` are a `pipeline.alignment.RidgeSearchParameters`. After a search, the pairs are
+    ``(first[k], second[k])`` of print A and print B, ``value[k]`` is what their ridges amount to,
+    the best first.
     """
 
     def __init__(self, parameters) -> None:

@@ -23,7 +23,7 @@ from fpmatch.lab.evaluation.open_set.run import (
 )
 from fpmatch.lab.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, search_all
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.registry import get_matcher
 from fpmatch.templates.minutiae import Minutiae, Template
 
 MATCHER = get_matcher("unit-circle")

@@ -48,7 +48,7 @@ def identify(
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
 
-    For many probes, `fpmatch.gallery.search.open_search` prepares a gallery once.
+    For many probes, `fpmatch.gallery.search.opening.open_search` prepares a gallery once.
 
     Parameters
     ----------
@@ -85,9 +85,9 @@ def identify(
         range.
     """
     from fpmatch.engine.engine import processes  # noqa: PLC0415
-    from fpmatch.gallery.candidates import identify_entries  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
-    from fpmatch.gallery.search import open_search  # noqa: PLC0415
+    from fpmatch.gallery.search.entries import identify_entries  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
 
     template = as_template(probe, dpi=dpi)
     if not isinstance(gallery, Gallery):

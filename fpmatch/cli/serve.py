@@ -190,7 +190,7 @@ def _prepare(gallery: str, workers: int | None) -> None:
     """Make the gallery where it is missing, and prepare its prints for searches."""
     from fpmatch.engine.engine import processes
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.search import open_search
+    from fpmatch.gallery.search.opening import open_search
 
     bars = ProgressBars({"prepare": "preparing prints"})
     with open_gallery(gallery, create=True) as opened, bars:

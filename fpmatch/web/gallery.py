@@ -15,13 +15,13 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import EncryptionError, GalleryError, TemplateError
-from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim
 from fpmatch.gallery.consistency import check_added, find_added, find_copies
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NamePattern, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.rows import check_storable
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.web.errors import RequestError
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 

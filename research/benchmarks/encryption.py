@@ -31,8 +31,8 @@ from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.tables import PACKED
 from research.commands import Command, json_file, write_json
 

@@ -21,10 +21,9 @@ from scipy.spatial import Delaunay
 from fpmatch.engine.engine import serial
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.transfer import enrol_gallery
-from fpmatch.indexing.loss import DEFAULT_LOSS
+from fpmatch.indexing.loss import DEFAULT_LOSS, EXHAUSTIVE_UP_TO
 from fpmatch.synthesis.templates import make_templates
 from fpmatch.text_table import text_table
 from research.commands import Command, json_file, write_json

@@ -19,7 +19,7 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.indexing.loss import LEAST_PASSED_ON, search_plan, with_votes
 from fpmatch.indexing.segment import MAX_PRINTS, Segment
-from fpmatch.indexing.stages import preselect
+from fpmatch.indexing.stages import most_voted, preselect, unoriented_share
 from fpmatch.indexing.terms import probe_terms
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
@@ -133,7 +133,9 @@ def speed(others: Others, prints: Sequence[PreparedTemplate], count: int) -> dic
     spent, calls = [], []
     for probe in probes:
         start = time.process_time()
-        preselect(probe, segments, passed_on=plan.by_terms, budget=plan.budget)
+        terms = probe_terms(probe, plan.budget, unoriented=unoriented_share(segments))
+        voted = [preselect(segment, terms, plan.by_terms)[1] for segment in segments]
+        most_voted(np.concatenate(voted), plan.by_terms)
         spent.append(time.process_time() - start)
         start = time.process_time()
         for _ in range(CALLS):

@@ -30,9 +30,9 @@ from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 from fpmatch import packed_columns
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
-from fpmatch.gallery.indexed_search import IndexedSearch
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.indexed import IndexedSearch
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.indexing import segment
 from fpmatch.matching import bit_descriptors, candidate_list, compare, ridge_samples
 from fpmatch.matching.packed_descriptors import PackedDescriptors
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.minutiae import Template
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock

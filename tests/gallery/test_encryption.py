@@ -24,8 +24,8 @@ from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.export import export_templates
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.tables import ENTRY, PACKED
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
@@ -252,7 +252,7 @@ def test_a_search_in_another_process_gets_the_source_and_never_the_key(encrypted
     secret = Path(source.removeprefix("file:")).read_text().split()[-1]
     code = (
         "import sys\nfrom fpmatch.gallery.gallery import open_gallery\n"
-        "from fpmatch.gallery.search import open_search\n"
+        "from fpmatch.gallery.search.opening import open_search\n"
         "from fpmatch.engine.engine import processes\n"
         "if __name__ == '__main__':\n"
         f"    with open_gallery({str(encrypted)!r}) as gallery:\n"

@@ -19,9 +19,9 @@ from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery import prepared as prepared_module
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared import COLUMNS, load_prepared, prepare_gallery, save_prepared
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
 

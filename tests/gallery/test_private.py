@@ -16,7 +16,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -29,7 +29,7 @@ from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index_segment import PrintSegment
 from fpmatch.gallery.prepared import prepare_gallery
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -119,7 +119,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
 def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fpmatch.gallery.search.LISTED_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 2)
     monkeypatch.setattr("fpmatch.gallery.index.MOST_PRINTS", 4)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
     prepared = [(1, 1, entry.template, MATCHER.prepare(entry.template)) for entry in entries]

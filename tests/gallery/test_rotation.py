@@ -22,7 +22,7 @@ from fpmatch.gallery import rotation
 from fpmatch.gallery.compact import pack_template
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.rotation import rotate
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
 PACKED = [(k, pack_template(template)) for k, template in enumerate(PRINTS, 1)]

@@ -22,7 +22,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.web import gallery as served_gallery
 from fpmatch.web.access import Client, Role, digest_of

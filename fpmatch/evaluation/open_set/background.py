@@ -13,13 +13,13 @@ from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import dataset_reader, extract_datasets, extractor_of
 from fpmatch.evaluation.impression import finger_numbers
-from fpmatch.evaluation.open_set.enrolled import search_of
 from fpmatch.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import Background
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.kinds import kind_of
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.whole import WholeSearch
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.matching.result import Matcher
 
 
@@ -62,7 +62,7 @@ class BackgroundPrints:
 
 def no_background(matcher: Matcher) -> Background:
     """Return a background without prints."""
-    return BackgroundPrints(search_of([], matcher), np.empty(0, np.intp), ()).of_subjects(1)
+    return BackgroundPrints(WholeSearch.of([], matcher), np.empty(0, np.intp), ()).of_subjects(1)
 
 
 def load_background(
@@ -116,7 +116,7 @@ def load_background(
         for code, one in zip(finger, dataset.impressions, strict=True)
     }
     kept = finger[[template is not None for template in templates]]
-    search = search_of([one for one in templates if one is not None], matcher)
+    search = WholeSearch.of([one for one in templates if one is not None], matcher)
     return BackgroundPrints(search, kept, [names[code] for code in range(len(names))])
 
 

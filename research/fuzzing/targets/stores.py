@@ -30,9 +30,9 @@ from fpmatch.evaluation.batch.sources import pack, unpack
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.prepared import load_prepared
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.compact_template import CompactTemplates, compact, expand

@@ -1,0 +1,113 @@
+"""Open the search of a gallery: by its index where that is large, else of whole prints."""
+
+from __future__ import annotations
+
+import warnings
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.indexing.loss import EXHAUSTIVE_UP_TO, LISTED_UP_TO
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.reader import GalleryReader
+    from fpmatch.gallery.search.search import CandidateListSize, Search
+    from fpmatch.matching.result import Matcher
+
+
+def open_search(
+    gallery: Gallery,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    *,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+    note: Callable[[str], object] | None = None,
+    candidate_list: CandidateListSize = "auto",
+    loss: float | None = None,
+    before: Search | None = None,
+) -> Search:
+    """Prepare the prints that are in a gallery now for a search; it may be closed afterwards.
+
+    More than `LISTED_UP_TO` prints are indexed, and more than `EXHAUSTIVE_UP_TO` where a `loss` is
+    wanted, unless all of them are to be compared or to be ranked for a `candidate_list`.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    matcher : str or Matcher
+        The matcher, or its name.
+    engine : Engine, optional
+        Prepares prints (default: all cores).
+    progress : callable
+        Called with stage "prepare" and numbers of prints.
+    note : callable, optional
+        Called with a line on files that cannot be used, and are prepared or built again (default: a
+        RuntimeWarning).
+    candidate_list : int, "auto" or "off"
+        As it will be given to `fpmatch.gallery.search.identify.identify`.
+    loss : float, optional
+        The loss that is wanted (default: none, which needs no index up to `LISTED_UP_TO` prints).
+    before : Search, optional
+        An earlier search of the gallery, whose index is continued.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read.
+    MatcherError
+        If the matcher is unknown.
+    """
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
+    if not hasattr(chosen, "similarities"):
+        return _prepared_one_by_one(gallery, chosen, progress)
+    most = LISTED_UP_TO if loss is None else EXHAUSTIVE_UP_TO
+    if not (candidate_list == "auto" and chosen.name == DEFAULT_MATCHER and gallery.has_over(most)):
+        return _prepared(gallery, chosen, **given)
+    from fpmatch.gallery.index import GalleryIndex  # noqa: PLC0415  (imports the index)
+    from fpmatch.gallery.search.indexed import IndexedSearch  # noqa: PLC0415
+
+    if isinstance(before, IndexedSearch):
+        return before.current(gallery)
+    index = GalleryIndex(gallery, chosen, **given)
+    whole = partial(_prepared, gallery, chosen, **given)
+    return IndexedSearch(index, gallery.damaged, whole)
+
+
+def _prepared(gallery: GalleryReader, matcher: Matcher, **given: Any) -> WholeSearch:
+    """Return the search of prints that are prepared from whole templates, and packed."""
+    from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
+
+    kept = prepare_gallery(gallery, matcher, **given)
+    return WholeSearch(matcher, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
+
+
+def _prepared_one_by_one(
+    gallery: GalleryReader, matcher: Matcher, progress: Progress
+) -> WholeSearch:
+    """Return the search of prints that cannot be packed."""
+    total = len(gallery)
+    progress("prepare", 0, total)
+    finger_of = gallery.fingers()
+    read, references = [], []
+    for number, template in gallery.templates():
+        read.append(number)
+        references.append(matcher.prepare(template))
+        progress("prepare", min(len(read), total), total)
+    numbers = np.array(read, np.int64)
+    fingers = np.array([finger_of.get(number, number) for number in read], np.int64)
+    return WholeSearch(matcher, numbers, fingers, references, dict(gallery.damaged))
+
+
+def _warn(text: str) -> None:
+    """Warn the caller of `open_search`."""
+    warnings.warn(text, RuntimeWarning, stacklevel=4)

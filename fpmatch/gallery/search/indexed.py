@@ -15,7 +15,7 @@ import numpy as np
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.search.stages import Listed, Stage
+from fpmatch.gallery.search.stages import Division, Listed, Stage
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import most_voted, preselect, unoriented_share
 from fpmatch.indexing.terms import probe_terms
@@ -90,23 +90,17 @@ class IndexedSearch(Search):
         """The lowest number of an entry of the finger of each print."""
         return self.state.fingers
 
+    def division(self, of_threads: bool) -> Division:
+        """Return the segments."""
+        return self._division
+
     @cached_property
-    def pieces(self) -> list[IndexedPiece]:
-        """The segments."""
+    def _division(self) -> Division:
         removed, pieces = self.state.removed, []
         for k, segment in enumerate(self.state.segments):
             first, last = np.searchsorted(removed, [segment.numbers[0], segment.numbers[-1] + 1])
             pieces.append(IndexedPiece(k, self.matcher, segment, removed[first:last]))
-        return pieces
-
-    @cached_property
-    def sizes(self) -> list[int]:
-        """How many prints each segment has."""
-        return [len(segment) for segment in self.state.segments]
-
-    def locate(self, places: Indices) -> tuple[Indices, Indices]:
-        """Return for prints the numbers of their segments, ascending, and their places in these."""
-        return self.state.places(places)
+        return Division(pieces, [len(one.segment) for one in pieces], self.state.places)
 
     def print_at(self, place: int) -> PreparedTemplate:
         """Return a print, prepared from its compact template."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.reader import GalleryReader
-    from fpmatch.gallery.search.stages import Indices, Stage
+    from fpmatch.gallery.search.stages import Division, Indices, Stage
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
@@ -117,19 +117,9 @@ class Search(ABC):
         """The lowest number of an entry of the finger of each print."""
         raise NotImplementedError
 
-    @cached_property
-    def pieces(self) -> list[Any]:
-        """The pieces in which the prints lie (see `fpmatch.gallery.search.stages`)."""
-        raise NotImplementedError
-
-    @cached_property
-    def sizes(self) -> list[int]:
-        """How many prints each piece has."""
-        raise NotImplementedError
-
     @abstractmethod
-    def locate(self, places: Indices) -> tuple[Indices, Indices]:
-        """Return for prints the numbers of their pieces, ascending, and their places in these."""
+    def division(self, of_threads: bool) -> Division:
+        """Return the pieces in which threads, or else workers, search."""
 
     @abstractmethod
     def stages(self, options: SearchOptions) -> list[Stage]:
@@ -214,15 +204,15 @@ class Search(ABC):
         stages = self.stages(options)
         if not (isinstance(engine, Threads) or self.can_be_sent()):
             engine = serial()
-        yield from run_stages(self, stages, batches, engine)
+        yield from run_stages(self.division, stages, batches, engine)
 
     def similarities(
         self, probe: Any, which: Indices, engine: Engine | None = None
     ) -> NDArray[np.float64]:
         """Return the similarity of a prepared probe to each of some prints, in ascending places."""
         stages, listed = [self.comparison()], Listed(places=which)
-        ((found,),) = run_stages(self, stages, [[probe]], engine or Threads(1), listed)
-        return found.similarities
+        ((after,),) = run_stages(self.division, stages, [[probe]], engine or Threads(1), listed)
+        return after.similarities
 
     def threads(self, workers: int | None) -> Threads:
         """Return so many threads (None: one a core); one, where the matcher compares in Python."""

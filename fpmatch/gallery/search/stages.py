@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.pieces import Pieces
-    from fpmatch.gallery.search.search import Search
 
     Indices = NDArray[np.intp]
     Places = slice | Indices
@@ -75,8 +74,20 @@ class Stage(NamedTuple):
     ask: Callable[[Any], Any] = lambda probe: probe
 
 
+class Division(NamedTuple):
+    """Prints in pieces of some sizes.
+
+    ``locate(places)`` returns for prints, ascending, the numbers of their pieces, and their places
+    in these.
+    """
+
+    pieces: Sequence[Any]
+    sizes: Sequence[int]
+    locate: Callable[[Indices], tuple[Indices, Indices]]
+
+
 def run_stages(
-    search: Search,
+    division: Callable[[bool], Division],
     stages: Sequence[Stage],
     batches: Iterable[Sequence[Any]],
     engine: Engine,
@@ -84,25 +95,27 @@ def run_stages(
 ) -> Generator[list[Listed], None, None]:
     """Yield what all stages find for each probe of each batch, prepared by the matcher.
 
-    `engine` is entered. Batches are drawn as they are needed, by threads all at once. The first
-    stage begins with what is `listed`. Raises EngineError if the engine broke down.
+    `division` states how prints are divided among threads, or else among workers; `engine` is
+    entered. Batches are drawn as they are needed, by threads all at once. The first stage begins
+    with what is `listed`. Raises EngineError if the engine broke down.
     """
     begin = listed or Listed()
-    of_each = -(-LEAST_PIECES // len(search.pieces)) if search.pieces else 1
-    copies = 1 if isinstance(engine, Threads) else of_each
-    with hold_pieces(engine, [*search.pieces] * copies) as held:
+    apart = isinstance(engine, Threads)
+    divided = division(apart)
+    copies = 1 if apart or not divided.pieces else -(-LEAST_PIECES // len(divided.pieces))
+    with hold_pieces(engine, [*divided.pieces] * copies) as held:
         rounds: Any = ([(probe, begin) for probe in batch] for batch in batches)
         for stage in stages:
-            rounds = _round(search, stage, rounds, held, copies, apart=isinstance(engine, Threads))
+            rounds = _round(divided, stage, rounds, held, copies, apart=apart)
         with closing(rounds):
-            yield from ([found for _, found in batch] for batch in rounds)
+            yield from ([after for _, after in batch] for batch in rounds)
 
 
 _Batch = list[tuple[Any, Listed]]  # probes
 
 
 def _round(
-    search: Search,
+    divided: Division,
     stage: Stage,
     batches: Generator[_Batch, None, None],
     held: Pieces[Any],
@@ -114,8 +127,8 @@ def _round(
     turns = count()
 
     def tasks_of(batch: _Batch) -> Iterator[tuple[int, list[Any]]]:
-        first = next(turns) % copies * len(search.pieces)
-        for piece, chunk in _tasks(search, stage, batch, apart=apart):
+        first = next(turns) % copies * len(divided.pieces)
+        for piece, chunk in _tasks(divided, stage, batch, apart=apart):
             yield first + piece, chunk
 
     with (
@@ -128,13 +141,13 @@ def _round(
                 for i, one in result:
                     of_probe[i].append(one)
             yield [
-                (probe, stage.choose(probe, found, parts))
-                for (probe, found), parts in zip(batch, of_probe, strict=True)
+                (probe, stage.choose(probe, before, parts))
+                for (probe, before), parts in zip(batch, of_probe, strict=True)
             ]
 
 
 def _tasks(
-    search: Search, stage: Stage, batch: _Batch, *, apart: bool
+    divided: Division, stage: Stage, batch: _Batch, *, apart: bool
 ) -> Iterator[tuple[int, list[Any]]]:
     """Yield pieces with probes, by number, and what is scored: `apart`, or all of a piece at once.
 
@@ -144,7 +157,7 @@ def _tasks(
     by_piece = defaultdict(list)
     for i, (probe, listed) in enumerate(batch):
         asked = stage.ask(probe)
-        for piece, places in _within_pieces(search, listed.places):
+        for piece, places in _within_pieces(divided, listed.places):
             if not apart:
                 by_piece[piece].append((i, asked, places))
                 continue
@@ -153,13 +166,13 @@ def _tasks(
     yield from sorted(by_piece.items())
 
 
-def _within_pieces(search: Search, places: Indices | None) -> Iterator[tuple[int, Places]]:
+def _within_pieces(divided: Division, places: Indices | None) -> Iterator[tuple[int, Places]]:
     """Yield the pieces that have some of the prints, with the places of these in them."""
     if places is None:
-        yield from ((k, slice(0, size)) for k, size in enumerate(search.sizes) if size)
+        yield from ((k, slice(0, size)) for k, size in enumerate(divided.sizes) if size)
         return
-    piece, local = search.locate(places)
-    bounds = np.searchsorted(piece, np.arange(len(search.pieces) + 1)).tolist()
+    piece, local = divided.locate(places)
+    bounds = np.searchsorted(piece, np.arange(len(divided.pieces) + 1)).tolist()
     for k in np.unique(piece).tolist():
         yield k, local[bounds[k] : bounds[k + 1]]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -12,9 +11,9 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.search.stages import Listed, Stage
+from fpmatch.gallery.search.stages import Division, Listed, Stage
 from fpmatch.indexing.loss import EXHAUSTIVE_UP_TO
-from fpmatch.matching.candidate_list import greatest, prefilter_scores
+from fpmatch.matching.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
-    from fpmatch.gallery.search.stages import Indices, Places
+    from fpmatch.gallery.search.stages import Places
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
 
@@ -47,7 +46,6 @@ class WholeSearch(Search):
 
     numbers: NDArray[np.int64]
     fingers: NDArray[np.int64]
-    sizes: list[int]
 
     def __init__(
         self,
@@ -59,10 +57,6 @@ class WholeSearch(Search):
     ) -> None:
         self.matcher, self.numbers, self.fingers, self.prints = matcher, numbers, fingers, prints
         self.damaged = damaged or {}
-        size = piece_size(len(numbers))
-        ends = [*range(0, len(numbers), size), len(numbers)]
-        self._spans = list(pairwise(ends))
-        self.sizes = [last - first for first, last in self._spans]
 
     @classmethod
     def of(cls, templates: Sequence[Template], matcher: Matcher) -> WholeSearch:
@@ -76,18 +70,22 @@ class WholeSearch(Search):
             templates
         )
 
-    @cached_property
-    def pieces(self) -> list[WholePiece]:
-        """The prints in parts of one size."""
-        prints = self.prints
+    def division(self, of_threads: bool) -> Division:
+        """Return the prints in parts of one size; of threads, which share them, in one part."""
+        size, prints = piece_size(len(self)), self.prints
+        if of_threads:
+            shared = WholePiece(self.matcher, prints)
+            return Division([shared], [len(self)], lambda places: (np.zeros_like(places), places))
+        spans = list(pairwise([*range(0, len(self), size), len(self)]))
         if isinstance(prints, PackedTemplates):
-            return [WholePiece(self.matcher, prints.part(*span)) for span in self._spans]
-        return [WholePiece(self.matcher, prints[a:b]) for a, b in self._spans]
-
-    def locate(self, places: Indices) -> tuple[Indices, Indices]:
-        """Return for prints the numbers of their pieces, ascending, and their places in these."""
-        piece, local = np.divmod(places, piece_size(len(self)))
-        return piece, local
+            parts: list[Any] = [prints.part(*span) for span in spans]
+        else:
+            parts = [prints[first:last] for first, last in spans]
+        return Division(
+            [WholePiece(self.matcher, part) for part in parts],
+            [last - first for first, last in spans],
+            lambda places: divmod(places, size),
+        )
 
     def print_at(self, place: int) -> Any:
         """Return a print, as the matcher prepares it."""
@@ -105,7 +103,7 @@ class WholeSearch(Search):
         def choose(probe: Any, _: Listed, scores: list[NDArray[np.uint16]]) -> Listed:
             return Listed(greatest(np.concatenate(scores), sizes, probe, most))
 
-        return [Stage(_descriptor_scores, choose), self.comparison()]
+        return [Stage(_descriptor_scores, choose, PRINTS_AT_ONCE), self.comparison()]
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
@@ -175,10 +173,10 @@ def piece_size(prints: int) -> int:
     return max(MIN_PIECE, min(MAX_PIECE, -(-prints // LEAST_PIECES)))
 
 
-def _descriptor_scores(piece: WholePiece, probe: Any, _: Places) -> NDArray[np.uint16]:
-    """Return the scores of the bit descriptors of all prints of a piece."""
+def _descriptor_scores(piece: WholePiece, probe: Any, places: slice) -> NDArray[np.uint16]:
+    """Return the scores of the bit descriptors of prints of a piece."""
     assert isinstance(piece.prints, PackedTemplates)
-    return prefilter_scores(probe, piece.prints).astype(np.uint16)
+    return prefilter_scores(probe, piece.prints, places.start, places.stop).astype(np.uint16)
 
 
 def _similarities(piece: WholePiece, probe: Any, places: Places) -> NDArray[np.float64]:

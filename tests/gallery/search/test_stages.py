@@ -110,7 +110,7 @@ def opened(gallery, kind):
         gallery, engine=serial(), candidate_list=kind.get("candidate_list", "auto")
     )
     assert isinstance(search, IndexedSearch) == (not kind)
-    assert not isinstance(search, IndexedSearch) or len(search.pieces) > 1
+    assert not isinstance(search, IndexedSearch) or len(search.division(True).pieces) > 1
     return search
 
 
@@ -246,7 +246,7 @@ def test_all_segments_are_searched_for_the_share_without_orientation_of_the_whol
     search = opened(filled, {})
     for engine in (Threads(2), serial()):
         compared(search, PROBES[0], engine)
-    assert asked == 2 * [0.25 * len(search.pieces)]
+    assert asked == 2 * [0.25 * len(search.division(True).pieces)]
 
 
 def test_other_matchers_are_compared_in_one_thread(gallery, helpers):
@@ -285,12 +285,17 @@ def test_an_empty_gallery_and_no_probes(gallery, monkeypatch, limit):
 def test_pieces_cover_all_prints(prints):
     numbers = np.arange(prints)
     search = WholeSearch(FAKE, numbers, numbers, numbers)
-    assert np.concatenate([numbers[:0], *(one.prints for one in search.pieces)]).tolist() == (
-        numbers.tolist()
-    )
-    assert search.sizes == [len(one.prints) for one in search.pieces]
-    piece, local = search.locate(numbers)
-    assert (piece * piece_size(prints) + local).tolist() == numbers.tolist()
+    for of_threads in (True, False):
+        pieces, sizes, locate = search.division(of_threads)
+        covered = [one.prints for one in pieces]
+        assert np.concatenate([numbers[:0], *covered]).tolist() == numbers.tolist()
+        assert sizes == list(map(len, covered))
+        if prints:
+            piece, local = locate(numbers)
+            assert (piece * sizes[0] + local).tolist() == numbers.tolist()
+            assert (
+                (len(pieces) == 1) if of_threads else (sizes[0] == min(piece_size(prints), prints))
+            )
 
 
 def test_all_cores_are_the_default(filled, helpers, monkeypatch):

@@ -15,7 +15,7 @@ import numpy as np
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.index_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.search.stages import Division, Listed, Stage
+from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
 from fpmatch.indexing.loss import combined_scores, search_plan
 from fpmatch.indexing.stages import most_voted, preselect, unoriented_share
 from fpmatch.indexing.terms import probe_terms
@@ -159,9 +159,7 @@ class IndexedSearch(Search):
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
-        return Stage(
-            _similarities, lambda _, listed, found: listed.with_compared(found), PREPARED_AT_ONCE
-        )
+        return Stage(_similarities, add_compared, PREPARED_AT_ONCE)
 
     def _by_votes(
         self, most: int, _: Any, listed: Listed, voted: list[tuple[int, Indices, NDArray[Any]]]

@@ -59,6 +59,11 @@ class Listed:
         )
 
 
+def add_compared(_: Any, listed: Listed, parts: list[NDArray[np.float64]]) -> Listed:
+    """Return what a comparison makes of the prints that are listed, for `Stage.choose`."""
+    return listed.with_compared(parts)
+
+
 class Stage(NamedTuple):
     """One stage of a search.
 

@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.search.stages import Division, Listed, Stage
+from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
 from fpmatch.indexing.loss import EXHAUSTIVE_UP_TO
 from fpmatch.matching.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -110,9 +110,7 @@ class WholeSearch(Search):
         packed = isinstance(self.prints, PackedTemplates)
         # else all in Python, of which one thread runs at a time
         at_once = COMPARED_AT_ONCE if packed else None
-        return Stage(
-            _similarities, lambda _, listed, found: listed.with_compared(found), at_once=at_once
-        )
+        return Stage(_similarities, add_compared, at_once)
 
     def candidate_list_size(self, requested: CandidateListSize = "auto") -> int | None:
         """Return the number of prints to compare with a probe; None for all.

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.prints.pair import PairOptions
     from fpmatch.server.prints import PrintOptions, Upload
 

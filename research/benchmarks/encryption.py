@@ -29,8 +29,8 @@ from fpmatch.formats import sealed
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import PACKED

@@ -21,9 +21,8 @@ from scipy.spatial import Delaunay
 from fpmatch.base.text_table import text_table
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.loss import DEFAULT_LOSS
+from fpmatch.gallery.index.loss import DEFAULT_LOSS, EXHAUSTIVE_UP_TO
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.tasks.transfer import enrol_gallery
 from fpmatch.lab.synthesis.templates import make_templates

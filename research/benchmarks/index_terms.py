@@ -17,7 +17,7 @@ from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import LEAST_PASSED_ON, search_plan, with_votes
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
-from fpmatch.gallery.index.stages import preselect
+from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
@@ -133,7 +133,9 @@ def speed(others: Others, prints: Sequence[PreparedTemplate], count: int) -> dic
     spent, calls = [], []
     for probe in probes:
         start = time.process_time()
-        preselect(probe, segments, passed_on=plan.by_terms, budget=plan.budget)
+        terms = probe_terms(probe, plan.budget, unoriented=unoriented_share(segments))
+        voted = [preselect(segment, terms, plan.by_terms)[1] for segment in segments]
+        most_voted(np.concatenate(voted), plan.by_terms)
         spent.append(time.process_time() - start)
         start = time.process_time()
         for _ in range(CALLS):

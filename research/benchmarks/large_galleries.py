@@ -29,7 +29,7 @@ from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import search_plan, with_votes
 from fpmatch.gallery.index.print_segment import prepare_prints
-from fpmatch.gallery.index.stages import preselect
+from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
@@ -135,26 +135,33 @@ def search(
     segments: Sequence[PrintSegment], probe: PreparedTemplate, plan: SearchPlan, cost: Cost
 ) -> Found:
     """Search a gallery in three stages, as `fpmatch.gallery` does."""
-    terms = [segment.terms for segment in segments]
-    first = cost.timed(
-        "terms", lambda: preselect(probe, terms, passed_on=plan.by_terms, budget=plan.budget)
-    )
+
+    def by_terms() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        share = unoriented_share([segment.terms for segment in segments])
+        terms = probe_terms(probe, plan.budget, unoriented=share)
+        voted = [preselect(segment.terms, terms, plan.by_terms) for segment in segments]
+        local, votes = map(np.concatenate, zip(*voted, strict=True))
+        of = np.repeat(np.arange(len(segments)), [len(places) for places, _ in voted])
+        kept = most_voted(votes, plan.by_terms)
+        return of[kept], local[kept], votes[kept]
+
+    of, local, votes = cost.timed("terms", by_terms)
 
     def by_descriptors() -> tuple[np.ndarray, SizeNormalization, np.ndarray]:
-        bounds = np.searchsorted(first.segment, np.arange(len(segments) + 1)).tolist()
+        bounds = np.searchsorted(of, np.arange(len(segments) + 1)).tolist()
         tables = prefilter_of(probe.bit_descriptors)
         parts = [
-            (segment.descriptors.scores(tables, local), segment.descriptors.size[local])
+            (segment.descriptors.scores(tables, places), segment.descriptors.size[places])
             for segment, (a, b) in zip(segments, pairwise(bounds), strict=True)
-            for local in (first.local[a:b],)
+            for places in (local[a:b],)
         ]
         scores, sizes = map(np.concatenate, zip(*parts, strict=True))
         by_size = SizeNormalization.fit(scores, sizes, len(probe))
-        combined = with_votes(by_size.of(scores, sizes), first.votes)
+        combined = with_votes(by_size.of(scores, sizes), votes)
         return np.argsort(-combined, kind="stable")[: plan.by_descriptors], by_size, combined
 
     def compared() -> np.ndarray:
-        prints = prepare_prints(segments, first.segment[best], first.local[best])
+        prints = prepare_prints(segments, of[best], local[best])
         return MATCHER.similarities(probe, prints)
 
     best, by_size, scores = cost.timed("descriptors", by_descriptors)

@@ -29,18 +29,19 @@ import psutil
 from disturbed_prints import disturbed, sample_templates
 
 from fpmatch.formats.files import save_template
-from fpmatch.gallery.batch.candidates import SearchOptions, write_candidates
+from fpmatch.gallery.batch.candidates import write_candidates
 from fpmatch.gallery.batch.sources import FolderSource
 from fpmatch.gallery.engine.engine import dask, processes, serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import SearchOptions
 
 if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.templates.minutiae import Template
 
 WARM_UP = 2  # probes of the first, short run of each engine
@@ -54,7 +55,7 @@ class Bench:
     def __init__(self, gallery: Gallery, search: Search, folder: Path, candidate_list: str) -> None:
         self._gallery, self._search, self._folder = gallery, search, folder
         size = int(candidate_list) if candidate_list.isdecimal() else candidate_list
-        self._options = SearchOptions(candidate_list=size)  # type: ignore[arg-type]
+        self._options = SearchOptions(listed="subjects", candidate_list=size)  # type: ignore[arg-type]
 
     def seconds(self, engine: Engine, probes: int | None = None) -> tuple[float, float, bytes]:
         """Return wall time of the searches, least time on two idle cores, and the file."""

@@ -27,12 +27,12 @@ from unittest.mock import patch
 
 from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
-from fpmatch import stored_columns
+from fpmatch.templates import stored_columns
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.index import segment
-from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.pipeline import match
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.templates.minutiae import Template
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock

@@ -247,7 +247,7 @@ def test_a_file_of_candidates_is_said_in_words_and_resumed(run, gallery, prints,
     probes = (prints / "1_1.png", prints / "2_1.png")
     usual = ("identify", gallery, probes[0], "--probes", probes[1], "-o", output, *words)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.gallery.batch.candidates.identify_entries", _interrupt)
+        patch.setattr("fpmatch.gallery.batch.candidates.identify_each", _interrupt)
         interrupted = run(*usual)
     assert interrupted.exit_code == 130
     assert interrupted.stderr == "fpmatch: note: the same command resumes the run\n"

@@ -20,8 +20,10 @@ from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.templates.stored_template import pack_template
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.gallery.tasks.export import export_templates
@@ -112,14 +114,12 @@ def check_identification(place: Path) -> None:
     """Check that a gallery is searched as if there were no damaged entry."""
     with open_gallery(place) as gallery:
         search = open_search(gallery, engine=serial())
-        _, own = identify_entries(gallery, search, scattered(DAMAGED, 30), impressions=True)
+        _, own = identify_entries(gallery, search, scattered(DAMAGED, 30), listed="impressions")
         assert sorted(entry.id for entry in own) == SOUND
         assert list(gallery.damaged) == [DAMAGED]
         assert gallery.damaged[DAMAGED]
-        for by_subject in (False, True):
-            found, entries = identify_entries(
-                gallery, search, scattered(1, 30), by_subject=by_subject
-            )
+        for listed in ("fingers", "subjects"):
+            found, entries = identify_entries(gallery, search, scattered(1, 30), listed=listed)
             assert (len(entries), entries[0].id, found.enrolled) == (3, 1, len(SOUND))
             assert [one.rank for one in found.candidates] == [1, 2, 3]
 

@@ -1,4 +1,10 @@
-"""Candidate lists of many probes in a file: searched on an engine, resumed after a kill."""
+"""Candidate lists of many probes in a file: searched on an engine, resumed after a kill.
+
+A CSV file has the columns `COLUMNS`: a row for each candidate of a probe, best first, and one row
+without a candidate, but with the reason, for a probe that has none or has no template. Each line of
+a file of JSON lines is what ``fpmatch identify --json`` prints for one probe, but for the time and
+the damaged entries, and with the same reason.
+"""
 
 from __future__ import annotations
 
@@ -9,21 +15,18 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from fpmatch._version import __version__
-from fpmatch.gallery.batch.candidate_rows import ProbeRows, candidate_file
+from fpmatch.base.printable import json_text
+from fpmatch.errors import OutputError
 from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
+from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.identify import candidate_list_size, check_limits
-from fpmatch.gallery.index.loss import DEFAULT_LOSS
-from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.search.opening import ConsolidatedFingers
-from fpmatch.gallery.search_pieces import batch_size, hold_search, searched_in_stages
-from fpmatch.matching.calibration import load_calibration
+from fpmatch.gallery.search.entries import batch_size, identify_each
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
@@ -33,45 +36,36 @@ if TYPE_CHECKING:
     from fpmatch.gallery.batch.sources import FolderSource, StoredTemplate
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.identify import Identification
-    from fpmatch.gallery.indexed_pieces import HeldIndexedSearch
     from fpmatch.gallery.listing.entry import Entry
-    from fpmatch.gallery.prepared_search import CandidateListSize, Search
-    from fpmatch.gallery.search_pieces import HeldSearch
-    from fpmatch.matching.calibration import Calibration
+    from fpmatch.gallery.search.identification import Identification
+    from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.templates.minutiae import Template
-
-Listed = Literal["subjects", "fingers", "impressions"]
 
 IDENTIFY: Final = "identify"
 _FORMAT: Final = "2"  # of the state of an unfinished run
+OF_CANDIDATES: Final = (
+    *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
+    *("expected_false_matches", "impressions", "impression_score"),
+)
+OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
+COLUMNS: Final = ("probe", *OF_CANDIDATES, *OF_SEARCHES, "reason")
+NO_CANDIDATE: Final = "no candidate"
+JSON_LINES: Final = ".jsonl"
+FORMATS: Final = (".csv", JSON_LINES)
 
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """The outcome for one probe: `result` is None where it has no template.
+    """The outcome for a probe: `result` is None where there is no template, with the reason.
 
-    `entries` are those of the candidates; `number` is that of the probe among all.
+    `entries` are those of the candidates.
     """
 
-    number: int
-    probe: StoredTemplate
+    path: str
+    reason: str
+    notes: tuple[str, ...]
     result: Identification | None = None
     entries: Sequence[Entry] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SearchOptions:
-    """State what a search for a probe lists; see `fpmatch.gallery.identify.identify`."""
-
-    count: int = 10
-    threshold: float = 0.0
-    listed: Listed = "subjects"
-    consolidate: bool = False
-    candidate_list: CandidateListSize = "auto"
-    calibration: Calibration | None = None
-    transforms: bool = False
-    loss: float = DEFAULT_LOSS
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +119,7 @@ def write_candidates(
     probes : FolderSource
         The prints to identify.
     output : path-like
-        The ``.csv`` or ``.jsonl`` to write or replace; see
-        `fpmatch.gallery.batch.candidate_rows`.
+        The ``.csv`` or ``.jsonl`` to write or replace.
     options : SearchOptions
         What is listed.
     content : str
@@ -144,7 +137,7 @@ def write_candidates(
     ScoringError
         If a different run of this output is unfinished.
     MatcherError
-        As `fpmatch.gallery.identify.identify`.
+        As `fpmatch.gallery.search.identify.identify`.
     OutputError
         If the output cannot be written.
     FpmatchError
@@ -154,50 +147,37 @@ def write_candidates(
     form = candidate_file(
         target, gallery=gallery.name, matcher=search.matcher.name, listed=options.listed
     )
-    impressions = options.listed == "impressions"
-    check_limits(
-        options.count,
-        options.threshold,
-        options.loss,
-        impressions=impressions,
-        consolidated=options.consolidate,
-    )
-    staged = searched_in_stages(search, options.candidate_list)
-    search = search if staged else search.whole
-    candidate_list_size(search, options.candidate_list)  # before a file is made
-    curve = options.calibration or load_calibration(search.matcher.name)
+    options = options.checked(search.matcher)
+    search = search.for_list(options.candidate_list)
+    search.stages(options)  # raises before a file is made
+    assert options.calibration is not None
     run = {
         "format": _FORMAT,
         "version of fpmatch": __version__,
         "matcher": search.matcher.name,
-        "calibration": curve.as_json(),
+        "calibration": options.calibration.as_json(),
         "number of candidates": repr(options.count),
         "threshold": repr(options.threshold),
         "list": repr((options.listed, options.consolidate, options.transforms)),
         "candidate list": repr(options.candidate_list),
-        "loss": repr(options.loss if staged else None),
+        "loss": repr(options.loss if search.in_stages else None),
         "gallery": gallery.name,
         "content of the gallery": content,
         "set of probes": probes.content_hash,
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
-    size, total = batch_size(len(search), staged=staged), len(probes.paths)
+    size, total = batch_size(search), len(probes.paths)
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
     def rows_from(start: int) -> Generator[Rows, None, None]:
-        with (
-            hold_search(place, search, options.candidate_list) as held,
-            closing(identify_each(gallery, held, probes, options, place, start * size)) as each,
-        ):
+        with closing(
+            identify_probes(gallery, search, probes, options, place, start * size)
+        ) as each:
             while batch := list(islice(each, size)):
-                lines: list[bytes] = []
-                for one in batch:
-                    path = probes.paths[one.number]
-                    if one.result is None:
-                        failures.append((path, one.probe.reason))
-                    noted.append((path, one.probe.all_notes))
-                    lines += form.lines(ProbeRows(path, one.result, one.entries, one.probe.reason))
+                failures.extend((one.path, one.reason) for one in batch if one.result is None)
+                noted.extend((one.path, one.notes) for one in batch)
+                lines = [line for one in batch for line in form.lines(one)]
                 failed = sum(one.result is None for one in batch)
                 yield Rows(b"".join(lines), len(batch), len(lines), failed)
 
@@ -217,9 +197,9 @@ def write_candidates(
     )
 
 
-def identify_each(
+def identify_probes(
     gallery: Gallery,
-    held: HeldSearch | HeldIndexedSearch,
+    search: Search,
     probes: FolderSource,
     options: SearchOptions,
     engine: Engine,
@@ -227,57 +207,100 @@ def identify_each(
 ) -> Generator[Identified, None, None]:
     """Yield the outcome for each probe from number `start` on, in order.
 
-    Templates are extracted and compared by the workers of an engine, which is entered and holds the
-    search; the audit of the gallery records each search before it is yielded.
+    Templates are extracted and compared by the workers of an engine, which is entered; the audit of
+    the gallery records each search before it is yielded.
     """
-    search = held.search
-    curve = options.calibration or load_calibration(search.matcher.name)
-    consolidated = ConsolidatedFingers(gallery, search, curve) if options.consolidate else None
-    staged = searched_in_stages(search, options.candidate_list)
-    size = batch_size(len(search), staged=staged)
-    pending: deque[list[tuple[int, StoredTemplate, Template | None]]] = deque()
+    pending: deque[StoredTemplate] = deque()
 
-    def batches(templates: Iterator[StoredTemplate]) -> Iterator[list[Any]]:
-        numbered = enumerate(templates, start)
-        while batch := list(islice(numbered, size)):
-            pending.append([(k, *_opened(one)) for k, one in batch])
-            yield [search.matcher.prepare(t) for _, _, t in pending[-1] if t is not None]
+    def opened(templates: Iterator[StoredTemplate]) -> Iterator[Template | None]:
+        for stored in templates:
+            pending.append(stored)
+            yield None if stored.data is None else unpack(stored.data)
 
-    limits: dict[str, Any] = {
-        "count": options.count,
-        "candidate_list": options.candidate_list,
-        "loss": options.loss,
-    }
-    # a comparison with the consolidated template may raise a score
-    least = 0.0 if options.consolidate else options.threshold
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(held.answers(batches(templates), threshold=least, **limits)) as answered,
+        closing(identify_each(gallery, search, opened(templates), options, engine)) as outcomes,
     ):
-        for answers in answered:
-            left = iter(answers)
-            for number, stored, template in pending.popleft():
-                if template is None:
-                    yield Identified(number, stored)
-                    continue
-                result, entries = identify_entries(
-                    gallery,
-                    held.answered(next(left)),
-                    template,
-                    by_subject=options.listed == "subjects",
-                    impressions=options.listed == "impressions",
-                    threshold=options.threshold,
-                    transforms=options.transforms,
-                    calibration=curve,
-                    consolidated=consolidated,
-                    workers=1,
-                    **limits,
-                )
-                found = [candidate.number for candidate in result.candidates]
-                gallery.record(IDENTIFY, probe=Path(probes.paths[number]), candidates=found)
-                yield Identified(number, stored, result, entries)
+        for path, outcome in zip(probes.paths[start:], outcomes, strict=True):
+            stored = pending.popleft()
+            if outcome is None:
+                yield Identified(path, stored.reason, stored.all_notes)
+                continue
+            result, entries = outcome
+            numbers = [candidate.number for candidate in result.candidates]
+            gallery.record(IDENTIFY, probe=Path(path), candidates=numbers)
+            yield Identified(path, stored.reason, stored.all_notes, result, entries)
 
 
-def _opened(stored: StoredTemplate) -> tuple[StoredTemplate, Template | None]:
-    """Return a probe with its template, None where it has none."""
-    return stored, None if stored.data is None else unpack(stored.data)
+class CandidateFile(Protocol):
+    """The form of a file of candidates."""
+
+    @property
+    def header(self) -> bytes:
+        """How the file begins."""
+
+    def lines(self, probe: Identified) -> list[bytes]:
+        """Return the lines of a probe."""
+
+
+def check_candidates_format(output: Path) -> None:
+    """Raise an OutputError unless a file of candidates can have this name."""
+    if output.suffix.lower() not in FORMATS:
+        raise OutputError(f"{output}: candidates are written as {' or '.join(FORMATS)}")
+
+
+def candidate_file(output: Path, **about: str) -> CandidateFile:
+    """Return the form of a file by its name; `about` are members of all documents of JSON lines."""
+    check_candidates_format(output)
+    return CandidateJson(about) if is_json_lines(output) else CandidateCsv()
+
+
+def is_json_lines(output: Path) -> bool:
+    """Return whether the name of a file is that of JSON lines."""
+    return output.suffix.lower() == JSON_LINES
+
+
+class CandidateCsv:
+    """Candidates as rows of CSV."""
+
+    header: Final = csv_lines([COLUMNS])
+
+    def lines(self, probe: Identified) -> list[bytes]:
+        """Return the rows of a probe."""
+        return [csv_lines([row]) for row in _rows(probe)]
+
+
+def _rows(probe: Identified) -> Iterator[list[object]]:
+    nobody, result = [""] * len(OF_CANDIDATES), probe.result
+    if result is None:
+        yield [probe.path, *nobody, *[""] * len(OF_SEARCHES), probe.reason]
+        return
+    stages = ["" if result.loss is None else result.loss, " ".join(map(str, result.passed_on))]
+    about = [result.enrolled, result.compared, result.fingers, *stages]
+    listed = result.candidate_dicts(probe.entries)
+    for candidate in listed:
+        candidate["extrapolated"] = int(candidate["extrapolated"])
+        yield [probe.path, *(candidate[name] for name in OF_CANDIDATES), *about, ""]
+    if not listed:
+        yield [probe.path, *nobody, *about, NO_CANDIDATE]
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateJson:
+    """Candidates as JSON lines, each with the members `about` the search."""
+
+    about: dict[str, str]
+    header: bytes = b""
+
+    def lines(self, probe: Identified) -> list[bytes]:
+        """Return the document of a probe on a line; one without a template has no numbers."""
+        result, reason = probe.result, probe.reason or None
+        document: dict[str, Any] = dict.fromkeys(OF_SEARCHES)
+        candidates: list[dict[str, Any]] = []
+        if result is not None:
+            document = {name: getattr(result, name) for name in OF_SEARCHES}
+            candidates = result.candidate_dicts(probe.entries)
+            reason = None if candidates else NO_CANDIDATE
+        document = {"probe": probe.path, **self.about, **document}
+        document |= {"candidates": candidates, "reason": reason}
+        return [f"{json_text(document, indent=None)}\n".encode()]

@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.base.printable import json_text, printable
-from fpmatch.base.text_table import count
-from fpmatch.cli.notes import (
-    say_damaged,
-    say_errors,
-    say_note,
-    say_notes,
-    say_slow_kernels,
-    show,
-)
+from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
     FROM_1,
     check_where,
@@ -28,23 +19,15 @@ from fpmatch.cli.options import (
     old_names,
     polarity_option,
     raw_option,
-    requested_loss,
     scheduler_option,
 )
-from fpmatch.cli.progress import ProgressBars
-from fpmatch.errors import FpmatchError
-from fpmatch.gallery.cli.identify_each import Found, identify_far, identify_near
-from fpmatch.gallery.cli.identify_fused import identify_by_fingers, in_stages
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.gallery.batch.candidates import Listed
-    from fpmatch.gallery.prepared_search import Candidate, CandidateListSize
+    from fpmatch.gallery.search.search import CandidateListSize
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
-
-_COLUMNS: Final = f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture"
 
 
 def _candidate_list_size(
@@ -230,16 +213,13 @@ def identify(
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
     prepared by the first search, and by the first one after a change.
     """
-    from fpmatch.gallery.cli.identify_many import probe_source
-    from fpmatch.gallery.engine.engine import make_engine
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.listing.prints import find_prints, folder_reader
-    from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
+    from fpmatch.gallery.cli import identify_runs as runs
+    from fpmatch.gallery.listing.prints import find_prints
+    from fpmatch.gallery.search.search import SearchOptions
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.registry import matcher_name
-    from fpmatch.prints.reading import PrintReader, group_by_note
+    from fpmatch.prints.reading import PrintReader
 
-    listed: Listed = "impressions" if impressions else "fingers" if all_fingers else "subjects"
     if impressions and consolidate:
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     curve = load_calibration(matcher_name(matcher), calibration)
@@ -247,126 +227,32 @@ def identify(
     if not places:
         raise click.UsageError("Missing argument 'PROBE...', or --probes.")
     check_where(workers, scheduler)
-    files = find_prints(places, dpi)
+    where = runs.Where(gallery, matcher, workers, scheduler)
+    reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+    searched = runs.Probes(places, find_prints(places, dpi), reading)
+    options = SearchOptions(
+        listed="impressions" if impressions else "fingers" if all_fingers else "subjects",
+        consolidate=consolidate,
+        calibration=curve,
+        **limits,
+    )
     if output is not None:
+        from fpmatch.gallery.batch.candidates import is_json_lines
+
         if others or positions:
             raise click.UsageError("-o excludes --with and --finger")
-        from fpmatch.gallery.batch.candidate_rows import is_json_lines
-        from fpmatch.gallery.batch.candidates import SearchOptions
-        from fpmatch.gallery.cli.identify_many import identify_to_file
-
-        reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
-        if limits["transforms"] and not is_json_lines(output):
+        if options.transforms and not is_json_lines(output):
             raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
         say_slow_kernels()
-        return identify_to_file(
-            gallery,
-            probe_source(places, files, **reading),
-            output,
-            SearchOptions(listed=listed, consolidate=consolidate, calibration=curve, **limits),
-            matcher=matcher,
-            workers=workers,
-            scheduler=scheduler,
-            as_json=as_json,
-        )
+        return runs.identify_to_file(where, searched.source(), output, options, as_json=as_json)
     if others or positions:
-        if all_fingers or impressions or consolidate or limits.pop("transforms"):
+        if options.listed != "subjects" or consolidate or options.transforms:
             raise click.UsageError(
                 "--with lists subjects: it excludes --all, --impressions, --consolidate and "
                 "--transform"
             )
-        limits |= {"matcher": matcher, "curve": curve, "as_json": as_json}
-        limits |= {"workers": workers, "scheduler": scheduler}
-        reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
-        both = files, find_prints(others, dpi)
-        return identify_by_fingers(gallery, *both, positions, reading, **limits)
-    read = PrintReader(raw, quiet=True)
-    done: list[Found] = []
-    failures: list[FpmatchError] = []
-    with open_gallery(gallery) as opened:
-        say_slow_kernels()
-        with ProgressBars({"prepare": "preparing prints"}) as bars:
-            search = open_search(
-                opened,
-                matcher,
-                engine=make_engine(workers, scheduler),
-                progress=bars.show,
-                note=say_note,
-                candidate_list=limits["candidate_list"],
-                loss=requested_loss(),
-            )
-        if scheduler is None:
-            consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
-            reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=read)
-            limits |= {"impressions": impressions, "consolidated": consolidated}
-            limits |= {"by_subject": listed == "subjects", "calibration": curve}
-            limits["workers"] = workers
-            each = identify_near(opened, search, files, reader, **limits)
-        else:
-            limits |= {"listed": listed, "consolidate": consolidate, "calibration": curve}
-            source = probe_source(places, files, dpi=dpi, polarity=polarity, reader=read)
-            each = identify_far(opened, search, source, make_engine(None, scheduler), **limits)
-        for answer in each:
-            if isinstance(answer, FpmatchError):
-                failures.append(answer)
-                continue
-            done.append(answer)
-            if not as_json:
-                show(_as_text(answer))
-        name, damaged = opened.name, opened.damaged
-    say_damaged(name, damaged)
-    say_notes(group_by_note((answer.probe, answer.notes) for answer in done))
-    say_errors(failures)
-    if as_json and done:
-        document = {
-            "gallery": name,
-            "matcher": search.matcher.name,
-            "enrolled": len(search),
-            "damaged": len(damaged),
-            "compared": done[0].result.compared,
-            "fingers": done[0].result.fingers,
-            "loss": done[0].result.loss,
-            "listed": listed,
-            "probes": [answer.as_dict() for answer in done],
-            "failures": list(map(str, failures)),
-        }
-        show(json_text(document))
-    return 2 if not done else 1 if failures else 0
-
-
-def _as_text(answer: Found) -> str:
-    from fpmatch.prints.words import odds
-
-    result = answer.result
-    of_all = f" of {result.enrolled}" if result.preselected else ""
-    compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
-    head = f"{printable(answer.probe)}: {compared} in {answer.seconds:.2f} s{in_stages(result)}"
-    if not result.candidates:
-        return f"{head}, no candidate"
-    lines = [head, _COLUMNS]
-    extrapolated = False
-    for candidate, entry in zip(result.candidates, answer.entries, strict=True):
-        beyond = candidate.fmr < result.smallest_measured_fmr
-        extrapolated |= beyond
-        rate = f"{odds(candidate.fmr)}{' *' if beyond else ''}"
-        lines.append(
-            f"  {candidate.rank:>4}  {candidate.score:>5.1f}  {rate:<18}  "
-            f"{candidate.expected_false:>9.2g}  {printable(entry.label):<12}  {entry.id:>6}  "
-            f"{printable(entry.source)}"
+        other_files = find_prints(others, dpi)
+        return runs.identify_by_fingers(
+            where, searched, other_files, positions, options, as_json=as_json
         )
-        lines += [f"        {line}" for line in _transform_lines(candidate)]
-    if extrapolated:
-        lines.append(f"  * extrapolated: measured up to {odds(result.smallest_measured_fmr)}")
-    return "\n".join(lines)
-
-
-def _transform_lines(candidate: Candidate) -> list[str]:
-    from fpmatch.prints.report import transform_in_words
-
-    comparison = candidate.comparison
-    if comparison is None:
-        return []
-    if comparison.transform is None:
-        return [f"no transform: {comparison.reason}"]
-    pairs = count(len(comparison.pairs), "pair")
-    return [f"{transform_in_words(comparison.transform)}; {pairs}, {comparison.rms_px:.1f} px rms"]
+    return runs.identify_one_by_one(where, searched, options, as_json=as_json)

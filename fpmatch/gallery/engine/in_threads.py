@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, TypeVar
 from fpmatch.base.threads import available_cores
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Generator, Iterable
     from concurrent.futures import Future, ThreadPoolExecutor
     from typing import Self
 
-Item = TypeVar("Item")
+Shared = TypeVar("Shared")
+Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
 
 
 class Threads:
-    """Call functions in `workers` threads, of which the caller's is one.
+    """Work in `workers` threads of this process, of which the caller's is one.
 
     The others start when they are needed first, and end with the block of the context manager. The
     default is one thread a core; less than 1 is a ValueError.
@@ -41,25 +42,28 @@ class Threads:
         if executor is not None:
             executor.shutdown()
 
-    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-        """Return ``[work(item) for item in items]``.
+    def map(
+        self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
+    ) -> Generator[Result, None, None]:
+        """Yield ``work(shared, chunk)`` for each chunk, in order, once all are done.
 
-        After an error or Ctrl-C no item is begun; the block of the context manager ends when those
-        are done that were begun before.
+        It is as that of an `fpmatch.gallery.engine.engine.Engine`, but all chunks are drawn at first. After
+        an error or Ctrl-C no chunk is begun; the block of the context manager ends when those are
+        done that were begun before.
 
         Examples
         --------
         >>> with Threads(2) as threads:
-        ...     threads.map(abs, [-1, 2, -3])
-        [1, 2, 3]
+        ...     list(threads.map(pow, 2, [1, 2, 3]))
+        [2, 4, 8]
         """
-        pending = deque(enumerate(items))
+        pending = deque(enumerate(chunks))
         results: dict[int, Result] = {}
 
         def work_on_pending() -> None:
             try:
                 while (one := _next(pending)) is not None:
-                    results[one[0]] = work(one[1])
+                    results[one[0]] = work(shared, one[1])
             finally:
                 pending.clear()
 
@@ -70,13 +74,13 @@ class Threads:
                 helper.result()
         finally:
             pending.clear()
-        return [results[k] for k in range(len(results))]
+        yield from (results[k] for k in range(len(results)))
 
-    def _helpers(self, items: int) -> int:
-        """Return how many threads help the caller's with so many items."""
-        if items < 2 or self._workers == 1:
+    def _helpers(self, chunks: int) -> int:
+        """Return how many threads help the caller's with so many chunks."""
+        if chunks < 2 or self._workers == 1:
             return 0
-        return min(self._workers or available_cores(), items) - 1
+        return min(self._workers or available_cores(), chunks) - 1
 
     def _start(self, work: Callable[[], None]) -> Future[None]:
         if self._executor is None:
@@ -86,8 +90,8 @@ class Threads:
         return self._executor.submit(work)
 
 
-def _next(pending: deque[tuple[int, Item]]) -> tuple[int, Item] | None:
-    """Return the next item, which no other thread gets; None if there is none."""
+def _next(pending: deque[tuple[int, Chunk]]) -> tuple[int, Chunk] | None:
+    """Return the next chunk, which no other thread gets; None if there is none."""
     try:
         return pending.popleft()
     except IndexError:

@@ -1,7 +1,7 @@
 """Work on pieces of something large, which the workers of an engine hold.
 
 Each worker gets a piece once and keeps it for all chunks that need it: of a cluster, one worker
-each piece; on this machine, all processes map the memory of all pieces.
+each piece; on this machine, all processes map the memory of all pieces, and threads share it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import pickle
 import uuid
 from collections import OrderedDict, deque
 from contextlib import closing, contextmanager
-from itertools import cycle, islice
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from fpmatch.gallery.engine.cluster import DaskCluster
@@ -70,33 +70,32 @@ def hold_pieces(engine: Engine, pieces: Sequence[Piece]) -> Iterator[Pieces[Piec
         yield _Held(engine, pieces)
 
 
-def map_to_all(
+def map_batches(
     held: Pieces[Piece],
-    total: int,
-    work: Callable[[None, Piece, Chunk], Result],
+    work: Callable[[Shared, Piece, Chunk], Result],
+    shared: Shared,
     batches: Iterable[Batch],
-    chunk_of: Callable[[Batch, int], Chunk],
-    *,
-    copies: int = 1,
+    tasks_of: Callable[[Batch], Iterable[tuple[int, Chunk]]],
 ) -> Generator[tuple[Batch, list[Result]], None, None]:
-    """Yield batches, drawn as they are needed, with what each of `total` pieces returns for them.
+    """Yield batches, drawn as they are needed, with the results of their tasks.
 
-    It is ``work(None, piece, chunk_of(batch, k))`` of piece k. Batches take turns on the `copies`.
+    The tasks of a batch are chunks, each with the number of the piece that it needs.
     """
-    pending: deque[Batch] = deque()
+    pending: deque[tuple[Batch, int]] = deque()
 
     def chunks() -> Iterator[tuple[int, Chunk]]:
-        for batch, first in zip(batches, cycle(range(0, copies * total, total))):
-            pending.append(batch)
-            for k in range(total):
-                yield first + k, chunk_of(batch, k)
+        for batch in batches:
+            tasks = list(tasks_of(batch))
+            pending.append((batch, len(tasks)))
+            yield from tasks
 
-    if not total:
-        yield from ((batch, []) for batch in batches)
-        return
-    with closing(held.map(work, None, chunks())) as results:
-        while parts := list(islice(results, total)):
-            yield pending.popleft(), parts
+    with closing(held.map(work, shared, chunks())) as results:
+        for first in results:
+            while not pending[0][1]:
+                yield pending.popleft()[0], []
+            batch, tasks = pending.popleft()
+            yield batch, [first, *islice(results, tasks - 1)]
+        yield from ((batch, []) for batch, _ in pending)
 
 
 class _Held(Generic[Piece]):

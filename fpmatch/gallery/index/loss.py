@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DEFAULT_LOSS: Final = 0.01
+EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
+LISTED_UP_TO: Final = 100_000  # prints, of which a candidate list is compared by default
 VOTE_WEIGHT: Final = 1 / 256
 """What a vote adds to the normalized score of the bit descriptors."""
 

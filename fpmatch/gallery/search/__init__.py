@@ -1,1 +1,1 @@
-"""TODO."""
+"""Search of the prints of a gallery: its stages, on threads or workers, and who is a candidate."""

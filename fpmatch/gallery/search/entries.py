@@ -1,36 +1,110 @@
-"""Candidates of a search with their entries, from an open gallery."""
+"""Searches in an open gallery: candidates with their entries, for one probe, several, or many."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from contextlib import closing
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.identify import identify
-from fpmatch.gallery.identify_fused import identify_fused
+from fpmatch.gallery.search.consolidated import ConsolidatedFingers
+from fpmatch.gallery.search.fused import identify_fused
+from fpmatch.gallery.search.identify import ComparedProbe, compare_probes, find_candidates
+from fpmatch.gallery.search.search import USUAL
+from fpmatch.gallery.search.whole import piece_size
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Generator, Iterable, Iterator, Sequence
 
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.identify import Identification
-    from fpmatch.gallery.identify_fused import FusedIdentification
     from fpmatch.gallery.listing.entry import Entry
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.identification import FusedIdentification, Identification
+    from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.templates.minutiae import Template
+
+MAX_BATCH: Final = 16  # probes that are searched for together
+COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
 
 
 def identify_entries(
-    gallery: Gallery, search: Search, probe: Template, *, by_subject: bool = False, **options: Any
+    gallery: Gallery,
+    search: Search,
+    probe: Template,
+    options: SearchOptions = USUAL,
+    *,
+    consolidated: ConsolidatedFingers | None = None,
+    workers: int | None = None,
+    **changes: Any,
 ) -> tuple[Identification, list[Entry]]:
     """Identify a probe as `identify` does; return the entries of the candidates, too.
 
-    A large gallery is searched as it is now. With `by_subject` each subject is a candidate once.
-    An entry that has been removed or damaged since the search was opened is no candidate; the
-    damaged ones, and those that the search has skipped, are in `gallery.damaged`. Raises the errors
-    of `identify`, and GalleryError if the gallery cannot be read.
+    A large gallery is searched as it is now. An entry that has been removed or damaged since the
+    search was opened is no candidate; the damaged ones, and those that the search has skipped, are
+    in `gallery.damaged`. Raises the errors of `identify`, and GalleryError if the gallery cannot be
+    read.
     """
     search = search.current(gallery)
-    cached = _Entries(gallery, search)
+    changes["consolidate"] = consolidated is not None
+    given = replace(options, **changes).checked(search.matcher)
+    (compared,) = compare_probes(search, [probe], given, search.threads(workers))
+    return _with_entries(gallery, compared, given, consolidated)
+
+
+def identify_each(
+    gallery: Gallery,
+    search: Search,
+    probes: Iterable[Template | None],
+    options: SearchOptions,
+    engine: Engine,
+) -> Generator[tuple[Identification, list[Entry]] | None, None, None]:
+    """Identify many probes with the workers of an engine, which is entered; None for no probe.
+
+    The outcomes are those of `identify_entries`, but the gallery is searched as it was when the
+    search was opened. Probes are drawn as they are needed.
+    """
+    given = options.checked(search.matcher)
+    search = search.for_list(given.candidate_list)
+    consolidated = None
+    if given.consolidate:
+        consolidated = ConsolidatedFingers(gallery, search, given.calibration)
+    size = batch_size(search)
+    pending: deque[list[Any]] = deque()
+
+    def batches() -> Iterator[list[Any]]:
+        left = iter(probes)
+        while batch := list(islice(left, size)):
+            pending.append([None if p is None else search.matcher.prepare(p) for p in batch])
+            yield [probe for probe in pending[-1] if probe is not None]
+
+    with closing(search.compare(batches(), given, engine)) as compared:
+        for listed in compared:
+            each = iter(listed)
+            for probe in pending.popleft():
+                if probe is None:
+                    yield None
+                else:
+                    one = ComparedProbe(search, probe, next(each))
+                    yield _with_entries(gallery, one, given, consolidated)
+
+
+def batch_size(search: Search) -> int:
+    """Return how many probes are searched for together."""
+    if search.in_stages:
+        return MAX_BATCH
+    return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // piece_size(len(search))))
+
+
+def _with_entries(
+    gallery: Gallery,
+    compared: ComparedProbe,
+    options: SearchOptions,
+    consolidated: ConsolidatedFingers | None,
+) -> tuple[Identification, list[Entry]]:
+    """Return the candidates for a probe that was compared, and their entries."""
+    cached = _Entries(gallery, compared.search)
 
     def subject_of(number: int) -> str | None:
         entry = cached.entry(number)
@@ -38,12 +112,12 @@ def identify_entries(
 
     while True:
         skipped = cached.skipped()
-        result = identify(
-            search,
-            probe,
-            subject_of=subject_of if by_subject else None,
+        result = find_candidates(
+            compared,
+            options,
+            consolidated=consolidated,
+            subject_of=subject_of if options.listed == "subjects" else None,
             skipped=skipped,
-            **options,
         )
         entries = [cached.entry(candidate.number) for candidate in result.candidates]
         if cached.skipped() == skipped:

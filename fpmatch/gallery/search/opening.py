@@ -1,31 +1,26 @@
-"""Enrolled prints prepared for comparison with probes."""
+"""Open the search of a gallery: by its index where that is large, else of whole prints."""
 
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
-from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.fingers.finger import Finger
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO, LISTED_UP_TO, Search
-from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO, LISTED_UP_TO
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prepared_search import Candidate, CandidateListSize
+    from fpmatch.gallery.search.search import CandidateListSize, Search
     from fpmatch.gallery.store.reader import GalleryReader
-    from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
-
-FINGERS_KEPT: Final = 200  # that stay prepared in memory: those compared most recently
 
 
 def open_search(
@@ -58,7 +53,7 @@ def open_search(
         Called with a line on files that cannot be used, and are prepared or built again (default: a
         RuntimeWarning).
     candidate_list : int, "auto" or "off"
-        As it will be given to `fpmatch.gallery.identify.identify`.
+        As it will be given to `fpmatch.gallery.search.identify.identify`.
     loss : float, optional
         The loss that is wanted (default: none, which needs no index up to `LISTED_UP_TO` prints).
     before : Search, optional
@@ -76,21 +71,29 @@ def open_search(
     if not hasattr(chosen, "similarities"):
         return _prepared_one_by_one(gallery, chosen, progress)
     most = LISTED_UP_TO if loss is None else EXHAUSTIVE_UP_TO
-    if candidate_list == "auto" and chosen.name == DEFAULT_MATCHER and gallery.has_over(most):
-        from fpmatch.gallery.indexed_search import indexed_search  # noqa: PLC0415
+    if not (candidate_list == "auto" and chosen.name == DEFAULT_MATCHER and gallery.has_over(most)):
+        return _prepared(gallery, chosen, **given)
+    from fpmatch.gallery.index.gallery_index import GalleryIndex  # noqa: PLC0415  (imports the index)
+    from fpmatch.gallery.search.indexed import IndexedSearch  # noqa: PLC0415
 
-        return indexed_search(gallery, chosen, before, partial(_prepared, gallery, chosen), **given)
-    return _prepared(gallery, chosen, **given)
+    if isinstance(before, IndexedSearch):
+        return before.current(gallery)
+    index = GalleryIndex(gallery, chosen, **given)
+    whole = partial(_prepared, gallery, chosen, **given)
+    return IndexedSearch(index, gallery.damaged, whole)
 
 
-def _prepared(gallery: GalleryReader, matcher: Matcher, **given: Any) -> Search:
+def _prepared(gallery: GalleryReader, matcher: Matcher, **given: Any) -> WholeSearch:
+    """Return the search of prints that are prepared from whole templates, and packed."""
     from fpmatch.gallery.index.prepared import prepare_gallery  # noqa: PLC0415
 
     kept = prepare_gallery(gallery, matcher, **given)
-    return Search(matcher, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
+    return WholeSearch(matcher, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
 
 
-def _prepared_one_by_one(gallery: GalleryReader, matcher: Matcher, progress: Progress) -> Search:
+def _prepared_one_by_one(
+    gallery: GalleryReader, matcher: Matcher, progress: Progress
+) -> WholeSearch:
     """Return the search of prints that cannot be packed."""
     total = len(gallery)
     progress("prepare", 0, total)
@@ -102,54 +105,9 @@ def _prepared_one_by_one(gallery: GalleryReader, matcher: Matcher, progress: Pro
         progress("prepare", min(len(read), total), total)
     numbers = np.array(read, np.int64)
     fingers = np.array([finger_of.get(number, number) for number in read], np.int64)
-    return Search(matcher, numbers, fingers, references, dict(gallery.damaged))
+    return WholeSearch(matcher, numbers, fingers, references, dict(gallery.damaged))
 
 
 def _warn(text: str) -> None:
+    """Warn the caller of `open_search`."""
     warnings.warn(text, RuntimeWarning, stacklevel=4)
-
-
-class ConsolidatedFingers:
-    """The fingers of an open gallery, each prepared when it is first a candidate."""
-
-    def __init__(
-        self, gallery: Gallery, search: Search, calibration: Calibration | None = None
-    ) -> None:
-        self._gallery = gallery
-        self._search = search
-        name = search.matcher.name
-        self._calibration = load_calibration(name) if calibration is None else calibration
-        self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
-
-    def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """Score fingers by `fpmatch.fingers.finger.Finger`, and rank them again.
-
-        The score of a finger with one impression is unchanged.
-        """
-        scored = [self._scored(probe, candidate) for candidate in candidates]
-        scored.sort(key=lambda one: (-one.score, -one.similarity, one.number))
-        return [replace(one, rank=rank) for rank, one in enumerate(scored, start=1)]
-
-    def _scored(self, probe: Any, candidate: Candidate) -> Candidate:
-        if candidate.impressions == 1:
-            return candidate
-        search = self._search
-        of = search.finger_of[np.flatnonzero(search.numbers == candidate.number)[0]]
-        finger = self._finger(int(of))
-        if finger is None:
-            return candidate
-        score = finger.compare(probe).score
-        fmr = score_to_fmr(score)
-        expected = fmr * len(search.finger_sizes)
-        return replace(candidate, score=score, fmr=fmr, expected_false=expected)
-
-    def _prepared(self, finger: int) -> Finger | None:
-        """Return a finger, numbered as `Search.finger_of` does, with its consolidated templates.
-
-        None if all its templates have been damaged since they were prepared.
-        """
-        search = self._search
-        numbers = search.numbers[search.finger_of == finger].tolist()
-        stored = [self._gallery.find_template(number) for number in numbers]
-        templates = [template for template in stored if template is not None]
-        return Finger.of(templates, search.matcher, self._calibration) if templates else None

@@ -54,7 +54,7 @@ class EnrolmentIndex:
 
     def _refresh(self, left: int, *, full_segments: bool) -> None:
         from fpmatch.gallery.index.gallery_index import GalleryIndex  # noqa: PLC0415  (imports matchers)
-        from fpmatch.gallery.prepared_search import LISTED_UP_TO  # noqa: PLC0415
+        from fpmatch.gallery.index.loss import LISTED_UP_TO  # noqa: PLC0415
         from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher  # noqa: PLC0415
 
         with suppress(FpmatchError):

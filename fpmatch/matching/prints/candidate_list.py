@@ -10,8 +10,6 @@ import numpy as np
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepare import PreparedTemplate
@@ -118,16 +116,12 @@ def _line(
     return line
 
 
-def candidate_list(
-    probe: PreparedTemplate,
-    prints: PreparedPrints,
-    count: int,
-    each: Callable[..., Iterable[NDArray[np.int32]]] = map,
+def greatest(
+    scores: NDArray[np.integer], sizes: NDArray[np.integer], probe: PreparedTemplate, count: int
 ) -> NDArray[np.intp]:
     """Return the numbers, ascending, of the `count` prints of the greatest normalized scores.
 
-    Scores are normalized by the sizes of the prints. Of equals, the first are taken. `each` is as
-    the built-in `map`: it calls a function for each part of the prints.
+    Given are the scores and sizes of all prints. Of equals, the first are taken.
 
     Examples
     --------
@@ -137,23 +131,9 @@ def candidate_list(
     >>> near = Minutiae([50, 90, 60, 70, 85, 30], [40, 50, 80, 60, 90, 60], [0, 1, 2, 3, 4, 5])
     >>> far = Minutiae([20, 150, 60, 70, 9, 80], [40, 50, 80, 160, 90, 90], [3, 1, 0, 2, 5, 1])
     >>> prints = [prepare(Template(m, 200, 200)) for m in (far, near, far)]
-    >>> candidate_list(prints[1], PreparedPrints.pack(prints), 1).tolist()
+    >>> scores = prefilter_scores(prints[1], PreparedPrints.pack(prints))
+    >>> greatest(scores, np.array([6, 6, 6]), prints[1], 1).tolist()
     [1]
     """
-    if count >= len(prints):
-        return np.arange(len(prints))
-
-    def of_part(first: int) -> NDArray[np.int32]:
-        return prefilter_scores(probe, prints, first, first + PRINTS_AT_ONCE)
-
-    parts = each(of_part, range(0, len(prints), PRINTS_AT_ONCE))
-    scores = np.concatenate([np.empty(0, np.int32), *parts])
-    return greatest(scores, np.diff(prints.minutiae_start), probe, count)
-
-
-def greatest(
-    scores: NDArray[np.integer], sizes: NDArray[np.integer], probe: PreparedTemplate, count: int
-) -> NDArray[np.intp]:
-    """Return the `count` prints that a candidate list has, by the scores and sizes of all."""
     order = np.argsort(-size_normalized(scores, sizes, len(probe)), kind="stable")
     return np.sort(order[: max(count, 0)])

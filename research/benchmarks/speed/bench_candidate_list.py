@@ -9,8 +9,9 @@ import pytest
 from in_turn import OURS, cpu, in_turn
 from one_to_many import prints, repeated, without_prefilter
 
-from fpmatch.gallery.identify import candidate_list_size
-from fpmatch.gallery.prepared_search import Search
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
@@ -22,27 +23,27 @@ COMPARED = 1_000  # of all: the yardstick's part
 
 
 @pytest.fixture(scope="module")
-def search() -> Search:
+def search() -> WholeSearch:
     """Return a search of prints of 40 minutiae, five of each finger."""
     few = PreparedPrints.pack(prints(np.random.default_rng(42), COMPARED))
     numbers = np.arange(PRINTS)
-    return Search(MATCHER, numbers, numbers, repeated(few, PRINTS))
+    return WholeSearch(MATCHER, numbers, numbers, repeated(few, PRINTS))
 
 
 @cpu("search by a candidate list")
 @in_turn(3)
-def test_search(benchmark: Any, side: str, search: Search) -> None:
+def test_search(benchmark: Any, side: str, search: WholeSearch) -> None:
     """Score all prints by bit descriptors, compare the candidates; the yardstick aligns all."""
-    probe = search.references[0]
-    size = candidate_list_size(search)
-    assert size is not None
+    probe = search.print_at(0)
+    assert search.candidate_list_size() is not None
 
     def ours() -> NDArray[np.float64]:
-        return search.similarities(probe, search.candidate_list(probe, size))
+        ((listed,),) = search.compare([[probe]], SearchOptions(), Threads(1))
+        return listed.similarities
 
     def yardstick() -> NDArray[np.float64]:
         with without_prefilter():
-            return MATCHER.similarities(probe, search.references, 0, COMPARED)
+            return MATCHER.similarities(probe, search.prints, 0, COMPARED)
 
     benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED
     benchmark.pedantic(ours if side == OURS else yardstick, rounds=3, warmup_rounds=1)

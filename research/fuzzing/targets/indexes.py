@@ -16,9 +16,9 @@ import numpy as np
 
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
+from fpmatch.gallery.search import opening
+from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.search.opening import opening as search_module
 from research.fuzzing.mutators.containers import ARRAYS
 from research.fuzzing.targets.stores import PROBE, RESULTS, gallery_file, templates
 from research.fuzzing.targets.target import Reader, Target, scratch
@@ -43,7 +43,7 @@ def index_targets() -> list[Target]:
 def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
     """Return the candidates of the probe, found by the index, and notes."""
     notes: list[str] = []
-    with patch.object(search_module, "LISTED_UP_TO", 0):
+    with patch.object(opening, "LISTED_UP_TO", 0):
         search = open_search(gallery, engine=serial(), note=notes.append)
     found = identify(search, templates()[PROBE])
     return [(one.number, one.similarity, one.score) for one in found.candidates], notes

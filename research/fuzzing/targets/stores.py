@@ -29,9 +29,9 @@ from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.index.prepared import load_prepared
 from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image

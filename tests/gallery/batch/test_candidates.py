@@ -10,26 +10,25 @@ import signal
 import sqlite3
 import sys
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import platformdirs
 import pytest
 
 from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
 from fpmatch.formats.files import save_template
-from fpmatch.gallery import identify as identify_module
-from fpmatch.gallery import indexed_pieces, indexed_search, search_pieces
-from fpmatch.gallery.batch import candidates
-from fpmatch.gallery.batch.candidate_rows import COLUMNS
-from fpmatch.gallery.batch.candidates import SearchOptions, write_candidates
+from fpmatch.gallery.batch.candidates import COLUMNS, write_candidates
 from fpmatch.gallery.batch.sources import FolderSource
 from fpmatch.gallery.engine.engine import dask, processes
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.loss import SearchPlan
 from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.gallery.search import entries as entries_module
+from fpmatch.gallery.search import whole
+from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import SearchOptions
 
 sys.path.append(str(Path(__file__).parents[2] / "gallery"))  # of `made_prints`
 
@@ -39,8 +38,8 @@ needs_dask = pytest.mark.skipif(
     importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
 )
 OPTIONS = {
-    "usual": SearchOptions(count=3),
-    "short lists": SearchOptions(count=2, candidate_list=9, threshold=1.0),
+    "usual": SearchOptions(listed="subjects", count=3),
+    "short lists": SearchOptions(listed="subjects", count=2, candidate_list=9, threshold=1.0),
     "fingers": SearchOptions(listed="fingers", consolidate=True, count=4),
     "impressions": SearchOptions(listed="impressions", candidate_list="off"),
 }
@@ -69,9 +68,9 @@ def gallery(tmp_path):
 @pytest.fixture(autouse=True)
 def small_batches(monkeypatch):
     """Several batches and pieces: chunks enough for runs that are interrupted."""
-    monkeypatch.setattr(search_pieces, "MAX_BATCH", 2)
-    monkeypatch.setattr(search_pieces, "LEAST_PIECES", 7)
-    monkeypatch.setattr(search_pieces, "MIN_PIECE", 1)
+    monkeypatch.setattr(entries_module, "MAX_BATCH", 2)
+    monkeypatch.setattr(whole, "LEAST_PIECES", 7)
+    monkeypatch.setattr(whole, "MIN_PIECE", 1)
 
 
 def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):
@@ -92,20 +91,10 @@ def test_rows_are_the_candidates_of_single_searches(gallery, probes, tmp_path, o
     assert (done.probes, done.failed, done.resumed, done.rows) == (12, 2, 0, len(rows))
     assert [Path(path).name for path, _ in done.failures] == ["a=1.json", "broken.json"]
     search = open_search(gallery)
-    listed = {"by_subject": options.listed == "subjects"}
-    listed |= {"impressions": options.listed == "impressions"}
+    together = ConsolidatedFingers(gallery, search) if options.consolidate else None
     for k in range(10):
         result, entries = identify_entries(
-            gallery,
-            search,
-            scattered(k, 12 + k),
-            count=options.count,
-            threshold=options.threshold,
-            candidate_list=options.candidate_list,
-            consolidated=(
-                candidates.ConsolidatedFingers(gallery, search) if options.consolidate else None
-            ),
-            **listed,
+            gallery, search, scattered(k, 12 + k), options, consolidated=together
         )
         found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
         expected = [
@@ -130,7 +119,7 @@ def test_a_probe_without_candidates_has_a_row(gallery, probes, tmp_path):
 
 
 def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
-    options = SearchOptions(count=2, transforms=True)
+    options = SearchOptions(listed="subjects", count=2, transforms=True)
     done, content = run(gallery, probes, tmp_path / "c.jsonl", options)
     documents = {Path(one["probe"]).name: one for one in map(json.loads, content.splitlines())}
     assert (done.probes, done.failed, done.rows, len(documents)) == (12, 2, 12, 12)
@@ -138,7 +127,7 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
     about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": "subjects"}
     for k in range(10):
         result, entries = identify_entries(
-            gallery, search, scattered(k, 12 + k), by_subject=True, count=2, transforms=True
+            gallery, search, scattered(k, 12 + k), listed="subjects", count=2, transforms=True
         )
         numbers = {name: getattr(result, name) for name in ("enrolled", "compared", "fingers")}
         found = documents[f"{k}.json"]
@@ -162,10 +151,14 @@ def test_several_processes(gallery, probes, tmp_path, options, suffix):
 
 @needs_dask
 @pytest.mark.slow
-def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path):
+@pytest.mark.parametrize("kind", ["index", "whole"])
+def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path, kind, monkeypatch):
     import distributed
 
     options = OPTIONS["short lists"]
+    if kind == "index":
+        monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
+        options = replace(options, candidate_list="auto")
     _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
@@ -184,57 +177,6 @@ def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path):
             )
             assert again[1] == expected
             assert len(alive) == 1
-
-
-@pytest.fixture
-def staged(monkeypatch, tmp_path):
-    """Search by an index, in stages, of which each passes few prints on."""
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    for name in ("search", "prepared_search"):
-        monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
-    for owner in (indexed_search, indexed_pieces):
-        monkeypatch.setattr(owner, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 25, 7))
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("staged")
-def test_in_stages_the_file_is_the_same_on_all_engines(gallery, probes, tmp_path):
-    gallery.add([entry_of(k, scattered(k, 20)) for k in range(100, 140)])
-    search = open_search(gallery)
-    single = [identify_entries(gallery, search, scattered(k, 12 + k))[0] for k in range(10)]
-    output, options = tmp_path / "c.csv", SearchOptions(listed="fingers")
-    _, expected = run(gallery, probes, output, options)
-    rows = list(csv.DictReader(expected.decode().splitlines()))
-    for k, result in enumerate(single):
-        found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
-        assert [(row["id"], row["score"]) for row in found] == [
-            (str(one.number), str(one.score)) for one in result.candidates
-        ]
-        assert {(row["loss"], row["passed_on"]) for row in found} == {
-            (str(result.loss), " ".join(map(str, result.passed_on)))
-        }
-    assert run(gallery, probes, output, options, processes(2))[1] == expected
-    if importlib.util.find_spec("distributed") is not None:
-        import distributed
-
-        with distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            host="127.0.0.1",
-            dashboard_address=":0",
-            silence_logs=60,
-        ) as cluster:
-            address = cluster.scheduler_address
-            with distributed.Client(address, set_as_default=False) as client:
-                alive = sorted(client.run(os.getpid).values())
-
-            def kill(stage, done, total):
-                if done >= 2 and len(alive) == 2:
-                    os.kill(alive.pop(), signal.SIGKILL)
-
-            done = run(gallery, probes, output, options, dask(address), progress=kill)
-        assert done[1] == expected
-        assert len(alive) == 1
 
 
 class Stopped(Exception):
@@ -266,15 +208,15 @@ def test_another_run_is_not_resumed(gallery, probes, tmp_path):
     output = tmp_path / "c.csv"
     with pytest.raises(Stopped):
         run(gallery, probes, output, progress=partial(stop_after, 4))
-    for options, what in (
-        (SearchOptions(count=4), "number of candidates"),
-        (SearchOptions(count=3, listed="fingers"), "list"),
-        (SearchOptions(count=3, transforms=True), "list"),
-        (SearchOptions(count=3, threshold=2.0), "threshold"),
-        (SearchOptions(count=3, candidate_list=5), "candidate list"),
+    for changes, what in (
+        ({"count": 4}, "number of candidates"),
+        ({"listed": "fingers"}, "list"),
+        ({"transforms": True}, "list"),
+        ({"threshold": 2.0}, "threshold"),
+        ({"candidate_list": 5}, "candidate list"),
     ):
         with pytest.raises(ScoringError, match=f"an unfinished run, but with another {what}"):
-            run(gallery, probes, output, options)
+            run(gallery, probes, output, replace(OPTIONS["usual"], **changes))
     gallery.add([entry_of(1000)])
     with pytest.raises(ScoringError, match="with another content of the gallery"):
         run(gallery, probes, output)
@@ -325,8 +267,8 @@ def test_an_audit_that_cannot_be_written_stops_the_run(gallery, probes, tmp_path
 
 def test_the_limits_of_lists_are_those_of_single_searches(gallery, probes, tmp_path, monkeypatch):
     """A gallery over the limit is searched by a candidate list by default."""
-    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 20)
-    monkeypatch.setattr(identify_module, "MIN_CANDIDATE_LIST", 8)
+    monkeypatch.setattr(whole, "EXHAUSTIVE_UP_TO", 20)
+    monkeypatch.setattr(whole, "MIN_CANDIDATE_LIST", 8)
     _, content = run(gallery, probes, tmp_path / "c.csv")
     rows = [row for row in csv.DictReader(content.decode().splitlines()) if row["rank"]]
     assert {row["compared"] for row in rows} == {"8"}

@@ -18,45 +18,45 @@ if TYPE_CHECKING:
 WAIT_S = 60.0
 
 
-def this_thread(_: object) -> int:
+def this_thread(_shared: object, _chunk: object) -> int:
     return threading.get_ident()
 
 
-def test_results_are_in_the_order_of_the_items() -> None:
+def test_results_are_in_the_order_of_the_chunks() -> None:
     with Threads(3) as threads:
-        assert threads.map(lambda k: k * k, range(100)) == [k * k for k in range(100)]
-        assert threads.map(str, iter([5])) == ["5"]
-        assert threads.map(str, []) == []
+        assert list(threads.map(pow, 2, range(100))) == [2**k for k in range(100)]
+        assert list(threads.map(pow, 2, iter([5]))) == [32]
+        assert list(threads.map(pow, 2, [])) == []
 
 
 def test_so_many_threads_work_at_once_and_the_callers_is_one() -> None:
     meeting = threading.Barrier(3)
 
-    def meet(_: object) -> int:
+    def meet(_shared: object, _chunk: object) -> int:
         meeting.wait(WAIT_S)
         return threading.get_ident()
 
     with Threads(3) as threads:
-        assert len({threading.get_ident(), *threads.map(meet, range(3))}) == 3
+        assert len({threading.get_ident(), *threads.map(meet, None, range(3))}) == 3
 
 
 def test_a_thread_a_core_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     meeting = threading.Barrier(2)
     monkeypatch.setattr(in_threads, "available_cores", lambda: 2)
     with Threads() as threads:
-        threads.map(lambda _: meeting.wait(WAIT_S), range(2))
+        list(threads.map(lambda _, chunk: meeting.wait(WAIT_S) + chunk, None, range(2)))
 
 
-@pytest.mark.parametrize(("workers", "items"), [(1, 5), (2, 1)])
-def test_one_worker_or_item_needs_no_other_thread(workers: int, items: int) -> None:
+@pytest.mark.parametrize(("workers", "chunks"), [(1, 5), (2, 1)])
+def test_one_worker_or_chunk_needs_no_other_thread(workers: int, chunks: int) -> None:
     with Threads(workers) as threads:
-        assert set(threads.map(this_thread, range(items))) == {threading.get_ident()}
+        assert set(threads.map(this_thread, None, range(chunks))) == {threading.get_ident()}
 
 
 def test_the_threads_end_with_the_block() -> None:
     before = threading.active_count()
     with Threads(2) as threads:
-        threads.map(this_thread, range(10))
+        list(threads.map(this_thread, None, range(10)))
     assert threading.active_count() == before
 
 
@@ -65,7 +65,7 @@ def test_the_threads_end_with_the_block() -> None:
 def test_after_an_error_nothing_is_begun(
     by_caller: bool, kind: type[BaseException], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Both threads have begun an item; one fails, and the other ends its own after that."""
+    """Both threads have begun a chunk; one fails, and the other ends its own after that."""
     caller, both, emptied = threading.get_ident(), threading.Barrier(2), threading.Event()
     begun = []
 
@@ -74,16 +74,16 @@ def test_after_an_error_nothing_is_begun(
             super().clear()
             emptied.set()
 
-    def work(item: int) -> None:
-        begun.append(item)
+    def work(_: object, chunk: int) -> None:
+        begun.append(chunk)
         both.wait(WAIT_S)
         if (threading.get_ident() == caller) == by_caller:
-            raise kind(item)
+            raise kind(chunk)
         emptied.wait(WAIT_S)
 
     monkeypatch.setattr(in_threads, "deque", Pending)
     with pytest.raises(kind), Threads(2) as threads:
-        threads.map(work, range(50))
+        list(threads.map(work, None, range(50)))
     assert sorted(begun) == [0, 1]
 
 
@@ -101,14 +101,14 @@ def test_an_interrupt_while_threads_start_leaves_them_no_work(
         start(self, work)
         raise KeyboardInterrupt
 
-    def work(item: int) -> None:
-        begun.append(item)
+    def work(_: object, chunk: int) -> None:
+        begun.append(chunk)
         emptied.wait(WAIT_S)
 
     monkeypatch.setattr(in_threads, "deque", Pending)
     monkeypatch.setattr(Threads, "_start", interrupted)
     with pytest.raises(KeyboardInterrupt), Threads(2) as threads:
-        threads.map(work, range(50))
+        list(threads.map(work, None, range(50)))
     assert len(begun) <= 1
 
 

@@ -18,9 +18,10 @@ import pytest
 from fpmatch.errors import EngineError, ImageError
 from fpmatch.gallery.engine import cluster, cluster_pieces
 from fpmatch.gallery.engine.engine import make_engine, processes, serial
+from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT
 from fpmatch.gallery.engine.mapped import MIN_BYTES, MappedArrays
-from fpmatch.gallery.engine.pieces import hold_pieces
+from fpmatch.gallery.engine.pieces import hold_pieces, map_batches
 
 FOLDER = Path(__file__).parent
 sys.path.insert(0, str(FOLDER))
@@ -79,6 +80,27 @@ def test_results_come_in_order_and_chunks_are_drawn_as_they_are_needed(engine):
                 assert found == MIN_BYTES * (k % 5 + 1.0) + k
                 assert next(other) == EXPECTED[k]
         assert next(drawn) <= 8 + 2 * CHUNKS_IN_FLIGHT
+
+
+def test_batches_come_with_the_results_of_their_tasks(engine):
+    """Some have none, of which one is the first and one the last."""
+    batches, drawn = [[], [0, 3], [], [], [4], [1, 1, 2], []], []
+
+    def tasks_of(batch):
+        drawn.append(batch)
+        return ((k, 5) for k in batch)
+
+    with hold_pieces(engine, PIECES) as held:
+        results = list(map_batches(held, chunk_work.add_piece, 10, batches, tasks_of))
+        assert list(map_batches(held, chunk_work.add_piece, 10, [], tasks_of)) == []
+        assert list(map_batches(held, chunk_work.add_piece, 10, [[]], tasks_of)) == [([], [])]
+    assert results == [(one, [15 + MIN_BYTES * (k + 1.0) for k in one]) for one in batches]
+    assert drawn == [*batches, []]
+
+
+def test_threads_work_on_pieces_too():
+    with Threads(2) as threads, hold_pieces(threads, PIECES) as held:
+        assert list(held.map(chunk_work.add_piece, 10, iter(CHUNKS))) == EXPECTED
 
 
 def test_an_error_of_the_work_comes_through(engine):

@@ -18,9 +18,9 @@ from fpmatch.base.array_file import decode_arrays, encode_arrays, read_content, 
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.index import prepared as prepared_module
 from fpmatch.gallery.index.prepared import COLUMNS, load_prepared, prepare_gallery, save_prepared
+from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.matchers.unit_circle import MATCHER
 

@@ -23,7 +23,7 @@ from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvature
 from fpmatch.gallery.index._vote_kernel import count_votes, lists_ascend
 from fpmatch.gallery.index.model import CURVATURES, MODEL_FILE, TERMS, IndexModel, index_model
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
-from fpmatch.gallery.index.stages import preselect, unoriented_share
+from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import (
     UNKNOWN,
     curvatures,
@@ -277,30 +277,29 @@ def test_lists_are_checked_as_by_the_numpy_form(seed):
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 45), st.integers(1, 4))
 @settings(max_examples=EXAMPLES)
-def test_the_same_are_passed_on_however_prints_are_divided(seed, passed_on, parts):
+def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
     rng = np.random.default_rng(seed)
     kinds = gallery(9, 4, 8)
     templates = [kinds[k] for k in rng.integers(0, 4, 40)]
-    part = np.sort(rng.integers(0, parts, 40)) if rng.integers(2) else rng.integers(0, parts, 40)
-    removed = rng.choice(60, 7, replace=False)
-    probe = prepare(kinds[0])
-    whole = preselect(probe, [segment_of(templates)], removed, passed_on)
-    segments = [
-        Segment.build(at, at, (prepare(templates[k]) for k in at))
-        for at in (np.flatnonzero(part == k) for k in range(parts))
-    ]
-    found = preselect(probe, segments, removed, passed_on)
-    numbers = [int(segments[s].number[k]) for s, k in zip(found.segment, found.local, strict=True)]
-    assert sorted(numbers) == whole.local.tolist()
-    assert len(found) == min(passed_on, 40 - (removed < 40).sum())
-    assert not set(numbers) & set(removed.tolist())
-    left = np.setdiff1d(np.arange(40), [*numbers, *removed])
-    if len(found) and len(left):
-        votes = segment_of(templates).votes(probe_terms(probe))
-        assert found.votes.min() >= votes[left].max()
+    part = np.sort(rng.integers(0, parts, 40))
+    removed = np.sort(rng.choice(60, 7, replace=False))
+    terms = probe_terms(prepare(kinds[0]))
+    votes = segment_of(templates).votes(terms)
+    left = np.setdiff1d(np.arange(40), removed)
+    expected = sorted(left.tolist(), key=lambda k: (-int(votes[k]), k))[:most]
+    whole, of_whole = preselect(segment_of(templates), terms, most, removed)
+    assert (whole.tolist(), of_whole.tolist()) == (sorted(expected), votes[whole].tolist())
+    numbers, counted = [], []
+    for k in range(parts):
+        at = np.flatnonzero(part == k)
+        segment = Segment.build(at, at, (prepare(templates[one]) for one in at))
+        place, of_part = preselect(segment, terms, most, removed)
+        numbers.append(segment.number[place])
+        counted.append(of_part)
+    chosen = most_voted(np.concatenate(counted), most)
+    assert np.concatenate(numbers)[chosen].tolist() == sorted(expected)
 
 
 def test_an_index_of_nothing_passes_nothing_on():
-    probe = prepare(gallery(2, 1)[0])
-    assert len(preselect(probe, [])) == 0
-    assert len(preselect(probe, [segment_of([])])) == 0
+    terms = probe_terms(prepare(gallery(2, 1)[0]))
+    assert [len(one) for one in preselect(segment_of([]), terms, 5)] == [0, 0]

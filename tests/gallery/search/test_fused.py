@@ -11,13 +11,13 @@ from made_prints import FAKE, entries_of, template_at
 from fpmatch.errors import MatcherError
 from fpmatch.fingers.finger import fused_score
 from fpmatch.fingers.fused_fingers import assign_fingers, fuse_fingers
-from fpmatch.gallery import identify_fused as fused_module
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.identify_fused import identify_fused
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.prepared_search import Search
+from fpmatch.gallery.search import fused as fused_module
 from fpmatch.gallery.search.entries import GallerySubjects, identify_entries_fused
+from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
@@ -152,7 +152,7 @@ class NumberedSubjects:
 def test_agrees_with_comparing_one_by_one(enrolled):
     references = [FAKE.prepare(template_at(x)) for pair in enrolled for x in pair]
     numbers = np.arange(len(references))
-    search = Search(FAKE, numbers, numbers, references)
+    search = WholeSearch(FAKE, numbers, numbers, references)
     options = {"positions": ["a", "b"], "calibration": TEN_PER_TEN}
     probes = [template_at(30), template_at(70)]
     found = identify_fused(search, probes, NumberedSubjects(len(enrolled)), **options)

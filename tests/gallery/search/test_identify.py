@@ -10,12 +10,13 @@ from made_prints import FAKE, entries_of, scattered, template_at
 
 from fpmatch.errors import MatcherError
 from fpmatch.fingers.finger import fused_score, verify_finger
-from fpmatch.gallery import identify as identify_module
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.identify import MIN_CANDIDATE_LIST, candidate_list_size, identify
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
-from fpmatch.gallery.search.opening import opening as search_module
+from fpmatch.gallery.search import consolidated as consolidated_module
+from fpmatch.gallery.search import whole
+from fpmatch.gallery.search.consolidated import ConsolidatedFingers
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Template
@@ -83,9 +84,9 @@ def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
 
     assert found(subject_of=subject_of) == [4, 3]
     assert found(subject_of=subject_of, count=1) == [4]
-    assert found(subject_of=subject_of, impressions=True) == [4, 3]
+    assert found(subject_of=subject_of, listed="impressions") == [4, 3]
     assert found() == [4, 3, 1]
-    assert found(impressions=True) == [4, 2, 3, 1]
+    assert found(listed="impressions") == [4, 2, 3, 1]
     once, each = (identify_at(search, 50, **o).candidates for o in ({"subject_of": subject_of}, {}))
     assert once == each[:2]
 
@@ -149,23 +150,23 @@ def test_a_candidate_list_has_room_for_all_candidates(search):
 
 
 def test_a_small_gallery_is_compared_as_a_whole_and_a_large_one_is_not(search, monkeypatch):
-    assert candidate_list_size(search) is None
-    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 11)
-    assert candidate_list_size(search) == MIN_CANDIDATE_LIST
-    monkeypatch.setattr(identify_module, "MIN_CANDIDATE_LIST", 2)
-    assert candidate_list_size(search) == 2
-    monkeypatch.setattr(identify_module, "PENETRATION_RATE", 0.5)
-    assert candidate_list_size(search) == 6
-    assert candidate_list_size(search, "off") is None
+    assert search.candidate_list_size() is None
+    monkeypatch.setattr(whole, "EXHAUSTIVE_UP_TO", 11)
+    assert search.candidate_list_size() == whole.MIN_CANDIDATE_LIST
+    monkeypatch.setattr(whole, "MIN_CANDIDATE_LIST", 2)
+    assert search.candidate_list_size() == 2
+    monkeypatch.setattr(whole, "PENETRATION_RATE", 0.5)
+    assert search.candidate_list_size() == 6
+    assert search.candidate_list_size("off") is None
     assert identify(search, scattered(7)).compared == 10  # as many as there are candidates
 
 
 def test_a_matcher_without_bit_descriptors_compares_all(fill, monkeypatch):
-    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 1)
+    monkeypatch.setattr(whole, "EXHAUSTIVE_UP_TO", 1)
     search = fill(1, 2, 3)
-    assert candidate_list_size(search) is None
+    assert search.candidate_list_size() is None
     with pytest.raises(MatcherError, match="fake supports no candidate list"):
-        search.candidate_list(1.0, 2)
+        search.candidate_list_size(2)
 
 
 @pytest.fixture
@@ -190,7 +191,7 @@ def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers, gallery):
 
 
 def test_impressions_can_be_listed_by_themselves(fingers):
-    found = identify_at(fingers, 52, impressions=True)
+    found = identify_at(fingers, 52, listed="impressions")
     assert numbers_of(found) == [3, 2, 5, 4, 1]
     assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
     assert found.candidates[0].expected_false == pytest.approx(5e-10)
@@ -250,9 +251,9 @@ def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
         found = identify(search, probe, consolidated=together, threshold=threshold)
         assert len(found.candidates) == left
     with pytest.raises(MatcherError, match="single impressions"):
-        identify(search, probe, impressions=True, consolidated=together)
+        identify(search, probe, listed="impressions", consolidated=together)
     # however many fingers are kept
-    monkeypatch.setattr(search_module, "FINGERS_KEPT", 1)
+    monkeypatch.setattr(consolidated_module, "FINGERS_KEPT", 1)
     few = ConsolidatedFingers(gallery, search)
     found = [identify(search, probe, consolidated=one).candidates for one in (few, together)]
     assert found[0] == found[1]

@@ -14,16 +14,18 @@ from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
-from fpmatch.gallery import indexed_search as module
 from fpmatch.gallery.cli.identify import identify as identify_command
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
-from fpmatch.gallery.indexed_search import IndexedSearch
 from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search import indexed as module
+from fpmatch.gallery.search import opening
+from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.search.opening import ConsolidatedFingers, open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.indexed import IndexedSearch
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.calibration import load_calibration
 
 SIZE = 40
@@ -33,9 +35,8 @@ SIZE = 40
 def small_limits(tmp_path, monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    for name in ("search", "prepared_search"):
-        monkeypatch.setattr(f"fpmatch.gallery.{name}.LISTED_UP_TO", 10)
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
+    monkeypatch.setattr(opening, "LISTED_UP_TO", 10)
+    monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
 
 
@@ -179,7 +180,7 @@ def test_the_score_of_a_finger_is_that_of_all_its_impressions(gallery):
     finger = ConsolidatedFingers(gallery, search)
     found = identify(search, print_of(8), count=3, consolidated=finger)
     assert found.candidates[0].number == 9
-    single = identify(search, print_of(8), count=3, impressions=True)
+    single = identify(search, print_of(8), count=3, listed="impressions")
     assert (single.candidates[0].number, single.candidates[0].impressions) == (9, 1)
 
 
@@ -234,11 +235,11 @@ def test_the_command_states_loss_and_stages(large, probe):
 
 
 def test_a_gallery_of_middle_size_is_indexed_only_where_a_loss_is_wanted(large, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", SIZE)
+    monkeypatch.setattr(opening, "LISTED_UP_TO", SIZE)
     assert not isinstance(open_search(large), IndexedSearch)
     assert isinstance(open_search(large, loss=0.1), IndexedSearch)
     assert not isinstance(open_search(large, loss=0.1, candidate_list="off"), IndexedSearch)
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", SIZE)
+    monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE)
     assert not isinstance(open_search(large, loss=0.1), IndexedSearch)
 
 

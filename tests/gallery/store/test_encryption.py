@@ -18,8 +18,8 @@ from fpmatch.base.encryption.keys import load_keys
 from fpmatch.errors import EncryptionError, GalleryError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import ENTRY, PACKED

@@ -24,7 +24,7 @@ FULL = 16  # prints of a segment
 def small_limits(tmp_path, monkeypatch):
     """Index galleries of more than 40 prints, and look for full segments every five prints."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    monkeypatch.setattr("fpmatch.gallery.prepared_search.LISTED_UP_TO", 40)
+    monkeypatch.setattr("fpmatch.gallery.index.loss.LISTED_UP_TO", 40)
     monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", FULL)
     monkeypatch.setattr(enrolment_index, "PRINTS_PER_CHECK", 5)
     monkeypatch.setattr(enrol_module, "PRINTS_PER_COMMIT", 2)

@@ -11,7 +11,7 @@ from fpmatch.matching.prints.candidate_list import (
     LEAST_PRINTS,
     SIZE_OFFSET,
     SizeNormalization,
-    candidate_list,
+    greatest,
     prefilter_scores,
     size_normalized,
 )
@@ -43,12 +43,13 @@ def test_the_mate_is_first_and_parts_are_as_the_whole():
     parts = [prefilter_scores(probe, many, 0, 13), prefilter_scores(probe, many, 13)]
     assert np.concatenate(parts).tolist() == whole.tolist()
     assert prefilter_scores(probe, many, 30, 20).size == 0
-    assert candidate_list(probe, many, 1).tolist() == [40]
-    rank = whole / (np.diff(many.minutiae_start) + SIZE_OFFSET)
-    ten = candidate_list(probe, many, 10)
+    sizes = np.diff(many.minutiae_start)
+    assert greatest(whole, sizes, probe, 1).tolist() == [40]
+    rank = whole / (sizes + SIZE_OFFSET)
+    ten = greatest(whole, sizes, probe, 10)
     assert ten.tolist() == sorted(np.argsort(-rank, kind="stable")[:10].tolist())
-    assert candidate_list(probe, many, 99).tolist() == list(range(41))
-    assert candidate_list(probe, many, 0).size == 0
+    assert greatest(whole, sizes, probe, 99).tolist() == list(range(41))
+    assert greatest(whole, sizes, probe, 0).size == 0
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 65, 200, 255])
@@ -62,9 +63,8 @@ def test_prints_of_any_size(n):
         assert weights[0].argmax() == 0
         assert weights[0][0] > 0
     nobody = PreparedPrints.pack([])
-    assert (
-        prefilter_scores(prints[0], nobody).size == candidate_list(prints[0], nobody, 5).size == 0
-    )
+    scores = prefilter_scores(prints[0], nobody)
+    assert scores.size == greatest(scores, np.empty(0, np.intp), prints[0], 5).size == 0
 
 
 def scores_of_sizes(sizes, rng):

@@ -14,6 +14,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import (
     dataset_reader,
@@ -21,7 +22,6 @@ from fpmatch.lab.evaluation.databases.extraction import (
     extractor_of,
 )
 from fpmatch.lab.evaluation.impression import finger_numbers
-from fpmatch.lab.evaluation.open_set.enrolled import search_of
 from fpmatch.lab.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.lab.evaluation.open_set.searches import Background
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.result import Matcher
 
@@ -66,7 +66,7 @@ class BackgroundPrints:
 
 def no_background(matcher: Matcher) -> Background:
     """Return a background without prints."""
-    return BackgroundPrints(search_of([], matcher), np.empty(0, np.intp), ()).of_subjects(1)
+    return BackgroundPrints(WholeSearch.of([], matcher), np.empty(0, np.intp), ()).of_subjects(1)
 
 
 def load_background(
@@ -120,7 +120,7 @@ def load_background(
         for code, one in zip(finger, dataset.impressions, strict=True)
     }
     kept = finger[[template is not None for template in templates]]
-    search = search_of([one for one in templates if one is not None], matcher)
+    search = WholeSearch.of([one for one in templates if one is not None], matcher)
     return BackgroundPrints(search, kept, [names[code] for code in range(len(names))])
 
 

@@ -1,4 +1,4 @@
-"""The gallery of an open-set test: prints of the test beside those of a background."""
+"""The subjects of the gallery of an open-set test."""
 
 from __future__ import annotations
 
@@ -8,34 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.gallery.prepared_search import Search
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
-
-    from fpmatch.matching.result import Matcher
-    from fpmatch.templates.minutiae import Template
-
-
-def search_of(templates: Sequence[Template], matcher: Matcher) -> Search:
-    """Return a search of templates as a gallery stores them, numbered from 0, each of its finger.
-
-    Raises TemplateError if one cannot be stored.
-    """
-    none = np.empty(0, np.int64)
-    packed = hasattr(matcher, "similarities")
-    nobody = Search(matcher, none, none, PreparedPrints.pack([]) if packed else [])
-    return nobody.with_prints(templates)
 
 
 @dataclass(frozen=True, eq=False)
 class EnrolledSubjects:
     """The subject of each entry of a search, numbered from 0, and which of its fingers it is.
 
-    Entries of subject -1 are of no subject. It is a `fpmatch.gallery.identify_fused.Subjects`.
+    Entries of subject -1 are of no subject. It is a `fpmatch.gallery.search.fused.Subjects`.
     """
 
     numbers: NDArray[np.int64]
@@ -58,11 +41,11 @@ class EnrolledSubjects:
     def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
         """Return the subjects of the entries of some numbers, with the entries of all fingers."""
         order, start = self._by_subject
-        found: dict[str, dict[str, list[int]]] = {}
+        subjects: dict[str, dict[str, list[int]]] = {}
         for subject in np.unique(self.subject[np.searchsorted(self.numbers, numbers)]).tolist():
             if subject >= 0:
-                fingers = found.setdefault(str(subject), {})
+                fingers = subjects.setdefault(str(subject), {})
                 for k in order[start[subject] : start[subject + 1]].tolist():
                     of_finger = fingers.setdefault(str(self.finger[k]), [])
                     of_finger.append(int(self.numbers[k]))
-        return found
+        return subjects

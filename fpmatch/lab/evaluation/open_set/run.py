@@ -39,7 +39,7 @@ class IdentificationTest:
 
     A subject is `fingers` fingers. `fpirs` are the false positive identification rates at which the
     FNIR is reported. `seed` draws the subjects that are enrolled, and the `bootstrap` replicates of
-    the intervals (0: none). `options` are those of `fpmatch.gallery.identify.identify`.
+    the intervals (0: none). `options` are those of `fpmatch.gallery.search.identify.identify`.
     """
 
     fingers: int = 1

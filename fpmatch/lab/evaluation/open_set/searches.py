@@ -15,17 +15,18 @@ import numpy as np
 
 from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.identify import identify
-from fpmatch.gallery.identify_fused import identify_fused
-from fpmatch.gallery.prepared_search import EXHAUSTIVE_UP_TO
-from fpmatch.lab.evaluation.open_set.enrolled import EnrolledSubjects, search_of
+from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.search.fused import identify_fused
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.lab.evaluation.open_set.enrolled import EnrolledSubjects
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.prepared_search import Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.lab.evaluation.open_set.roles import Roles
     from fpmatch.matching.calibration import Calibration
     from fpmatch.templates.minutiae import Template
@@ -104,7 +105,7 @@ class _Gallery:
         self.presentations = presentations
         self.first = int(background.subject.max(initial=-1)) + 1  # number of the first presentation
         templates = [template for _, _, template in found]
-        self.own = search_of(templates, background.search.matcher)
+        self.own = WholeSearch.of(templates, background.search.matcher)
         self.search = background.search.with_prints(templates) if self.first else self.own
         self.places = np.full((len(presentations), len(presentations[0])), -1)
         for place, (k, f, _) in enumerate(found):
@@ -183,7 +184,7 @@ def search_all(
     progress : callable
         Called with stage "search" and numbers of presentations.
     options
-        As for `fpmatch.gallery.identify.identify`.
+        As for `fpmatch.gallery.search.identify.identify`.
     """
     gallery = _Gallery(presentations, background, calibration, options)
     rounds = [[roles.enrolled(g, t) for g in np.unique(roles.group)] for t in range(roles.turns)]

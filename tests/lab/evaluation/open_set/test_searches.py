@@ -7,14 +7,13 @@ from fpmatch.errors import DatasetError
 from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.prepared_search import Search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
 from fpmatch.lab.evaluation.impression import Impression
 from fpmatch.lab.evaluation.open_set.background import load_background, no_background
-from fpmatch.lab.evaluation.open_set.enrolled import search_of
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles
 from fpmatch.lab.evaluation.open_set.run import (
     IdentificationTest,
@@ -65,7 +64,7 @@ def made(tmp_path):
 def test_every_round_is_a_search_of_its_own_gallery(made):
     presentations = [one for subject in load_subjects(made, 1) for one in subject]
     roles = Roles.draw([[3] * 7])
-    others = search_of([disturbed(k, 1) for k in range(50, 60)], MATCHER)
+    others = WholeSearch.of([disturbed(k, 1) for k in range(50, 60)], MATCHER)
     whole = others.with_prints([t for (t,) in presentations if t])
     number = {}
     for k, (template,) in enumerate(presentations):
@@ -108,9 +107,9 @@ def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):
     presentations = [one for subject in subjects for one in subject]
     roles = Roles.draw([[3] * 3])
     found = search_all(presentations, roles, no_background(MATCHER), CALIBRATION)
-    alone = search_of([disturbed(3, 2), disturbed(4, 2)], MATCHER)
+    alone = WholeSearch.of([disturbed(3, 2), disturbed(4, 2)], MATCHER)
     scores = [
-        CALIBRATION.scores(alone.similarities(MATCHER.prepare(disturbed(f, 1))))[k]
+        CALIBRATION.scores(alone.similarities(MATCHER.prepare(disturbed(f, 1)), np.array([k])))[0]
         for k, f in enumerate((3, 4))
     ]
     third = presentations.index((disturbed(3, 1), disturbed(4, 1)))
@@ -198,12 +197,16 @@ def test_the_background_is_a_folder_of_templates(tmp_path, made):
 
 def test_prints_that_are_added_to_a_search_follow_its_own():
     few, more = ([disturbed(k, 1) for k in some] for some in ([1, 2], [3]))
-    one, other = search_of(few, MATCHER), search_of(more, MATCHER)
+    one, other = WholeSearch.of(few, MATCHER), WholeSearch.of(more, MATCHER)
     both = one.with_prints(more)
     assert both.numbers.tolist() == both.fingers.tolist() == [0, 1, 2]
     probe = MATCHER.prepare(disturbed(3, 1))
-    found = both.similarities(probe).tolist()
-    assert found == [*one.similarities(probe), *other.similarities(probe)]
-    plain = Search(MATCHER, one.numbers, one.fingers, [one.references[k] for k in range(2)])
-    assert plain.with_prints(more).similarities(probe).tolist() == found
-    assert search_of([], MATCHER).similarities(probe).tolist() == []
+
+    def similarities(search):
+        return search.similarities(probe, np.arange(len(search))).tolist()
+
+    found = similarities(both)
+    assert found == similarities(one) + similarities(other)
+    plain = WholeSearch(MATCHER, one.numbers, one.fingers, [one.print_at(k) for k in range(2)])
+    assert similarities(plain.with_prints(more)) == found
+    assert similarities(WholeSearch.of([], MATCHER)) == []

@@ -1,0 +1,262 @@
+"""Identification by several fingers: find the subjects whose fingers match the probes best.
+
+Each probe is searched alone. The subjects that are among the best of any probe are compared by all
+their fingers, and the scores of a subject's fingers are fused (`fpmatch.fingers.fused_fingers`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.fingers.finger import fused_scores
+from fpmatch.fingers.fused_fingers import assign_fingers
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
+from fpmatch.gallery.search.identification import (
+    ComparedFinger,
+    FusedIdentification,
+    SubjectCandidate,
+)
+from fpmatch.gallery.search.identify import compare_probes, find_candidates
+from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.matching.calibration import load_calibration, score_to_fmr
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.search.identification import Identification
+    from fpmatch.gallery.search.search import CandidateListSize, Search
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.templates.minutiae import Template
+
+MOST_PROBES: Final = 10  # fingers of a subject
+CONSIDERED: Final = 300
+"""Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
+
+In a gallery of a million fingers, two that are in neither list have a fused false match rate of at
+least 1 in 600,000 or so: two other subjects score as high.
+"""
+
+
+class Subjects(Protocol):
+    """The subjects of enrolled prints."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+
+    def fingers_of(self, numbers: Sequence[int]) -> Mapping[str, Mapping[str, Sequence[int]]]:
+        """Return the subjects of the entries of some numbers.
+
+        Of each all fingers, and of these the numbers of all entries; "" is a finger whose position
+        is not known.
+        """
+
+
+def identify_fused(
+    search: Search,
+    probes: Sequence[Template],
+    subjects: Subjects,
+    *,
+    positions: Sequence[str] = (),
+    count: int = 10,
+    threshold: float = 0.0,
+    calibration: Calibration | None = None,
+    candidate_list: CandidateListSize = "auto",
+    skipped: Collection[int] = (),
+    loss: float = DEFAULT_LOSS,
+    engine: Engine | None = None,
+    workers: int | None = None,
+) -> FusedIdentification:
+    """Find the subjects whose fingers match several probes, of different fingers, best.
+
+    Each probe is compared with a finger of its own of the subject: with that of its position, or,
+    where the position of either is not known, with the fingers that remain, which is accounted for
+    in the score. Probes without such a finger are left out.
+
+    Parameters
+    ----------
+    search : Search
+        From `fpmatch.gallery.search.opening.open_search`.
+    probes : sequence of Template
+        A print of each finger, in any order.
+    subjects : Subjects
+        The subjects of the prints, as `fpmatch.gallery.search.entries.GallerySubjects`.
+    positions : sequence of str
+        Which finger each probe is of, named as when it was enrolled, "" where it is not known
+        (default: none is known).
+    count, threshold, calibration, candidate_list, skipped, loss, workers
+        As for `fpmatch.gallery.search.identify.identify`; of subjects.
+    engine : Engine, optional
+        Whose workers search for the probes, entered here (default: this process searches). The
+        outcome is the same.
+
+    Raises
+    ------
+    MatcherError
+        If there are no probes or more than 10, not as many positions, or two of the same; and as
+        `identify`.
+    GalleryError
+        If the subjects cannot be read.
+    EngineError
+        If the engine broke down.
+
+    Examples
+    --------
+    >>> from fpmatch import load_template, open_gallery
+    >>> from fpmatch.gallery.search.entries import GallerySubjects
+    >>> from fpmatch.gallery.search.fused import identify_fused
+    >>> from fpmatch.gallery.search.opening import open_search
+    >>> left, right = map(load_template, ("left.json", "right.json"))  # doctest: +SKIP
+    >>> with open_gallery("prints.db") as gallery:  # doctest: +SKIP
+    ...     search, subjects = open_search(gallery), GallerySubjects(gallery)
+    ...     result = identify_fused(search, [left, right], subjects, positions=["left", "right"])
+    """
+    named = _checked_positions(probes, positions)
+    curve = load_calibration(search.matcher.name) if calibration is None else calibration
+    options = SearchOptions(
+        count=max(count, CONSIDERED), candidate_list=candidate_list, calibration=curve, loss=loss
+    ).checked(search.matcher)
+    threads = search.threads(workers)
+    compared = compare_probes(search, probes, options, engine or threads)
+    alone = [find_candidates(one, options, skipped=skipped) for one in compared]
+    considered = sorted({candidate.number for one in alone for candidate in one.candidates})
+    total = len(subjects)
+    fingers = _Fingers.of(search, subjects.fingers_of(considered), skipped)
+    may = fingers.may_be(named)
+    with threads:
+        scored = [
+            fingers.compare(search, one.probe, some, known, curve, threads)
+            for one, some, known in zip(compared, may, alone, strict=True)
+        ]
+    ranked = sorted(_ranked(fingers, may, scored))[:count]
+    return FusedIdentification(
+        enrolled=alone[0].enrolled,
+        compared=max(one.compared for one in alone),
+        subjects=total,
+        candidates=tuple(
+            SubjectCandidate(
+                rank, subject, score, fmr := score_to_fmr(score), fmr * total, of_subject
+            )
+            for rank, (_, subject, score, of_subject) in enumerate(ranked, start=1)
+            if score >= threshold
+        ),
+        matcher=search.matcher.name,
+        smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
+        loss=alone[0].loss,
+        passed_on=tuple(map(max, zip(*(one.passed_on for one in alone), strict=True))),
+    )
+
+
+def _checked_positions(probes: Sequence[Template], positions: Sequence[str]) -> list[str]:
+    """Return which finger each probe is of; MatcherError if two are of the same."""
+    named = list(positions) or [""] * len(probes)
+    known = [one for one in named if one]
+    if not 1 <= len(probes) <= MOST_PROBES:
+        raise MatcherError(f"1 to {MOST_PROBES} fingers are searched for, not {len(probes)}")
+    if len(named) != len(probes):
+        raise MatcherError("each probe has a position, or none has")
+    if len(set(known)) < len(known):
+        raise MatcherError("two probes are of the same finger")
+    return named
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fingers:
+    """The fingers of some subjects, each of some `sizes` of impressions, and their prints.
+
+    Fingers are ordered by subject; `names` are subject and position of each. For each print, in the
+    order of the numbers of entries, `finger` is which of these it is of, and `places` where it is
+    in the search.
+    """
+
+    names: list[tuple[str, str]]
+    sizes: NDArray[np.intp]
+    numbers: NDArray[np.int64]
+    finger: NDArray[np.intp]
+    places: NDArray[np.intp]
+
+    @classmethod
+    def of(
+        cls,
+        search: Search,
+        subjects: Mapping[str, Mapping[str, Sequence[int]]],
+        skipped: Collection[int],
+    ) -> _Fingers:
+        """Return the fingers of subjects that have a print in a search that is not skipped."""
+        names = [(s, p) for s, fingers in subjects.items() for p in fingers]
+        rows = [
+            (n, k) for k, (s, p) in enumerate(names) for n in subjects[s][p] if n not in skipped
+        ]
+        numbers, finger = np.array(sorted(rows), np.int64).reshape(-1, 2).T
+        places = np.searchsorted(search.numbers, numbers)
+        there = np.append(search.numbers, -1)[places] == numbers
+        kept, finger, sizes = np.unique(finger[there], return_inverse=True, return_counts=True)
+        named = [names[k] for k in kept.tolist()]
+        return cls(named, sizes, numbers[there], finger.ravel(), places[there])
+
+    def may_be(self, positions: Sequence[str]) -> NDArray[np.bool_]:
+        """Return whether each probe, of some position or none, may be of each finger."""
+        may = [[not (p and of) or p == of for _, of in self.names] for p in positions]
+        return np.array(may, np.bool_).reshape(len(positions), len(self.names))
+
+    def compare(
+        self,
+        search: Search,
+        probe: Any,
+        may: NDArray[np.bool_],
+        alone: Identification,
+        calibration: Calibration,
+        engine: Engine,
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Compare a prepared probe with those fingers that it may be of.
+
+        Return the score of each finger, and the entry of its most similar print. The similarities
+        of the candidates of the search for this probe `alone` are known.
+        """
+        known = {candidate.number: candidate.similarity for candidate in alone.candidates}
+        compared = may[self.finger]
+        similarities = np.array([known.get(number, np.nan) for number in self.numbers.tolist()])
+        similarities[~compared] = -np.inf
+        left = np.isnan(similarities)
+        similarities[left] = search.similarities(probe, self.places[left], engine)
+        singles = calibration.scores(similarities[compared])
+        scores = fused_scores(singles, self.finger[compared], self.sizes)
+        order = np.lexsort((self.numbers, -similarities, self.finger))
+        first_of_each = np.cumsum(self.sizes) - self.sizes
+        return scores, self.numbers[order[first_of_each]]
+
+
+_Ranked = tuple[tuple[float, float, int], str, float, tuple[ComparedFinger, ...]]
+
+
+def _ranked(
+    fingers: _Fingers,
+    may: NDArray[np.bool_],
+    scored: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
+) -> Iterator[_Ranked]:
+    """Yield the order, name, score and compared fingers of each subject that has any."""
+    scores, best = (np.array(of_probes) for of_probes in zip(*scored, strict=True))
+    for subject, group in groupby(range(len(fingers.names)), lambda k: fingers.names[k][0]):
+        which = list(group)
+        score, pairs = assign_fingers(scores[:, which], may[:, which])
+        if not pairs:
+            continue
+        compared = tuple(
+            ComparedFinger(
+                probe,
+                int(best[probe, which[f]]),
+                float(scores[probe, which[f]]),
+                int(fingers.sizes[which[f]]),
+            )
+            for probe, f in pairs
+        )
+        total = math.fsum(one.score for one in compared)
+        yield (-score, -total, min(one.number for one in compared)), subject, score, compared

@@ -1,0 +1,175 @@
+"""What a search finds: candidates, and how many prints were compared."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from fpmatch.gallery.listing.entry import Entry
+    from fpmatch.matching.result import Comparison
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
+
+    `number` is that of the entry; of a finger, that of its most similar impression, to which
+    `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
+    which comparisons with another finger, of as many `impressions`, score as high, and `score` is
+    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.fingers.finger`. `expected_false` is `fmr` times the
+    number of searched fingers (or impressions): how many score as high if none is the probe's.
+    """
+
+    rank: int
+    number: int
+    similarity: float
+    score: float
+    fmr: float
+    expected_false: float
+    comparison: Comparison | None = None
+    impressions: int = 1
+    impression_score: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """The outcome of a search.
+
+    The candidates come best first; of equal scores, the more similar, then the one enrolled first.
+    After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for
+    a `loss`, and each stage has `passed_on` so many prints. An FMR under `smallest_measured_fmr`,
+    that of the calibration, is extrapolated.
+    """
+
+    enrolled: int
+    compared: int
+    candidates: tuple[Candidate, ...]
+    matcher: str
+    smallest_measured_fmr: float
+    fingers: int = 0
+    loss: float | None = None
+    passed_on: tuple[int, ...] = ()
+
+    @property
+    def preselected(self) -> bool:
+        """Whether only the prints on a candidate list were compared."""
+        return self.compared < self.enrolled
+
+    def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
+        """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.
+
+        ``transform``, ``pairs`` and ``rms_px`` are there if requested, the first and the last None
+        where no transform was found.
+        """
+        return [
+            {
+                "rank": candidate.rank,
+                "id": entry.id,
+                **asdict(entry.label),
+                "source": entry.source,
+                "score": candidate.score,
+                "fmr": candidate.fmr,
+                "extrapolated": candidate.fmr < self.smallest_measured_fmr,
+                "expected_false_matches": candidate.expected_false,
+                "impressions": candidate.impressions,
+                "impression_score": candidate.impression_score,
+                **({} if candidate.comparison is None else _as_dict(candidate.comparison)),
+            }
+            for candidate, entry in zip(self.candidates, entries, strict=True)
+        ]
+
+
+def _as_dict(comparison: Comparison) -> dict[str, Any]:
+    t, pairs = comparison.transform, len(comparison.pairs)
+    if t is None:
+        return {"transform": None, "pairs": pairs, "rms_px": None}
+    transform = {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
+    return {"transform": transform, "pairs": pairs, "rms_px": comparison.rms_px}
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedFinger:
+    """The comparison of a probe, by its number from 0, with a finger of a subject.
+
+    `score` is that of all `impressions` of the finger together; `number` is the entry of the most
+    similar one.
+    """
+
+    probe: int
+    number: int
+    score: float
+    impressions: int
+
+
+@dataclass(frozen=True, slots=True)
+class SubjectCandidate:
+    """One subject whose fingers may be the probes'; rank 1 scores highest.
+
+    `fmr` is the rate at which other subjects score as high, and `score` is ``-10·log10(fmr)``, 0 to
+    100. `expected_false` is `fmr` times the number of subjects.
+    """
+
+    rank: int
+    subject: str
+    score: float
+    fmr: float
+    expected_false: float
+    fingers: tuple[ComparedFinger, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FusedIdentification:
+    """The outcome of a search by several fingers; candidates come best first.
+
+    Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
+    then the one enrolled first. `compared` is the most prints that a probe was compared with before
+    subjects were compared by all fingers, of those `enrolled`. A search in stages was made for a
+    `loss`; `passed_on` is the most prints that each stage passed on for a probe.
+    """
+
+    enrolled: int
+    compared: int
+    subjects: int
+    candidates: tuple[SubjectCandidate, ...]
+    matcher: str
+    smallest_measured_fmr: float
+    loss: float | None = None
+    passed_on: tuple[int, ...] = ()
+
+    @property
+    def preselected(self) -> bool:
+        """Whether only the prints on candidate lists were compared."""
+        return self.compared < self.enrolled
+
+    def candidate_dicts(
+        self, entries: Mapping[int, Entry], probes: Sequence[str]
+    ) -> list[dict[str, Any]]:
+        """Return the candidates as ``fpmatch identify --with --json`` prints them.
+
+        `entries` are those of the fingers by number, `probes` the names of the probes.
+        """
+        return [
+            {
+                "rank": one.rank,
+                "subject": one.subject,
+                "score": one.score,
+                "fmr": one.fmr,
+                "extrapolated": one.fmr < self.smallest_measured_fmr,
+                "expected_false_matches": one.expected_false,
+                "fingers": [
+                    {
+                        "probe": probes[f.probe],
+                        "id": f.number,
+                        **asdict(entries[f.number].label),
+                        "source": entries[f.number].source,
+                        "score": f.score,
+                        "impressions": f.impressions,
+                    }
+                    for f in one.fingers
+                ],
+            }
+            for one in self.candidates
+        ]

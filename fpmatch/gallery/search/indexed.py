@@ -1,0 +1,219 @@
+"""Search of a large gallery in three stages, by its index.
+
+The terms of the index choose prints whose bit descriptors are compared; these choose the prints
+that are compared whole, by their compact templates (see `fpmatch.indexing`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.gallery.index.loss import combined_scores, search_plan
+from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
+from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
+from fpmatch.gallery.index.terms import probe_terms
+from fpmatch.gallery.search.search import Search
+from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
+from fpmatch.gallery.store.compact import pack_template, unpack_template
+from fpmatch.matching.prepare_compact import prepare_compact
+from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.index.gallery_index import GalleryIndex
+    from fpmatch.gallery.index.state import IndexState
+    from fpmatch.gallery.index.terms import ProbeTerms
+    from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
+    from fpmatch.gallery.search.stages import Indices, Places
+    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.result import Matcher
+    from fpmatch.templates.minutiae import Template
+
+PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IndexedPiece:
+    """A segment of an index, its number, and which of its entries were removed."""
+
+    number: int
+    matcher: Matcher
+    segment: PrintSegment
+    removed: NDArray[np.int64]
+
+
+class IndexedSearch(Search):
+    """The prints of a gallery by its index, whose segments are read at the first search.
+
+    `prepare` makes the search of whole templates. The `state` of the index is that of the gallery
+    now, unless it is given.
+    """
+
+    in_stages = True
+
+    def __init__(
+        self,
+        index: GalleryIndex,
+        damaged: Mapping[int, str],
+        prepare: Callable[[], Search],
+        state: IndexState | None = None,
+    ) -> None:
+        self.matcher, self.damaged, self.index = index.matcher, damaged, index
+        self._prepare, self._loaded = prepare, state
+        self._at_first = index.refresh() if state is None else state
+
+    @property
+    def state(self) -> IndexState:
+        """The index, all of whose segments have been checked."""
+        if self._loaded is None:
+            self._loaded = self.index.loaded()
+        return self._loaded
+
+    def __len__(self) -> int:
+        return len(self._at_first if self._loaded is None else self._loaded)
+
+    @cached_property
+    def numbers(self) -> NDArray[np.int64]:
+        """The number of the entry of each print, ascending."""
+        return self.state.numbers
+
+    @cached_property
+    def fingers(self) -> NDArray[np.int64]:
+        """The lowest number of an entry of the finger of each print."""
+        return self.state.fingers
+
+    def division(self, of_threads: bool) -> Division:
+        """Return the segments."""
+        return self._division
+
+    @cached_property
+    def _division(self) -> Division:
+        removed, pieces = self.state.removed, []
+        for k, segment in enumerate(self.state.segments):
+            first, last = np.searchsorted(removed, [segment.numbers[0], segment.numbers[-1] + 1])
+            pieces.append(IndexedPiece(k, self.matcher, segment, removed[first:last]))
+        return Division(pieces, [len(one.segment) for one in pieces], self.state.places)
+
+    def print_at(self, place: int) -> PreparedTemplate:
+        """Return a print, prepared from its compact template."""
+        return prepare_prints(self.state.segments, *self.state.places(np.array([place])))[0]
+
+    def can_be_sent(self) -> bool:
+        """Return whether other processes can get the segments."""
+        return True
+
+    @cached_property
+    def _whole(self) -> Search:
+        return self._prepare()
+
+    def for_list(self, size: CandidateListSize) -> Search:
+        """Return this search, or for a list that is not made by the index, that of whole prints."""
+        return self if size == "auto" else self._whole
+
+    def current(self, gallery: GalleryReader) -> Search:
+        """Return the search of the open gallery as it is now: this one, if it has not changed."""
+        self.index.gallery = gallery
+        now = self.index.refresh()
+        if now is self._at_first or now is self._loaded:
+            return self
+        return IndexedSearch(self.index, gallery.damaged, self._prepare)
+
+    def with_prints(self, templates: Sequence[Template]) -> IndexedSearch:
+        """Return a search of some templates, too, as a gallery stores them; no file is changed."""
+        state, last = self.state, int(self.numbers[-1]) if len(self) else 0
+        for first in range(0, len(templates), MOST_PRINTS):
+            part = templates[first : first + MOST_PRINTS]
+            stored = [unpack_template(pack_template(one)) for one in part]
+            rows = [
+                (number, number, one, self.matcher.prepare(one))
+                for number, one in enumerate(stored, start=last + 1)
+            ]
+            last += len(rows)
+            state = state.with_part(PrintSegment.build(rows), last, ())
+        return IndexedSearch(
+            self.index, self.damaged, lambda: self._whole.with_prints(templates), state
+        )
+
+    def stages(self, options: SearchOptions) -> list[Stage]:
+        """Return the stages: terms, bit descriptors, comparison, and that of other impressions."""
+        plan = search_plan(options.loss, len(self), options.least_compared)
+        by_terms = max(plan.by_terms, options.count)
+        unoriented = unoriented_share([one.terms for one in self.state.segments])
+        terms_of = partial(probe_terms, budget=plan.budget, unoriented=unoriented)
+        by_descriptors = max(plan.by_descriptors, options.count)
+        with_others = partial(self._with_other_impressions, options.count)
+        return [
+            Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
+            Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
+            Stage(_similarities, with_others, PREPARED_AT_ONCE),
+            self.comparison(),
+        ]
+
+    def comparison(self) -> Stage:
+        """Return the stage that compares the prints that are listed."""
+        return Stage(_similarities, add_compared, PREPARED_AT_ONCE)
+
+    def _by_votes(
+        self, most: int, _: Any, listed: Listed, voted: list[tuple[int, Indices, NDArray[Any]]]
+    ) -> Listed:
+        """List the prints with the most votes of all segments; of equals, the first."""
+        segment = np.repeat([k for k, _, _ in voted], [len(local) for _, local, _ in voted])
+        local = np.concatenate([np.empty(0, np.intp), *(local for _, local, _ in voted)])
+        votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, _, votes in voted)])
+        kept = most_voted(votes, most)
+        places = self.state.indices(segment.astype(np.intp)[kept], local[kept])
+        return replace(listed, places=places, votes=votes[kept])
+
+    def _with_other_impressions(
+        self, count: int, _: Any, listed: Listed, parts: list[NDArray[np.float64]]
+    ) -> Listed:
+        """List other impressions of the fingers that rank first."""
+        listed = listed.with_compared(parts)
+        best = listed.compared[np.argsort(-listed.similarities, kind="stable")[:count]]
+        impressions = self.impressions_of(np.unique(self.finger_of[best]))
+        return replace(listed, places=np.setdiff1d(impressions, listed.compared))
+
+
+def _votes(
+    most: int, piece: IndexedPiece, terms: ProbeTerms, _: Places
+) -> tuple[int, Indices, NDArray[np.uint16]]:
+    """Return the number of a segment, its prints with the most votes, and these."""
+    return piece.number, *preselect(piece.segment.terms, terms, most, piece.removed)
+
+
+def _descriptor_scores(
+    piece: IndexedPiece, probe: Any, local: Indices
+) -> tuple[NDArray[np.int32], NDArray[np.uint16]]:
+    """Return the scores of the bit descriptors of prints of a segment, and their sizes."""
+    descriptors = piece.segment.descriptors
+    return descriptors.scores(probe, local), descriptors.size[local]
+
+
+def _by_descriptors(
+    most: int, probe: Any, listed: Listed, parts: list[tuple[NDArray[Any], NDArray[Any]]]
+) -> Listed:
+    """List the prints with the most votes and bit descriptors in common; of equals, the first."""
+    scores = np.concatenate([np.empty(0, np.int32), *(scores for scores, _ in parts)])
+    sizes = np.concatenate([np.empty(0, np.int32), *(sizes for _, sizes in parts)])
+    combined = combined_scores(scores, sizes, listed.votes, len(probe))
+    kept = np.sort(np.argsort(-combined, kind="stable")[:most])
+    assert listed.places is not None
+    passed_on = len(listed.places), len(kept)
+    return replace(listed, places=listed.places[kept], passed_on=passed_on)
+
+
+def _similarities(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:
+    """Return the similarities of a probe to prints of a segment."""
+    matcher: Any = piece.matcher
+    similarities: NDArray[np.float64] = matcher.similarities(
+        probe, prepare_compact(piece.segment.templates, local)
+    )
+    return similarities

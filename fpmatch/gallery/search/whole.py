@@ -1,0 +1,195 @@
+"""Search of prints that are prepared from their whole templates: of all, or of a candidate list."""
+
+from __future__ import annotations
+
+import pickle
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.search.search import Search
+from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
+from fpmatch.gallery.store.compact import pack_template, unpack_template
+from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
+    from fpmatch.gallery.search.stages import Places
+    from fpmatch.matching.result import Matcher
+    from fpmatch.templates.minutiae import Template
+
+MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
+MAX_PIECE: Final = 4096
+LEAST_PIECES: Final = 16  # into which a smaller gallery is divided
+COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes others
+PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
+MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
+
+
+class WholePiece(NamedTuple):
+    """Prepared prints of a search, mostly in the same memory."""
+
+    matcher: Matcher
+    prints: Sequence[Any] | PreparedPrints
+
+
+class WholeSearch(Search):
+    """Search of prepared prints, packed where the matcher can pack them."""
+
+    numbers: NDArray[np.int64]
+    fingers: NDArray[np.int64]
+
+    def __init__(
+        self,
+        matcher: Matcher,
+        numbers: NDArray[np.int64],
+        fingers: NDArray[np.int64],
+        prints: Sequence[Any] | PreparedPrints,
+        damaged: Mapping[int, str] | None = None,
+    ) -> None:
+        self.matcher, self.numbers, self.fingers, self.prints = matcher, numbers, fingers, prints
+        self.damaged = damaged or {}
+
+    @classmethod
+    def of(cls, templates: Sequence[Template], matcher: Matcher) -> WholeSearch:
+        """Return a search of templates as a gallery stores them, numbered from 0.
+
+        Each is of a finger of its own. Raises TemplateError if one cannot be stored.
+        """
+        none = np.empty(0, np.int64)
+        packed = hasattr(matcher, "similarities")
+        return cls(matcher, none, none, PreparedPrints.pack([]) if packed else []).with_prints(
+            templates
+        )
+
+    def division(self, of_threads: bool) -> Division:
+        """Return the prints in parts of one size; of threads, which share them, in one part."""
+        size, prints = piece_size(len(self)), self.prints
+        if of_threads:
+            shared = WholePiece(self.matcher, prints)
+            return Division([shared], [len(self)], lambda places: (np.zeros_like(places), places))
+        spans = list(pairwise([*range(0, len(self), size), len(self)]))
+        if isinstance(prints, PreparedPrints):
+            parts: list[Any] = [prints.part(*span) for span in spans]
+        else:
+            parts = [prints[first:last] for first, last in spans]
+        return Division(
+            [WholePiece(self.matcher, part) for part in parts],
+            [last - first for first, last in spans],
+            lambda places: divmod(places, size),
+        )
+
+    def print_at(self, place: int) -> Any:
+        """Return a print, as the matcher prepares it."""
+        return self.prints[place]
+
+    def stages(self, options: SearchOptions) -> list[Stage]:
+        """Return the comparison, of more prints after a choice by bit descriptors."""
+        size = self.candidate_list_size(options.candidate_list)
+        if size is None or max(size, options.count) >= len(self):
+            return [self.comparison()]
+        most, prints = max(size, options.count), self.prints
+        assert isinstance(prints, PreparedPrints)
+        sizes = np.diff(prints.minutiae_start)
+
+        def choose(probe: Any, _: Listed, scores: list[NDArray[np.uint16]]) -> Listed:
+            return Listed(greatest(np.concatenate(scores), sizes, probe, most))
+
+        return [Stage(_descriptor_scores, choose, PRINTS_AT_ONCE), self.comparison()]
+
+    def comparison(self) -> Stage:
+        """Return the stage that compares the prints that are listed."""
+        packed = isinstance(self.prints, PreparedPrints)
+        # else all in Python, of which one thread runs at a time
+        at_once = COMPARED_AT_ONCE if packed else None
+        return Stage(_similarities, add_compared, at_once)
+
+    def candidate_list_size(self, requested: CandidateListSize = "auto") -> int | None:
+        """Return the number of prints to compare with a probe; None for all.
+
+        "auto": all of up to `EXHAUSTIVE_UP_TO` prints, and of more the share `PENETRATION_RATE`,
+        but at least `MIN_CANDIDATE_LIST`; "off": all. Raises MatcherError if it is out of range, or
+        the matcher's prints have no bit descriptors.
+        """
+        total, packed = len(self), isinstance(self.prints, PreparedPrints)
+        if requested == "off":
+            return None
+        if requested == "auto":
+            if total <= EXHAUSTIVE_UP_TO or not packed:
+                return None
+            return max(MIN_CANDIDATE_LIST, round(PENETRATION_RATE * total))
+        if not str(requested).isdecimal() or requested < 1:
+            raise MatcherError(
+                f"a candidate list is a number from 1 on, auto or off, not {requested}"
+            )
+        if not packed:
+            raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
+        return requested if requested < total else None
+
+    def can_be_sent(self) -> bool:
+        """Return whether other processes can get the prepared prints."""
+        if isinstance(self.prints, PreparedPrints):
+            return True
+        try:
+            pickle.dumps((self.matcher, list(self.prints[:1])))
+        except (AttributeError, TypeError, pickle.PicklingError):
+            return False
+        return True
+
+    def with_prints(self, templates: Sequence[Template]) -> WholeSearch:
+        """Return a search of some templates, too, as a gallery stores them."""
+        stored = [self.matcher.prepare(unpack_template(pack_template(one))) for one in templates]
+        numbers = np.arange(len(stored)) + (int(self.numbers[-1]) + 1 if len(self) else 0)
+        known = self.prints
+        return WholeSearch(
+            self.matcher,
+            np.concatenate([self.numbers, numbers]),
+            np.concatenate([self.fingers, numbers]),
+            PreparedPrints.concatenate([known, PreparedPrints.pack(stored)])
+            if isinstance(known, PreparedPrints)
+            else [*known, *stored],
+            self.damaged,
+        )
+
+
+def piece_size(prints: int) -> int:
+    """Return the number of prints of a piece of so many.
+
+    Examples
+    --------
+    >>> piece_size(600), piece_size(20_000), piece_size(1_000_000)
+    (512, 1250, 4096)
+    """
+    return max(MIN_PIECE, min(MAX_PIECE, -(-prints // LEAST_PIECES)))
+
+
+def _descriptor_scores(piece: WholePiece, probe: Any, places: slice) -> NDArray[np.uint16]:
+    """Return the scores of the bit descriptors of prints of a piece."""
+    assert isinstance(piece.prints, PreparedPrints)
+    return prefilter_scores(probe, piece.prints, places.start, places.stop).astype(np.uint16)
+
+
+def _similarities(piece: WholePiece, probe: Any, places: Places) -> NDArray[np.float64]:
+    """Return the similarities of a probe to prints of a piece."""
+    matcher: Any = piece.matcher
+    prints = piece.prints
+    if not isinstance(prints, PreparedPrints):
+        numbers = range(len(prints))[places] if isinstance(places, slice) else places.tolist()
+        return np.array([matcher.compare(probe, prints[k]).similarity for k in numbers])
+    if isinstance(places, slice):
+        similarities: NDArray[np.float64] = matcher.similarities(
+            probe, prints, places.start, places.stop
+        )
+        return similarities
+    parts = range(0, len(places), COMPARED_AT_ONCE)  # few copies at a time
+    return np.concatenate(
+        [matcher.similarities(probe, prints.take(places[k : k + COMPARED_AT_ONCE])) for k in parts]
+    )

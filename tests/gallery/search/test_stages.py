@@ -1,0 +1,345 @@
+"""The stages find the same on threads, workers and a cluster, among whole prints and by the index.
+
+What they find is held against plain loops over all prints.
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import platformdirs
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+from made_prints import FAKE, entries_of, entry_of, scattered, template_at
+
+from fpmatch import identify as identify_in
+from fpmatch.cli.group import fpmatch
+from fpmatch.errors import MatcherError
+from fpmatch.formats.files import save_template
+from fpmatch.gallery.engine import in_threads
+from fpmatch.gallery.engine.engine import dask, processes, serial
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.index.loss import SearchPlan, combined_scores
+from fpmatch.gallery.index.terms import probe_terms
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.search import indexed, whole
+from fpmatch.gallery.search.entries import (
+    GallerySubjects,
+    identify_each,
+    identify_entries,
+    identify_entries_fused,
+)
+from fpmatch.gallery.search.fused import identify_fused
+from fpmatch.gallery.search.identify import compare_probes, identify
+from fpmatch.gallery.search.indexed import IndexedSearch
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.gallery.search.whole import WholeSearch, piece_size
+from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.prints.candidate_list import greatest, prefilter_scores
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.server import gallery as served
+
+SIZE = 60
+PROBES = [scattered(k, 30) for k in (3, 17, 44, 1000)]
+KINDS = {
+    "all": {"candidate_list": "off"},
+    "list": {"candidate_list": 9},
+    "list of all": {"candidate_list": 9, "count": SIZE},
+    "index": {},
+}
+LISTS = (
+    {},
+    {"transforms": True},
+    {"listed": "impressions", "count": 40},
+    {"listed": "subjects", "threshold": 2.0},
+)
+
+
+def plan_of(loss, prints, threshold):
+    return SearchPlan(loss, 0.5, 15 if threshold else 25, 7)
+
+
+@pytest.fixture(autouse=True)
+def small_parts(tmp_path, monkeypatch):
+    """Index galleries of more than ten prints; give each thread and worker few; ties are many."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    monkeypatch.setattr(whole, "MIN_PIECE", 1)
+    monkeypatch.setattr(whole, "COMPARED_AT_ONCE", 3)
+    monkeypatch.setattr(indexed, "PRINTS_AT_ONCE", 4)
+    monkeypatch.setattr(indexed, "PREPARED_AT_ONCE", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
+    monkeypatch.setattr("fpmatch.gallery.search.entries.MAX_BATCH", 3)
+    monkeypatch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 5)
+    monkeypatch.setattr(indexed, "search_plan", plan_of)
+
+
+@pytest.fixture
+def filled(gallery):
+    """Return a gallery whose index has several segments, without three prints of them."""
+    for first in range(0, SIZE, 20):
+        labels = [Label(str(k // 2), impression=str(k % 2)) for k in range(first, first + 20)]
+        # some prints are equal: they have the same votes and scores
+        gallery.add(
+            [
+                entry_of(k, scattered(k % 23, 30), label)
+                for k, label in enumerate(labels, start=first)
+            ]
+        )
+        assert len(open_search(gallery, engine=serial()))
+    gallery.remove([5, 30, 31])
+    return gallery
+
+
+@pytest.fixture
+def helpers(monkeypatch):
+    """Return a list of the threads that begin to help a search."""
+    begun, start = [], Threads._start
+    monkeypatch.setattr(
+        Threads, "_start", lambda self, work: begun.append(self) or start(self, work)
+    )
+    return begun
+
+
+def opened(gallery, kind):
+    search = open_search(
+        gallery, engine=serial(), candidate_list=kind.get("candidate_list", "auto")
+    )
+    assert isinstance(search, IndexedSearch) == (not kind)
+    assert not isinstance(search, IndexedSearch) or len(search.division(True).pieces) > 1
+    return search
+
+
+@pytest.fixture(
+    params=["threads", "serial", "workers", pytest.param("cluster", marks=pytest.mark.slow)]
+)
+def engine(request):
+    """Return what searches, entered: threads of this process, itself, workers or a cluster."""
+    if request.param == "cluster":
+        distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+        started = distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=":0",
+            silence_logs=60,
+        )
+        with started as cluster, dask(cluster.scheduler_address) as place:
+            yield place
+        return
+    here = {"threads": Threads(3), "serial": serial(), "workers": processes(2)}
+    with here[request.param] as place:
+        yield place
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_candidates_are_those_of_one_thread(filled, helpers, kind, engine):
+    kind = KINDS[kind]
+    search = opened(filled, kind)
+    for more in LISTS:
+        helpers.clear()
+        options = kind | more
+        expected = [identify_entries(filled, search, p, workers=1, **options) for p in PROBES]
+        assert not helpers
+        assert any(result.candidates for result, _ in expected)
+        assert not {5, 30, 31} & {c.number for result, _ in expected for c in result.candidates}
+        if isinstance(engine, Threads):
+            made = [identify_entries(filled, search, p, workers=3, **options) for p in PROBES]
+            assert helpers
+        else:
+            made = in_batches(engine, filled, search, SearchOptions(**options))
+        assert list(map(repr, made)) == list(map(repr, expected))
+
+
+def in_batches(engine, gallery, search, options):
+    """Return what is found for the probes, with one among them that has no template."""
+    probes = iter([*PROBES[:2], None, *PROBES[2:]])
+    one, two, nothing, *others = identify_each(gallery, search, probes, options, engine)
+    assert nothing is None
+    return [one, two, *others]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("engine", [None, processes(2)], ids=["threads", "workers"])
+def test_subjects_of_two_fingers_are_those_of_one_thread(filled, helpers, kind, engine):
+    search, options = opened(filled, KINDS[kind]), {"positions": ["", ""], **KINDS[kind]}
+    probes, subjects = PROBES[:2], GallerySubjects(filled)
+    expected = identify_fused(search, probes, subjects, workers=1, **options)
+    assert expected.candidates
+    assert not helpers
+    assert identify_fused(search, probes, subjects, engine=engine, workers=2, **options) == expected
+    assert helpers
+    assert identify_entries_fused(filled, search, probes, **options)[0] == expected
+
+
+def compared(search, probe, engine, **options):
+    (one,) = compare_probes(search, [probe], SearchOptions(**options), engine)
+    return one.listed
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=40), st.integers(1, 45), st.integers(1, 50))
+def test_a_list_has_the_prints_of_the_greatest_scores_of_all(kinds, most, least_pieces):
+    """Many prints are equal: ties are everywhere, within pieces and between them."""
+    kept = [prepare(scattered(k, 8)) for k in range(4)]
+    packed = PreparedPrints.pack([kept[k] for k in kinds])
+    numbers = np.arange(len(kinds))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(whole, "LEAST_PIECES", least_pieces)
+        patch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 20)
+        search = WholeSearch(get_matcher("unit-circle"), numbers, numbers, packed)
+        listed = compared(search, scattered(0, 8), Threads(2), candidate_list=most, count=1)
+        scores = prefilter_scores(kept[0], packed)
+        expected = greatest(scores, np.diff(packed.minutiae_start), kept[0], most)
+    assert listed.compared.tolist() == expected.tolist()
+    compare = search.matcher.compare
+    assert listed.similarities.tolist() == [
+        compare(kept[0], packed[k]).similarity for k in expected.tolist()
+    ]
+
+
+@pytest.mark.parametrize("count", [1, 10])
+@pytest.mark.parametrize("probe", PROBES)
+def test_the_index_passes_on_what_a_loop_over_all_its_prints_does(filled, probe, count):
+    search = opened(filled, {})
+    prepared, plan = search.matcher.prepare(probe), plan_of(0.01, SIZE, 0.0)
+    terms = probe_terms(prepared, plan.budget, unoriented=1.0)
+    rows = []
+    for segment in search.state.segments:
+        scores = segment.descriptors.scores(prepared)
+        columns = segment.numbers, segment.terms.votes(terms), scores, segment.descriptors.size
+        rows += zip(*(one.tolist() for one in columns), strict=True)
+    rows = [row for row in rows if row[0] not in {5, 30, 31}]
+    rows = sorted(rows, key=lambda row: (-row[1], row[0]))[: plan.by_terms]
+    number, votes, scores, sizes = (np.array(column) for column in zip(*rows, strict=True))
+    combined = combined_scores(scores, sizes, votes, len(prepared))
+    passed_on = number[np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]]
+    listed = compared(search, probe, Threads(1), count=count)
+    assert listed.passed_on == (25, len(passed_on))
+    first = np.isin(search.numbers[listed.compared], passed_on)
+    order = np.argsort(-listed.similarities[first], kind="stable")
+    best = search.fingers[listed.compared[first][order[:count]]]
+    others = np.flatnonzero(np.isin(search.fingers, best))
+    chosen = search.places_of(passed_on.tolist())
+    assert listed.compared.tolist() == np.union1d(chosen, others).tolist()
+    compare = search.matcher.compare
+    assert listed.similarities.tolist() == [
+        compare(prepared, search.print_at(k)).similarity for k in listed.compared.tolist()
+    ]
+
+
+def test_all_segments_are_searched_for_the_share_without_orientation_of_the_whole(
+    filled, monkeypatch
+):
+    """A segment of oriented prints beside one without: each alone would look up other terms."""
+    asked = []
+
+    def recorded(probe, budget, unoriented):
+        asked.append(unoriented)
+        return probe_terms(probe, budget, unoriented=unoriented)
+
+    monkeypatch.setattr(indexed, "probe_terms", recorded)
+    monkeypatch.setattr(indexed, "unoriented_share", lambda segments: 0.25 * len(segments))
+    search = opened(filled, {})
+    for engine in (Threads(2), serial()):
+        compared(search, PROBES[0], engine)
+    assert asked == 2 * [0.25 * len(search.division(True).pieces)]
+
+
+def test_other_matchers_are_compared_in_one_thread(gallery, helpers):
+    gallery.add(entries_of(*map(template_at, (10, 50, 200, 52, 45))))
+    search = open_search(gallery, FAKE)
+    for engine in (search.threads(3), serial(), processes(2)):
+        listed = compared(search, template_at(50), engine)
+        assert listed.similarities.tolist() == [60.0, 100.0, 0.0, 98.0, 95.0]
+    assert not helpers
+    with pytest.raises(MatcherError, match="no candidate list"):
+        compared(search, template_at(50), serial(), candidate_list=2)
+
+
+def test_prints_that_cannot_be_sent_are_compared_in_this_process(gallery):
+    gallery.add(entries_of(*(scattered(k, 12) for k in range(6))))
+    search = open_search(gallery, "paper", engine=serial())
+    assert not search.can_be_sent()
+    expected = [identify(search, probe) for probe in PROBES]
+    with processes(2) as engine:
+        made = in_batches(engine, gallery, search, SearchOptions())
+    assert [repr(one) for one, _ in made] == list(map(repr, expected))
+
+
+@pytest.mark.parametrize("limit", [-1, 10], ids=["index", "whole"])
+def test_an_empty_gallery_and_no_probes(gallery, monkeypatch, limit):
+    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", limit)
+    search = open_search(gallery, engine=serial())
+    assert search.in_stages == (limit < 0)
+    for engine in (Threads(2), serial(), processes(2)):
+        assert len(compared(search, PROBES[0], engine).similarities) == 0
+        with engine:
+            assert list(identify_each(gallery, search, [], SearchOptions(), engine)) == []
+
+
+@pytest.mark.parametrize("prints", [0, 1, 31, 33, 20_000, 1_000_003])
+def test_pieces_cover_all_prints(prints):
+    numbers = np.arange(prints)
+    search = WholeSearch(FAKE, numbers, numbers, numbers)
+    for of_threads in (True, False):
+        pieces, sizes, locate = search.division(of_threads)
+        covered = [one.prints for one in pieces]
+        assert np.concatenate([numbers[:0], *covered]).tolist() == numbers.tolist()
+        assert sizes == list(map(len, covered))
+        if prints:
+            piece, local = locate(numbers)
+            assert (piece * sizes[0] + local).tolist() == numbers.tolist()
+            assert (
+                (len(pieces) == 1) if of_threads else (sizes[0] == min(piece_size(prints), prints))
+            )
+
+
+def test_all_cores_are_the_default(filled, helpers, monkeypatch):
+    monkeypatch.setattr(in_threads, "available_cores", lambda: 3)
+    identify_entries(filled, open_search(filled, engine=serial()), PROBES[0])
+    assert helpers
+
+
+def test_the_function_and_the_command_take_a_number_of_threads(filled, helpers, tmp_path):
+    expected = identify_in(filled, PROBES[1], workers=1)
+    save_template(tmp_path / "probe.json", PROBES[1])
+    words = ["identify", filled.name, str(tmp_path / "probe.json"), "--json", "--workers"]
+    documents = []
+    for workers in ("1", "2"):
+        assert not helpers
+        done = CliRunner().invoke(fpmatch, [*words, workers])
+        assert done.exit_code == 0, done.output
+        documents.append(json.loads(done.stdout))
+        del documents[-1]["probes"][0]["seconds"]
+    assert helpers
+    assert documents[0] == documents[1]
+    helpers.clear()
+    assert identify_in(filled, PROBES[1], workers=2) == expected
+    assert helpers
+    with pytest.raises(ValueError, match="workers"):
+        identify_in(filled, PROBES[1], workers=0)
+
+
+def test_the_server_searches_in_one_thread(filled, helpers, monkeypatch):
+    """Its workers are processes: as many as there are cores."""
+
+    class Given:
+        template, name, notes = PROBES[0], "probe.tif", ()
+
+    class Reading:
+        class limits:
+            candidates = 10
+
+    class Upload:
+        data = b"probe"
+
+    monkeypatch.setattr(served, "_kept", {})
+    monkeypatch.setattr(served, "open_upload_with_minutiae", lambda *_: Given)
+    monkeypatch.setattr(in_threads, "available_cores", lambda: 2)
+    answer = served.identify_print(Upload, Reading, filled.name, "unit-circle", 5, 0.0)
+    assert len(answer["candidates"]) == 5
+    assert not helpers

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.synthesis.database import make_database
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
 
 TRAINING_SEED: Final = 601
 """First seed of the databases that the score is trained and calibrated on."""

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from research.experiments.direction_agreement import measure_agreement
 

@@ -189,9 +189,9 @@ MOST_SECONDS = 0.05
 @pytest.fixture(scope="module")
 def shown(template, result, tmp_path_factory):
     """Return what Python programs hold, by its name, with names and texts that try to be HTML."""
-    from fpmatch.evaluation.rates import error_rates
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
-    from fpmatch.evaluation.scores_set import unnamed_set
+    from fpmatch.evaluation.rates.error_rates import error_rates
+    from fpmatch.evaluation.rates.scores_set import unnamed_set
+    from fpmatch.evaluation.report.results import EvaluationReport, SetResult
 
     evil = "<script>alert(1)</script>"
     rng = np.random.default_rng(5)

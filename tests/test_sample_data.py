@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.minutiae import MinutiaKind

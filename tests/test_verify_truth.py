@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.extract import extract

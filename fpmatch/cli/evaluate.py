@@ -58,8 +58,8 @@ _WORKERS_NEED = (
     "cv2",
     "threadpoolctl",
     "fpmatch.reading",
-    "fpmatch.evaluation.comparison",
-    "fpmatch.evaluation.extraction",
+    "fpmatch.evaluation.databases.comparison",
+    "fpmatch.evaluation.databases.extraction",
     "fpmatch.image.extract",
     "fpmatch.matching.matchers.unit_circle",
 )
@@ -217,12 +217,18 @@ def evaluate(
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
         from fpmatch.engine.engine import processes
-        from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
-        from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
+        from fpmatch.evaluation import cropping, enrolment, run
+        from fpmatch.evaluation.databases import dataset, extraction
         from fpmatch.evaluation.ground_truth.report import format_minutiae, measure_minutiae
         from fpmatch.evaluation.ground_truth.truth import load_truth
-        from fpmatch.evaluation.score_file import write_scores
-        from fpmatch.evaluation.scores import read_scores
+        from fpmatch.evaluation.rates.scores import read_scores
+        from fpmatch.evaluation.report.analysis import (
+            analyse,
+            compare_matchers,
+            document_of,
+            text_of,
+        )
+        from fpmatch.evaluation.report.score_rows import write_scores
         from fpmatch.output import check_writable
         from fpmatch.reading import PrintReader
 

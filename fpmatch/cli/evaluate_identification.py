@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
 
 OPTIONS: Final = ("background", "fingers", "fpirs", "plot")
 _GO_WITH_IT: Final = frozenset(
@@ -96,7 +96,8 @@ def evaluate_by_searches(
     _refuse_other_options()
     with fast_imports():
         from fpmatch.engine.engine import processes
-        from fpmatch.evaluation import dataset, extraction, run
+        from fpmatch.evaluation import run
+        from fpmatch.evaluation.databases import dataset, extraction
         from fpmatch.evaluation.open_set.background import load_background
         from fpmatch.evaluation.open_set.rates import FPIRS
         from fpmatch.evaluation.open_set.run import IdentificationTest, evaluate_identification
@@ -158,7 +159,7 @@ def _prepare_outputs(curves: Path | None, plot: Path | None) -> None:
 
         prepare_identification_curves(curves)
     if plot is not None:
-        from fpmatch.evaluation.points.plot import check_plot
+        from fpmatch.drawing.plots.style import check_plot
 
         check_plot(plot)
 

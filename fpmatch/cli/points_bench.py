@@ -111,9 +111,10 @@ def points_bench(
     Times are processor times of one thread. A full run takes an hour or more; --json with
     --resume continues it after an interruption.
     """
+    from fpmatch.drawing.plots.style import check_plot
     from fpmatch.evaluation.points.bench import run_bench
     from fpmatch.evaluation.points.conditions import conditions
-    from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
+    from fpmatch.evaluation.points.plot import save_bench_plot
     from fpmatch.evaluation.points.results import write_results
     from fpmatch.evaluation.points.table import format_bench, format_bench_markdown
     from fpmatch.evaluation.points.trials import QUICK_LARGEST_M, QUICK_PLAN, TrialPlan

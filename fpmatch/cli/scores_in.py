@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from fpmatch.evaluation.analysis import Analysis
-    from fpmatch.evaluation.run_comparison import RunComparison
+    from fpmatch.evaluation.rates.run_comparison import RunComparison
+    from fpmatch.evaluation.report.analysis import Analysis
 
 _GO_WITH_SCORES: Final = frozenset(
     {"scores_in", "genuine_scores", "impostor_scores", "distances", "report_folder", "curves"}
@@ -81,9 +81,9 @@ def evaluate_given_scores(
     _refuse_options_of_images()
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
-    from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
-    from fpmatch.evaluation.score_reports import evaluate_scores, finger_in_name, notes_on
-    from fpmatch.evaluation.scores import read_scores
+    from fpmatch.evaluation.rates.scores import read_scores
+    from fpmatch.evaluation.report.analysis import analyse, compare_matchers, document_of, text_of
+    from fpmatch.evaluation.report.score_reports import evaluate_scores, finger_in_name, notes_on
 
     prepare_outputs(report_folder, curves)
     how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
@@ -113,11 +113,11 @@ def evaluate_given_scores(
 def prepare_outputs(report_folder: Path | None, curves: Path | None) -> None:
     """Raise an OutputError if the report or the files of curves cannot be written."""
     if report_folder is not None:
-        from fpmatch.evaluation.html.page import prepare_page
+        from fpmatch.evaluation.report.page import prepare_page
 
         prepare_page(report_folder)
     if curves is not None:
-        from fpmatch.evaluation.curves import prepare_curves
+        from fpmatch.evaluation.report.curves import prepare_curves
 
         prepare_curves(curves)
 
@@ -130,11 +130,11 @@ def write_outputs(
 ) -> None:
     """Write the report and the files of curves, where requested, and note where they are."""
     if report_folder is not None:
-        from fpmatch.evaluation.html.page import write_page
+        from fpmatch.evaluation.report.page import write_page
 
         say_note(f"report: {write_page(report_folder, analyses, comparisons)}")
     if curves is not None:
-        from fpmatch.evaluation.curves import write_curves
+        from fpmatch.evaluation.report.curves import write_curves
 
         files = write_curves(curves, analyses)
         say_note(f"curves: {', '.join(map(str, files))}")

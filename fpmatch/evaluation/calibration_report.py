@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.words import odds
-from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
+from fpmatch.evaluation.batch.decision import calibration_of
 from fpmatch.evaluation.calibrate import MIN_ABOVE
-from fpmatch.evaluation.decision import calibration_of
-from fpmatch.evaluation.intervals import Interval, interval_of
+from fpmatch.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
+from fpmatch.evaluation.rates.intervals import Interval, interval_of
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.text_table import count

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.evaluation.comparison import NO_TEMPLATE
-from fpmatch.evaluation.extraction import extract_image
+from fpmatch.evaluation.batch.comparer import NO_TEMPLATE
+from fpmatch.evaluation.databases.extraction import extract_image
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from fpmatch.evaluation.extraction import Extractor
-    from fpmatch.evaluation.report import SetResult
+    from fpmatch.evaluation.databases.extraction import Extractor
+    from fpmatch.evaluation.report.results import SetResult
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.prints import ExtractedPrint
     from fpmatch.minutiae import Template

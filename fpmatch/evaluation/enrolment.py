@@ -9,19 +9,18 @@ import numpy as np
 from numpy.random import default_rng
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import ExtractedSet
-from fpmatch.evaluation.impression import finger_numbers
-from fpmatch.evaluation.protocol import Pairs
-from fpmatch.evaluation.report import split_scores
+from fpmatch.evaluation.databases.extraction import ExtractedSet
+from fpmatch.evaluation.databases.protocol import Pairs, finger_numbers
+from fpmatch.evaluation.report.results import split_scores
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.text_table import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.evaluation.impression import Impression
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.databases.dataset import Dataset
+    from fpmatch.evaluation.databases.protocol import Impression
+    from fpmatch.evaluation.report.results import EvaluationReport
 
 SCORES_CHECKED: Final = (20.0, 30.0, 40.0)
 

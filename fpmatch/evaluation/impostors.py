@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import extract_image
-from fpmatch.evaluation.report import scores_of
+from fpmatch.evaluation.databases.extraction import extract_image
+from fpmatch.evaluation.rates.scores import choose_matcher, read_scores
+from fpmatch.evaluation.report.results import scores_of
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores import choose_matcher, read_scores
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
 
-    from fpmatch.evaluation.extraction import Extractor
-    from fpmatch.evaluation.report import EvaluationReport
-    from fpmatch.evaluation.scores_set import Trials
+    from fpmatch.evaluation.databases.extraction import Extractor
+    from fpmatch.evaluation.rates.scores_set import Trials
+    from fpmatch.evaluation.report.results import EvaluationReport
     from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.result import Matcher
 
@@ -48,9 +48,8 @@ def gather_impostors(
     Parameters
     ----------
     sources : sequence of path
-        Files of scores, see `fpmatch.evaluation.score_file`, of which those of the matcher are
-        read, and folders, manifests and galleries, whose prints are compared by the extended
-        protocol.
+        Files of scores, of which those of the matcher are read, and folders, manifests and
+        galleries, whose prints are compared by the extended protocol.
     matcher, workers, progress, extractor, pattern, by_folder
         As for `evaluate`.
 

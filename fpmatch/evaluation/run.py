@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.comparison import compare_sets
-from fpmatch.evaluation.dataset import Dataset, load_dataset
+from fpmatch.evaluation.databases.comparison import compare_sets
+from fpmatch.evaluation.databases.dataset import Dataset, load_dataset
+from fpmatch.evaluation.databases.extraction import extract_datasets
+from fpmatch.evaluation.databases.protocol import choose_pairs
 from fpmatch.evaluation.enrolment import plan_enrolment, with_impostors
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.protocol import choose_pairs
-from fpmatch.evaluation.score_reports import summarise, summarise_set
+from fpmatch.evaluation.report.score_reports import summarise, summarise_set
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.evaluation.databases.extraction import ExtractedSet, Extractor
     from fpmatch.evaluation.enrolment import Enrolment
-    from fpmatch.evaluation.extraction import ExtractedSet, Extractor
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.report.results import EvaluationReport
     from fpmatch.gallery.entry import NamePattern
     from fpmatch.matching.result import Matcher
 
@@ -45,7 +45,7 @@ def evaluate(
     ----------
     datasets : Dataset, path or str, or sequence of these
         The databases, or their folders, manifests or galleries; see
-        `fpmatch.evaluation.dataset.load_dataset`, which also takes a list of pairs.
+        `fpmatch.evaluation.databases.dataset.load_dataset`, which also takes a list of pairs.
     matcher : str or Matcher
         The matcher, or its name.
     protocol : str

@@ -21,7 +21,7 @@ import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.indexing.segment import Segment
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.minutiae import Template
 

@@ -16,9 +16,9 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.errors import DatasetError, TemplateError
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.rate_text import RATE_TITLES, percent
-from fpmatch.evaluation.rates import Rates, error_rates
+from fpmatch.evaluation.databases.extraction import extract_datasets
+from fpmatch.evaluation.rates.error_rates import Rates, error_rates
+from fpmatch.evaluation.report.rate_text import RATE_TITLES, percent
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 import repository  # noqa: F401
 
-from fpmatch.evaluation.report import scores_of
+from fpmatch.evaluation.report.results import scores_of
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.calibration import load_calibration
 from research.commands import Command, folders, json_file, workers, write_json

@@ -15,7 +15,7 @@ import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.indexing.loss import LEAST_PASSED_ON, search_plan, with_votes
 from fpmatch.indexing.segment import MAX_PRINTS, Segment

@@ -27,7 +27,7 @@ from made_gallery import (
 )
 from scipy.spatial import Delaunay
 
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.gallery.index_segment import prepare_prints
 from fpmatch.indexing.loss import search_plan, with_votes

@@ -18,7 +18,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import load_record
@@ -34,7 +34,7 @@ from research.experiments.minutiae_places import (
 from research.synthetic_sets import TEST_SEED, synthetic_sets
 
 if TYPE_CHECKING:
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.minutiae import Minutiae
 
 Counts = dict[str, PlaceCounts]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 import repository  # noqa: F401
 
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from research.commands import Command, folders, json_file, workers, write_json
 from research.experiments.outcomes import format_outcomes, outcome_rows, ridge_extremes

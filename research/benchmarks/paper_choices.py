@@ -18,8 +18,8 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.engine.engine import processes
-from fpmatch.evaluation.dataset import with_unique_names
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.dataset import with_unique_names
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.matchers.paper import matcher_with
 from research.commands import PATH, Command, folders, write_json

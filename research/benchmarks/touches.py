@@ -18,9 +18,9 @@ import numpy as np
 from numpy.random import default_rng
 from repository import ROOT
 
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.extraction import extract_datasets
+from fpmatch.evaluation.rates.error_rates import error_rates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger, fused_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher

@@ -14,7 +14,7 @@ from fpmatch.drawing.paper_figures.sheet import (
     write_point_figures,
 )
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.verify import verify

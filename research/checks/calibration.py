@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.evaluation.dataset import with_unique_names
+from fpmatch.evaluation.databases.dataset import with_unique_names
 from fpmatch.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from research.all_pairs import impostors_among

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.text_table import text_table
 from research.commands import PATH, Command, workers
 from research.experiments.direction_agreement import Agreement, measure_agreement

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import common_polarity, is_inverted, polarity_evidence

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, bootstrap_rates
-from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.intervals import interval_of
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.evaluation.databases.extraction import extract_datasets
+from fpmatch.evaluation.rates.bootstrap import BOOTSTRAPPED, bootstrap_rates
+from fpmatch.evaluation.rates.error_rates import error_rates
+from fpmatch.evaluation.rates.intervals import interval_of
+from fpmatch.evaluation.rates.scores_set import Trials
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching import score
 from fpmatch.matching.score_model import ScoreWeights
 from fpmatch.minutiae import Minutiae, Template

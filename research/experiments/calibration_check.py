@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.batch.comparer import NO_TEMPLATE
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.text_table import text_table
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.impostors import ImpostorSet
-    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.report.results import EvaluationReport
     from fpmatch.matching.calibration import Calibration
 
 SCORES: Final = (20.0, 30.0, 40.0)

@@ -19,7 +19,7 @@ from fpmatch.pointset.pairing import greedy_pairs
 if TYPE_CHECKING:
     import os
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.minutiae import Minutiae
 
 MAX_DISTANCE_PX: Final = 8.0  # between positions of the same minutia

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.evaluation.dataset import with_unique_names
+from fpmatch.evaluation.databases.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
 from research.commands import Command, folders, json_file, workers, write_json
 from research.experiments.error_vs_discard import curves_as_json, sample_quality

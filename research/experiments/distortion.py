@@ -16,7 +16,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.rates import threshold_at_fmr
+from fpmatch.evaluation.rates.error_rates import threshold_at_fmr
 from fpmatch.image.extract import extract
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER

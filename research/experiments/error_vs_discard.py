@@ -10,14 +10,14 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.error_vs_discard import (
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction, attempt_each_image
+from fpmatch.evaluation.rates.error_vs_discard import (
     FMR,
     SHARES,
     QualitySample,
     discard_curve,
     pool,
 )
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction, attempt_each_image
 from fpmatch.evaluation.run import evaluate_templates
 from fpmatch.image.assess import assess
 from fpmatch.image.quality.print_quality import PrintQuality
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.evaluation.report import SetResult
+    from fpmatch.evaluation.databases.dataset import Dataset
+    from fpmatch.evaluation.report.results import SetResult
 
 
 def sample_quality(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.scores_set import ScoresSet
+    from fpmatch.evaluation.rates.scores_set import ScoresSet
     from fpmatch.matching.calibration import Calibration
 
 CHECKED: Final = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0)

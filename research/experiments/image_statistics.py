@@ -14,7 +14,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import attempt_each_image
+from fpmatch.evaluation.databases.extraction import attempt_each_image
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.recorder import StageRecorder
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.databases.dataset import Dataset
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """The quantiles of a distribution that are reported."""

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.evaluation.impression import Impression
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.protocol import Impression
     from fpmatch.minutiae import Template
 
 FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)  # minutiae

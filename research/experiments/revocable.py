@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fpmatch.encryption.keys import Key
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.evaluation.rates.error_rates import error_rates
 from research.all_pairs import compare_all_pairs
 from research.commands import ROOT
 from research.unlinkability import d_sys
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.minutiae import Template
     from fpmatch_revocable.template import RevocableTemplate
 

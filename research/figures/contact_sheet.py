@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from fpmatch.drawing.files import png_bytes
-from fpmatch.evaluation.dataset import with_unique_names
+from fpmatch.evaluation.databases.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.image.io.read import read_image
 from fpmatch.minutiae import STANDARD_DPI
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.databases.dataset import Dataset
 
 GREYS: Final = 64  # the eye sees no difference, and the file is a third smaller
 

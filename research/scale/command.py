@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.indexing.loss import DEFAULT_LOSS
 from fpmatch.matching.calibration import load_calibration

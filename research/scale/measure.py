@@ -26,7 +26,7 @@ from research.scale.plan import MAX_SCORE
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.minutiae import Template
 
 ENROLLED: Final = 10_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.rate_text import percent
+from fpmatch.evaluation.report.rate_text import percent
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

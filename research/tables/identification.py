@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.intervals import ExactBound, Interval
-from fpmatch.evaluation.rate_text import bounds_note, limits, percent
+from fpmatch.evaluation.rates.intervals import ExactBound, Interval
+from fpmatch.evaluation.report.rate_text import bounds_note, limits, percent
 from fpmatch.text_table import count, markdown_table
 
 if TYPE_CHECKING:

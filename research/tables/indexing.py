@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.rate_text import percent
+from fpmatch.evaluation.report.rate_text import percent
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:

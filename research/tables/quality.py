@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.rates import POOLED
+from fpmatch.evaluation.rates.error_rates import POOLED
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:

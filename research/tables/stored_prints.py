@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.rate_text import RATE_TITLES, percent
+from fpmatch.evaluation.report.rate_text import RATE_TITLES, percent
 from fpmatch.text_table import markdown_table
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fpmatch.evaluation.calibrate import calibrate_on
-from fpmatch.evaluation.extraction import ExtractedSet, extract_datasets
+from fpmatch.evaluation.databases.extraction import ExtractedSet, extract_datasets
 from fpmatch.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.calibration import CALIBRATION_FOLDER

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.score_model import ScoreWeights
     from fpmatch.minutiae import Template

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.evaluation.rates.error_rates import error_rates
 from research.training.score_fit import best_hypotheses
 from research.training.score_samples import LOCAL_HYPOTHESES
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.protocol import choose_pairs
+from fpmatch.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import MIN_MINUTIAE
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.prepare import PreparedTemplate
 

@@ -9,7 +9,7 @@ import click
 import cv2
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import save_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from research.wolves.scores import Row
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
     from fpmatch.minutiae import Template

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.evaluation import comparison, cropping, extraction
+from fpmatch.evaluation import cropping
 from fpmatch.evaluation import run as work
+from fpmatch.evaluation.databases import comparison, extraction
 from fpmatch.formats.files import save_template
 from fpmatch.matching.calibration import Calibration
 from fpmatch.minutiae import Minutiae, Template

@@ -13,8 +13,8 @@ from PIL import Image
 
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.errors import FpmatchError
+from fpmatch.evaluation.databases.protocol import PROTOCOLS
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.protocol import PROTOCOLS
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
 from fpmatch.pointset.match import POINT_MATCHERS

@@ -9,7 +9,7 @@ from PIL import Image
 
 from fpmatch import load_template, reading
 from fpmatch.cli.options import ENHANCEMENTS
-from fpmatch.evaluation import extraction
+from fpmatch.evaluation.databases import extraction
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.quality.polarity import INVERTED

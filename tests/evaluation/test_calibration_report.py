@@ -7,7 +7,7 @@ from fpmatch.evaluation import calibration_report
 from fpmatch.evaluation.calibrate import calibrate_on
 from fpmatch.evaluation.calibration_report import report_calibration
 from fpmatch.evaluation.impostors import ImpostorSet
-from fpmatch.evaluation.scores_set import Trials
+from fpmatch.evaluation.rates.scores_set import Trials
 from fpmatch.matching.calibration import Calibration
 
 

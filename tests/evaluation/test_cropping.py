@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import ImageError
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.batch.comparer import NO_TEMPLATE
 from fpmatch.evaluation.cropping import crop_about_centroid, extract_crop, failed_crops
 from fpmatch.evaluation.run import evaluate_matchers
 from fpmatch.image.io.read import GreyImage

@@ -4,8 +4,8 @@ from pathlib import Path
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset, with_unique_names
-from fpmatch.evaluation.impression import Impression, finger_numbers
+from fpmatch.evaluation.databases.dataset import load_dataset, with_unique_names
+from fpmatch.evaluation.databases.protocol import Impression, finger_numbers
 
 
 def touch(folder, *names):

@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.evaluation import comparison, enrolment, run
-from fpmatch.evaluation.dataset import Dataset
+from fpmatch.evaluation import enrolment, run
+from fpmatch.evaluation.databases import comparison
+from fpmatch.evaluation.databases.dataset import Dataset
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.evaluation.enrolment import Enrolment, plan_enrolment
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.finger import fused_score
 from fpmatch.minutiae import Minutiae, Template

@@ -3,7 +3,7 @@ import pytest
 
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.evaluation.impostors import gather_impostors, impostors_of_report
-from fpmatch.evaluation.score_file import write_scores
+from fpmatch.evaluation.report.score_rows import write_scores
 
 
 def test_scores_and_folders_give_the_same(options, report, tmp_path):

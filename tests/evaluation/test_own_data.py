@@ -7,16 +7,16 @@ import pytest
 
 from fpmatch import extract, save_template
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.analysis import analyse
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.batch.comparer import NO_TEMPLATE
 from fpmatch.evaluation.cropping import crop_extractor_of
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.extraction import extract_datasets, extract_image
 from fpmatch.evaluation.enrolment import Enrolment
-from fpmatch.evaluation.extraction import extract_datasets, extract_image
 from fpmatch.evaluation.impostors import gather_impostors
+from fpmatch.evaluation.rates.scores import read_scores
+from fpmatch.evaluation.report.analysis import analyse
+from fpmatch.evaluation.report.score_rows import write_scores
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
-from fpmatch.evaluation.score_file import write_scores
-from fpmatch.evaluation.scores import read_scores
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 
@@ -61,7 +61,7 @@ def test_manifest_pattern_and_folder_give_the_same_results(analysed, folder):
 
 
 def test_enrolled_fingers_with_names_and_impostors(bench, folder, monkeypatch):
-    from fpmatch.evaluation import comparison
+    from fpmatch.evaluation.databases import comparison
     from fpmatch.matching.calibration import Calibration
 
     curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)

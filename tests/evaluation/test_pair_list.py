@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, ScoringError
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.pair_list import PrintNames, read_pairs
+from fpmatch.evaluation.batch.pair_list import PrintNames, read_pairs
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.evaluation.run import evaluate, load_datasets
 
 ROWS = [("a 1.png", "b.png", True), ("c.png", "a 1.png", False)]

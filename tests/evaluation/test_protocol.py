@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.impression import Impression
-from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
+from fpmatch.evaluation.databases.protocol import PROTOCOLS, Impression, choose_pairs
 
 
 def impressions(*fingers_and_numbers):

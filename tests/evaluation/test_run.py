@@ -5,10 +5,10 @@ import pytest
 
 from fpmatch.engine import local
 from fpmatch.errors import DatasetError, FpmatchError, MatcherError
-from fpmatch.evaluation.comparison import OUTCOME
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.protocol import choose_pairs
-from fpmatch.evaluation.rates import error_rates
+from fpmatch.evaluation.databases.comparison import OUTCOME
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.protocol import choose_pairs
+from fpmatch.evaluation.rates.error_rates import error_rates
 from fpmatch.evaluation.run import evaluate
 
 RATES = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]

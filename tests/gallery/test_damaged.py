@@ -18,8 +18,8 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
 from fpmatch.evaluation.batch.sources import open_source
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.candidates import identify_entries
 from fpmatch.gallery.claim import check_claim

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, ScoringError
-from fpmatch.evaluation.pair_list import read_pairs
+from fpmatch.evaluation.batch.pair_list import read_pairs
 from fpmatch.gallery.entry import Label
 from fpmatch.gallery.kinds import kind_of
 from fpmatch.gallery.manifest import is_manifest, read_manifest

@@ -21,7 +21,7 @@ from made_images import (
 )
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract, resample

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
+from fpmatch.evaluation.databases.dataset import Dataset
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.comparison import NO_TEMPLATE, OUTCOME
+from fpmatch.evaluation.batch.comparer import NO_TEMPLATE
+from fpmatch.evaluation.databases.comparison import OUTCOME
 from fpmatch.evaluation.impostors import ImpostorSet
+from fpmatch.evaluation.rates.scores_set import Trials
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores_set import Trials
 from fpmatch.matching.calibration import Calibration
 from research.experiments.calibration_check import (
     CalibrationCheck,

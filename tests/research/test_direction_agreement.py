@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
+from fpmatch.evaluation.databases.dataset import Dataset
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.minutiae import Minutiae, Template
 from research.experiments.direction_agreement import (
     Agreement,

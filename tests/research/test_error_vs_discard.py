@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.error_vs_discard import QualitySample, discard_curve, pool
+from fpmatch.evaluation.rates.error_vs_discard import QualitySample, discard_curve, pool
 from research.experiments.error_vs_discard import curves_as_json
 from research.tables.quality import discard_tables
 

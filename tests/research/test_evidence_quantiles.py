@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
+from fpmatch.evaluation.databases.dataset import Dataset
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.score import load_weights
 from fpmatch.matching.score_model import AMOUNTS, MODELS, RATES, SMALL_WITH_RIDGES, WITH_RIDGES

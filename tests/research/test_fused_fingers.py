@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fpmatch.evaluation.scores_set import ScoresSet, Trials
+from fpmatch.evaluation.rates.scores_set import ScoresSet, Trials
 from fpmatch.matching.calibration import Calibration
 from research.experiments.fused_fingers import check_fusion, impostor_pairs
 from research.tables.identification import format_fusion

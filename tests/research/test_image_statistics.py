@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from research.experiments.image_statistics import (
     TITLES,
     DatabaseStatistics,

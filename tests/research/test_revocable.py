@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from research.experiments.revocable import ATTACKS, measure_revocable
 from research.tables.revocable import format_revocable

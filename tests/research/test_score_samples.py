@@ -6,9 +6,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
+from fpmatch.evaluation.databases.dataset import Dataset
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import align

@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError, ImageError, OutputError
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.databases.dataset import load_dataset
 from fpmatch.synthesis.check import fault
 from fpmatch.synthesis.database import DatabaseMade, make_database
 from fpmatch.synthesis.master import MasterParameters

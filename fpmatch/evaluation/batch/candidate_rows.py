@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from fpmatch.errors import OutputError
-from fpmatch.evaluation.score_file import csv_lines
+from fpmatch.evaluation.batch.score_file import csv_lines
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ScoringError
-from fpmatch.evaluation.score_file import csv_lines, read_columns
+from fpmatch.evaluation.batch.score_file import csv_lines, read_columns
 from fpmatch.gallery.entry import NamePattern
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.output import atomic_write_bytes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from fpmatch.evaluation.pair_list import PrintNames, iterate_pairs, number_pairs
+from fpmatch.evaluation.batch.pair_list import PrintNames, iterate_pairs, number_pairs
 
 if TYPE_CHECKING:
     import os
@@ -85,9 +85,9 @@ class AllPairs:
 class ListedPairs:
     """The pairs of a list, in its order.
 
-    `fpmatch.evaluation.pair_list` describes it; `probes` and `references` are the names of the
-    prints. Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is
-    not there.
+    The module `pair_list` describes it; `probes` and `references` are the names of the prints.
+    Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is not
+    there.
     """
 
     def __init__(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 from zlib import crc32
 
+from fpmatch.evaluation.batch.score_file import convert_to_parquet, is_parquet
 from fpmatch.evaluation.batch.store import Position, are_rows_of, flush
-from fpmatch.evaluation.score_file import convert_to_parquet, is_parquet
 from fpmatch.output import make_private
 
 if TYPE_CHECKING:

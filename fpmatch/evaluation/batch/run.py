@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.evaluation.batch.comparer import Comparer
+from fpmatch.evaluation.batch.decision import outcomes
 from fpmatch.evaluation.batch.resumed_rows import ResumedRows, Rows
+from fpmatch.evaluation.batch.score_file import COLUMNS, csv_lines, failure_reason
 from fpmatch.evaluation.batch.sources import unpack
-from fpmatch.evaluation.comparison import Comparer
-from fpmatch.evaluation.decision import outcomes
-from fpmatch.evaluation.score_file import COLUMNS, csv_lines, failure_reason
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class SideRows(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RowWriter:
-    """Write pairs and their similarities as rows of `fpmatch.evaluation.score_file.COLUMNS`.
+    """Write pairs and their similarities as rows of `fpmatch.evaluation.batch.score_file.COLUMNS`.
 
     Genuine pairs are known if a list states them, both sides are the `same` prints, or both are
     manifests, whose subjects are taken for the same persons. Without a calibration, scores

@@ -12,14 +12,14 @@ from fpmatch._version import __version__
 from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError, number_text
+from fpmatch.evaluation.batch.decision import calibration_of
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
+from fpmatch.evaluation.batch.pair_list import print_names
 from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs, find_identical_pairs
 from fpmatch.evaluation.batch.run import Comparing, RowWriter, SideRows, collect
+from fpmatch.evaluation.batch.score_file import check_format
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
-from fpmatch.evaluation.decision import calibration_of
-from fpmatch.evaluation.pair_list import print_names
-from fpmatch.evaluation.score_file import check_format
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import check_writable
@@ -110,7 +110,7 @@ def score(
     references, probes : PrintSource or path-like or str
         Folders of prints, manifests or galleries; see `open_source`.
     output : path-like
-        The ``.csv`` or ``.parquet`` to write or replace; see `fpmatch.evaluation.score_file`.
+        The ``.csv`` or ``.parquet`` to write or replace; see `fpmatch.evaluation.batch.score_file`.
     pairs : path-like or Plan, optional
         A list of the pairs to score (see `ListedPairs`); by default all (see `AllPairs`).
     matcher : str or Matcher

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.ground_truth.minutiae_counts import Tolerance
     from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.report.results import EvaluationReport, SetResult
 
     Cells = tuple[str, ...]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.decision import matches
+from fpmatch.evaluation.batch.decision import matches
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
-    from fpmatch.evaluation.report import SetResult
+    from fpmatch.evaluation.report.results import SetResult
 
 MIN_COMMON: Final = 12
 MAX_ROTATION_DEG: Final = 2.0  # errors of a transform in place; pixels at 500 dpi

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.databases.dataset import Dataset
 
 TRUTH_FOLDER: Final = "truth"
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import dataset_reader, extract_datasets, extractor_of
-from fpmatch.evaluation.impression import finger_numbers
+from fpmatch.evaluation.databases.dataset import load_dataset
+from fpmatch.evaluation.databases.extraction import dataset_reader, extract_datasets, extractor_of
+from fpmatch.evaluation.databases.protocol import finger_numbers
 from fpmatch.evaluation.open_set.enrolled import search_of
 from fpmatch.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import Background
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
-    from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.databases.dataset import Dataset
     from fpmatch.gallery.prepared_search import Search
     from fpmatch.matching.result import Matcher
 

@@ -23,17 +23,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.intervals import (
+from fpmatch.evaluation.open_set.searches import LIST_LENGTH
+from fpmatch.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.evaluation.rates.intervals import (
     MIN_FINGERS,
     ExactBound,
     Interval,
     drawn_or_exact,
     interval_of,
 )
-from fpmatch.evaluation.open_set.searches import LIST_LENGTH
-from fpmatch.evaluation.ranked_trials import RankedTrials
-from fpmatch.evaluation.rates import fnmr_at_fmr, threshold_at_fmr
-from fpmatch.evaluation.scores_set import Trials
+from fpmatch.evaluation.rates.ranked_trials import RankedTrials
+from fpmatch.evaluation.rates.scores_set import Trials
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:

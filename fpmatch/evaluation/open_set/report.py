@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.rate_text import bounds_note, interval_table, percent
-from fpmatch.evaluation.rates import POOLED
+from fpmatch.evaluation.rates.error_rates import POOLED
+from fpmatch.evaluation.report.rate_text import bounds_note, interval_table, percent
 from fpmatch.text_table import count, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from fpmatch.evaluation.intervals import ExactBound, Interval
     from fpmatch.evaluation.open_set.rates import IdentificationPoint, OpenSetRates
+    from fpmatch.evaluation.rates.intervals import ExactBound, Interval
 
 RANKS_SHOWN = (1, 10, 100)
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
-from fpmatch.evaluation.impression import finger_numbers
+from fpmatch.evaluation.databases.protocol import finger_numbers
 from fpmatch.evaluation.open_set.background import no_background
 from fpmatch.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
 from fpmatch.evaluation.open_set.report import IdentificationReport, IdentificationRow
 from fpmatch.evaluation.open_set.roles import GROUPS, Roles, group_fingers, subject_of
 from fpmatch.evaluation.open_set.searches import search_all
+from fpmatch.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.text_table import count
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.databases.extraction import ExtractedSet
     from fpmatch.evaluation.open_set.searches import Background, Presentation
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template

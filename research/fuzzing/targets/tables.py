@@ -13,11 +13,11 @@ import numpy as np
 
 from fpmatch.audit.log import AuditLog, check_audit_log
 from fpmatch.encryption.keys import load_keys, new_key
+from fpmatch.evaluation.batch.pair_list import read_pairs
 from fpmatch.evaluation.ground_truth.truth import load_truth
-from fpmatch.evaluation.pair_list import read_pairs
 from fpmatch.evaluation.points.results import read_results
-from fpmatch.evaluation.score_reports import evaluate_scores
-from fpmatch.evaluation.scores import read_genuine_and_impostor, read_scores
+from fpmatch.evaluation.rates.scores import read_genuine_and_impostor, read_scores
+from fpmatch.evaluation.report.score_reports import evaluate_scores
 from fpmatch.gallery.manifest import is_manifest, read_manifest
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fpmatch.evaluation import comparison
+from fpmatch.evaluation.batch import comparer as comparer_module
 from fpmatch.evaluation.batch.plan import AllPairs, PairChunk
 from fpmatch.evaluation.batch.run import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.evaluation.batch.sources import pack
@@ -50,7 +50,9 @@ def test_a_band_of_references_is_packed_once(template, rng, monkeypatch):
     comparer = BytesComparer(get_matcher("unit-circle"))
     bands = []
     monkeypatch.setattr(
-        comparison.PackedTemplates, "pack", lambda prints: bands.append(list(prints)) or bands[-1]
+        comparer_module.PackedTemplates,
+        "pack",
+        lambda prints: bands.append(list(prints)) or bands[-1],
     )
     monkeypatch.setattr(
         comparer.matcher.__class__, "similarities", lambda _, probe, packed: len(packed)

@@ -19,11 +19,11 @@ from fpmatch.errors import (
     OutputError,
     ScoringError,
 )
-from fpmatch.evaluation import score_file
+from fpmatch.evaluation.batch import score_file
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.store import Store
-from fpmatch.evaluation.scores import read_scores
+from fpmatch.evaluation.rates.scores import read_scores
 from fpmatch.matching.calibration import Calibration
 
 FOLDER = Path(__file__).parent
@@ -117,7 +117,7 @@ def test_one_folder_on_both_sides_is_read_once(output):
 def test_parquet_holds_the_same(output, monkeypatch):
     from pyarrow import parquet
 
-    monkeypatch.setattr("fpmatch.evaluation.score_file._BLOCK_BYTES", 400)
+    monkeypatch.setattr("fpmatch.evaluation.batch.score_file._BLOCK_BYTES", 400)
     run(output)
     table = output.with_suffix(".parquet")
     run(table)

@@ -7,9 +7,9 @@ import pytest
 from truth_files import truth_document, write_truth
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import Dataset, load_dataset
+from fpmatch.evaluation.databases.dataset import Dataset, load_dataset
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.evaluation.ground_truth.truth import load_truth
-from fpmatch.evaluation.impression import Impression
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master

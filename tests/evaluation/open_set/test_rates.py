@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.intervals import ExactBound
 from fpmatch.evaluation.open_set.rates import open_set_rates, predicted_threshold
 from fpmatch.evaluation.open_set.searches import LIST_LENGTH, NO_SCORE, NOT_LISTED, Searches
+from fpmatch.evaluation.rates.intervals import ExactBound
 from fpmatch.matching.calibration import Calibration
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (60.0, 60.0)), tail_scale=1.0)

@@ -5,9 +5,9 @@ import pytest
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import Dataset
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.evaluation.impression import Impression
+from fpmatch.evaluation.databases.dataset import Dataset
+from fpmatch.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.databases.protocol import Impression
 from fpmatch.evaluation.open_set.background import load_background, no_background
 from fpmatch.evaluation.open_set.enrolled import search_of
 from fpmatch.evaluation.open_set.roles import GROUPS, Roles

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fpmatch.drawing.plots.style import check_plot
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.points.conditions import conditions
-from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
+from fpmatch.evaluation.points.plot import save_bench_plot
 from fpmatch.evaluation.points.results import BenchResults, PointCell
 
 COLOURS = {"triangles": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}

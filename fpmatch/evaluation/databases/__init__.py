@@ -1,0 +1,1 @@
+"""Databases of prints: their impressions, templates, pairs and comparisons."""

@@ -1,0 +1,267 @@
+"""A database to evaluate: a folder of prints, folders of fingers, a manifest or a gallery.
+
+In FVC's style it is a folder of prints ``FFF_M.ext``, finger FFF and impression M.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import astuple, dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import DatasetError, ImageReadError
+from fpmatch.evaluation.batch.pair_list import read_pairs
+from fpmatch.evaluation.databases.protocol import Impression, listed_impressions
+from fpmatch.gallery.entry import Label, NamePattern, entry_names
+from fpmatch.gallery.folders import prints_below, prints_in
+from fpmatch.gallery.kinds import kind_of
+from fpmatch.gallery.manifest import read_manifest
+from fpmatch.gallery.print_file import number_impressions
+from fpmatch.gallery.prints import find_prints
+from fpmatch.image.io.dataset_folder import natural_key, read_dataset_info
+from fpmatch.printable import csv_cell
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping, Sequence
+
+    from fpmatch.evaluation.databases.protocol import Pairs
+    from fpmatch.gallery.print_file import PrintFile
+
+_PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
+_TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
+_FORMS: Final = "--pattern finds fingers in other names, and a manifest lists any"
+
+
+@dataclass(frozen=True, slots=True)
+class Dataset:
+    """One database: its name is from ``dataset.toml``, else the folder's or the file's.
+
+    `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
+    where it is not known. Impressions are sorted by finger and number. `place` is the manifest or
+    gallery from which they are, else "" or a folder; `notes` are about the whole database. `pairs`
+    are the only ones to compare, where a list names them.
+    """
+
+    name: str
+    dpi: float | None
+    sensor: str
+    impressions: tuple[Impression, ...]
+    place: str = ""
+    notes: tuple[str, ...] = ()
+    pairs: Pairs | None = None
+
+    @property
+    def in_gallery(self) -> bool:
+        """Whether the prints are templates in a gallery."""
+        return self.impressions[0].entry is not None
+
+
+def load_dataset(
+    place: str | os.PathLike[str],
+    *,
+    pattern: str | NamePattern | None = None,
+    by_folder: bool = False,
+    pairs: str | os.PathLike[str] | None = None,
+) -> Dataset:
+    r"""Find the prints of a database, by finger and impression, and read its description.
+
+    No image is read. The prints of a folder are its images or, where it has none, its templates,
+    named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
+    its subfolders are fingers, or subjects whose subfolders are fingers.
+
+    Parameters
+    ----------
+    place : path-like or str
+        A folder, a manifest (see `fpmatch.gallery.manifest`), or a gallery (file or URL).
+    pattern : str or NamePattern, optional
+        Finds subject, finger and impression in other names; prints that it does not match are left
+        out.
+    by_folder : bool
+        Whether the subfolders are fingers although the folder itself contains prints, or their
+        names indicate others.
+    pairs : path-like, optional
+        A list of the pairs to compare (see `fpmatch.evaluation.batch.pair_list`). Where it states
+        which are genuine, names need not contain the fingers.
+
+    Raises
+    ------
+    DatasetError
+        If there is no such database, it holds no print or holds one twice (``101_1.tif`` and
+        ``101_1.png``), or its ``dataset.toml`` or manifest is malformed.
+    GalleryError
+        If the gallery cannot be read, or the pattern is none.
+    ScoringError
+        If the list of pairs is malformed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.databases.dataset import load_dataset
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     for name in ("ada_left_1.png", "ada_left_2.png", "bob_right_1.png"):
+    ...         Path(folder, name).touch()
+    ...     found = load_dataset(folder, pattern=r"(?P<subject>\w+?)_(?P<finger>\w+)_\d")
+    >>> [(one.finger, one.number, one.name) for one in found.impressions][1:]
+    [('ada/left', 2, 'ada_left_2.png'), ('bob/right', 1, 'bob_right_1.png')]
+    """
+    names = NamePattern(pattern) if isinstance(pattern, str) else pattern
+    if pairs is not None:
+        listed = read_pairs(pairs)
+        loaded = _unlabelled(place) if listed.labelled else None
+        loaded = loaded or load_dataset(place, pattern=names, by_folder=by_folder)
+        kept, chosen = listed_impressions(loaded.impressions, listed, place)
+        return replace(loaded, impressions=kept, pairs=chosen)
+    kind, root = kind_of(place), Path(place)
+    if kind == "gallery":
+        return _of_gallery(place)
+    if kind == "folder" and names is None and not by_folder:
+        if found := _named_by_number(root):
+            return _described(root, found)
+        if prints_in(root):
+            why = "holds no prints named FFF_M.tif (finger FFF, impression M)"
+            raise DatasetError(f"{why}; {_FORMS}", path=root, code="no names")
+    if kind == "file" and root.suffix.lower() not in _TABLES:
+        raise DatasetError("not a folder of prints, a manifest or a gallery", path=root)
+    files = _find(root, names, by_folder=by_folder)
+    labelled = [(file.label, file) for file in files if file.label is not None]
+    if not labelled and names is not None:
+        why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
+        raise DatasetError(why, path=root, code="no names")
+    guessed = kind == "folder" and names is None and not by_folder
+    notes = _notes(len(files), [label for label, _ in labelled], guessed=guessed)
+    return _described(root, _by_label(root, labelled), str(place), notes)
+
+
+def _notes(files: int, labels: Sequence[Label], *, guessed: bool) -> tuple[str, ...]:
+    """Return notes on prints that are left out, and on folders `guessed` to be fingers."""
+    notes = []
+    if (left_out := files - len(labels)) > 0:
+        notes.append(f"{left_out} of {files} prints do not fit the pattern; they are left out")
+    if guessed and not any(label.finger for label in labels):
+        notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
+    return tuple(notes)
+
+
+def _find(root: Path, names: NamePattern | None, *, by_folder: bool) -> list[PrintFile]:
+    if kind_of(root) == "file":
+        return read_manifest(root)  # which says what it lacks
+    try:
+        return find_prints([root], pattern=names, by_folder=by_folder)
+    except ImageReadError as error:
+        why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
+        raise DatasetError(why, path=root, code=error.code) from error
+
+
+def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
+    """Return databases with different names: a name that comes twice becomes the folder's."""
+    count = Counter(dataset.name for dataset in datasets)
+    return [
+        replace(dataset, name=_own_name(dataset)) if count[dataset.name] > 1 else dataset
+        for dataset in datasets
+    ]
+
+
+def _own_name(dataset: Dataset) -> str:
+    if dataset.place:
+        path = Path(dataset.place).resolve()
+        return csv_cell(path.stem if path.is_file() else path.name)
+    return csv_cell(dataset.impressions[0].path.resolve().parent.name)
+
+
+def _described(
+    root: Path, found: Sequence[Impression], place: str = "", notes: tuple[str, ...] = ()
+) -> Dataset:
+    """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
+    info = read_dataset_info(root if root.is_dir() else root.parent)
+    name = info.name or (root.stem if root.is_file() else root.resolve().name)
+    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(found), place, notes)
+
+
+def _named_by_number(root: Path) -> list[Impression]:
+    """Return the prints of a folder that FVC's names ``FFF_M`` number."""
+    found: dict[tuple[int, int], Path] = {}
+    for path in prints_in(root):
+        named = _PRINT_NAME.fullmatch(path.stem)
+        if named is None:
+            continue
+        key = (int(named[1]), int(named[2]))
+        if key in found:
+            raise DatasetError(f"{root}: {found[key].name} and {path.name} are the same impression")
+        found[key] = path
+    return [Impression(*key, path) for key, path in sorted(found.items())]
+
+
+def _by_label(root: Path, labelled: Sequence[tuple[Label, PrintFile]]) -> list[Impression]:
+    """Return prints with labels, sorted by finger and impression, which are numbered from 1."""
+    labels = number_impressions([label for label, _ in labelled])
+    found: dict[Label, PrintFile] = {}
+    for label, (_, file) in zip(labels, labelled, strict=True):
+        if label in found:
+            why = f"{found[label].name} and {file.name} are the same impression, {label}"
+            raise DatasetError(why, path=root, code="duplicate")
+        found[label] = file
+    return _numbered(
+        {label: Impression(_finger(label), 0, *_fields(f)) for label, f in found.items()}
+    )
+
+
+def _fields(file: PrintFile) -> tuple[Path, str, float | None]:
+    return file.path, file.name, file.dpi
+
+
+def _numbered(found: Mapping[Label, Impression]) -> list[Impression]:
+    """Return impressions sorted by finger and by the name of the impression, and numbered."""
+    count: Counter[int | str] = Counter()
+    of_finger: dict[int | str, Label] = {}
+    numbered = []
+    for label in sorted(found, key=lambda one: [natural_key(part) for part in astuple(one)]):
+        finger = found[label].finger
+        if of_finger.setdefault(finger, label.of_finger) != label.of_finger:
+            raise DatasetError(f"{finger!r} is the name of a subject and of a subject's finger")
+        count[finger] += 1
+        numbered.append(replace(found[label], number=count[finger]))
+    return numbered
+
+
+def _finger(label: Label) -> str:
+    return f"{label.subject}/{label.finger}" if label.finger else label.subject
+
+
+def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
+    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports a database)
+
+    with open_gallery(place) as gallery:
+        entries, title = list(gallery.entries()), gallery.name
+        lost = tuple(f"entry {k} is left out: damaged: {why}" for k, why in gallery.damaged.items())
+    if not entries:
+        raise DatasetError("the gallery is empty", path=title, code="empty")
+    found = {
+        entry.label: Impression(
+            _finger(entry.label), 0, Path(entry.source), name, entry.dpi, entry.id
+        )
+        for entry, name in zip(entries, entry_names(entries), strict=True)
+    }
+    name = title if "://" in title else Path(title).stem
+    return Dataset(csv_cell(name), None, "", tuple(_numbered(found)), str(place), lost)
+
+
+def _unlabelled(place: str | os.PathLike[str]) -> Dataset | None:
+    """Return the prints of a folder and its subfolders, each of a finger of its own."""
+    root = Path(place)
+    if kind_of(place) != "folder" or not root.is_dir():
+        return None
+    info = read_dataset_info(root)
+    files = prints_below(root)
+    if not files:
+        raise DatasetError("holds no prints, nor folders of them", path=root, code="empty folder")
+    own = cache(lambda folder: read_dataset_info(folder).dpi)
+    found = [
+        Impression(file.name, 1, file.path, file.name, own(file.path.parent) or info.dpi)
+        for file in files
+    ]
+    return _described(root, found, str(place))

@@ -1,0 +1,223 @@
+"""Error rates of a set of genuine and impostor scores, exact where scores are tied.
+
+A comparison is a match where its score is at least the threshold t. Then
+
+- FMR(t), the false match rate, is the share of impostor scores ≥ t;
+- FNMR(t), the false non-match rate, is the share of genuine scores < t.
+
+Only the order of the scores matters, so any increasing function of them gives the same rates.
+
+References
+----------
+ISO/IEC 19795-1, "Biometric performance testing and reporting", for FMR and FNMR; Maio et al.,
+"FVC2000: Fingerprint Verification Competition", PAMI 24 (2002), for EER, FMR100, FMR1000,
+ZeroFMR and ZeroFNMR.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import DatasetError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
+"""The FMR at which each rate of that name gives the FNMR."""
+POOLED: Final = "pooled"
+"""The name of what all databases' scores together give."""
+ROUNDING: Final = 1e-9
+"""floor(share * n + ROUNDING) loses no comparison to the rounding of `share`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """The error rates of a test, as fractions; None where the pairs do not allow one.
+
+    Parameters
+    ----------
+    eer : float or None
+        Equal error rate; None without genuine or without impostor scores.
+    fmr100, fmr1000, fmr10000 : float or None
+        FNMR at the lowest threshold whose FMR is at most 1 %, 0.1 %, 0.01 %; None under 100, 1,000,
+        10,000 impostor scores.
+    zero_fmr : float or None
+        FNMR at the lowest threshold that no impostor score reaches.
+    zero_fnmr : float or None
+        FMR at the highest threshold that every genuine score reaches.
+    d_prime : float or None
+        Decidability; no rate, see `d_prime`.
+    """
+
+    eer: float | None
+    fmr100: float | None
+    fmr1000: float | None
+    fmr10000: float | None
+    zero_fmr: float | None
+    zero_fnmr: float | None
+    d_prime: float | None = None
+
+
+NO_RATES: Final = Rates(None, None, None, None, None, None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorCurves:
+    """FMR and FNMR at every distinct score in increasing order, then at infinity; shape (N,).
+
+    FMR falls from 1 to 0, FNMR rises from 0 to 1.
+    """
+
+    threshold: NDArray[np.float64]
+    fmr: NDArray[np.float64]
+    fnmr: NDArray[np.float64]
+
+
+def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
+    """Compute the error rates of genuine and impostor scores.
+
+    Parameters
+    ----------
+    genuine, impostor : array_like of float, shapes (G,) and (I,)
+        Scores, greater for more similar prints; either may be empty.
+
+    Raises
+    ------
+    DatasetError
+        If a score is not a finite number.
+
+    Examples
+    --------
+    >>> from fpmatch.evaluation.rates.error_rates import error_rates
+    >>> error_rates([2, 3, 4, 5], [0, 0, 1, 3]).eer
+    0.25
+    """
+    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
+    if not g.size or not i.size:
+        return NO_RATES
+    return Rates(
+        eer=_equal_error_rate(error_curves(g, i)),
+        **{name: _fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
+        zero_fmr=_fnmr_at_fmr(g, i, 0.0),
+        zero_fnmr=float((i.size - np.searchsorted(i, g[0], side="left")) / i.size),
+        d_prime=d_prime(g, i),
+    )
+
+
+def d_prime(genuine: ArrayLike, impostor: ArrayLike) -> float | None:
+    """Compute the decidability d': the distance of the means in units of the mean deviation.
+
+    It is ``abs(mean(g) - mean(i)) / sqrt((var(g) + var(i)) / 2)``, which describes normal scores
+    well and others poorly; None where a side is empty or no score varies.
+
+    References
+    ----------
+    Daugman, "The importance of being random: statistical principles of iris recognition", Pattern
+    Recognition 36 (2003).
+
+    Examples
+    --------
+    >>> from fpmatch.evaluation.rates.error_rates import d_prime
+    >>> d_prime([3, 5], [0, 2])
+    3.0
+    """
+    g, i = np.asarray(genuine, np.float64), np.asarray(impostor, np.float64)
+    if not g.size or not i.size:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        deviation = float(np.sqrt((g.var() + i.var()) / 2))
+        distance = abs(float(g.mean() - i.mean()))
+    return distance / deviation if 0 < deviation < math.inf else None
+
+
+def fnmr_at_fmr(genuine: ArrayLike, impostor: ArrayLike, fmr: float) -> float | None:
+    """Return the FNMR at the lowest threshold whose FMR is at most `fmr`.
+
+    None without genuine scores, or where `fmr` is less than one of the impostor scores.
+
+    Examples
+    --------
+    >>> from fpmatch.evaluation.rates.error_rates import fnmr_at_fmr
+    >>> fnmr_at_fmr([1, 2, 3, 4], [0, 1, 2, 3], 0.25)
+    0.5
+    """
+    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
+    return _fnmr_at_fmr(g, i, fmr) if g.size and i.size else None
+
+
+def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
+    """Compute FMR and FNMR at every threshold where one of them changes.
+
+    Parameters
+    ----------
+    genuine, impostor : array_like of float, shapes (G,) and (I,), neither empty
+        Scores, greater for more similar prints.
+
+    Raises
+    ------
+    DatasetError
+        If a score is not a finite number, or a side has none.
+
+    Examples
+    --------
+    >>> from fpmatch.evaluation.rates.error_rates import error_curves
+    >>> curves = error_curves([1, 2], [0, 1])
+    >>> curves.fmr.tolist(), curves.fnmr.tolist()
+    ([1.0, 0.5, 0.0, 0.0], [0.0, 0.0, 0.5, 1.0])
+    """
+    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
+    if not g.size or not i.size:
+        raise DatasetError("error curves need at least one genuine and one impostor score")
+    threshold = np.append(np.unique(np.concatenate([g, i])), np.inf)
+    return ErrorCurves(
+        threshold=threshold,
+        fmr=(i.size - np.searchsorted(i, threshold, side="left")) / i.size,
+        fnmr=np.searchsorted(g, threshold, side="left") / g.size,
+    )
+
+
+def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
+    """Return the highest impostor score that must not match for an FMR of at most `fmr`, under 1.
+
+    The lowest threshold is just above it. None where `fmr` is less than one of the scores.
+    """
+    return _threshold_at_fmr(_sorted_scores("impostor", impostor), fmr)
+
+
+def _equal_error_rate(curves: ErrorCurves) -> float:
+    """Return where the polyline through the (FMR, FNMR) points crosses FMR = FNMR."""
+    surplus = curves.fmr - curves.fnmr  # falls from 1 to -1
+    after = int(np.argmax(surplus <= 0))
+    before = after - 1
+    share = surplus[before] / (surplus[before] - surplus[after])
+    return float(curves.fmr[before] + share * (curves.fmr[after] - curves.fmr[before]))
+
+
+def _fnmr_at_fmr(
+    genuine: NDArray[np.float64], impostor: NDArray[np.float64], fmr: float
+) -> float | None:
+    """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted."""
+    highest = _threshold_at_fmr(impostor, fmr)
+    if highest is None:
+        return None
+    return float(np.searchsorted(genuine, highest, side="right") / genuine.size)
+
+
+def _threshold_at_fmr(impostor: NDArray[np.float64], fmr: float) -> float | None:
+    """Return the highest of the sorted impostor scores that must not match."""
+    allowed = math.floor(fmr * impostor.size + ROUNDING)
+    if fmr > 0 and allowed < 1:
+        return None
+    return float(impostor[impostor.size - 1 - allowed])
+
+
+def _sorted_scores(name: str, scores: ArrayLike) -> NDArray[np.float64]:
+    array = np.sort(np.asarray(scores, dtype=np.float64).ravel())
+    if not np.isfinite(array).all():
+        raise DatasetError(f"{name} scores must be finite numbers")
+    return array

@@ -1,0 +1,1 @@
+"""The report on an evaluation: a value, and its text, JSON and page."""

@@ -1,0 +1,231 @@
+"""The hardest pairs, genuine and impostor, with their likely causes and a picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.drawing.files import reduced, webp_bytes
+from fpmatch.drawing.ink import ridge_picture
+from fpmatch.drawing.overlay.draw import draw
+from fpmatch.errors import FpmatchError, MatcherError
+from fpmatch.evaluation.report.results import SetResult
+from fpmatch.formats.files import holds_minutiae_only
+from fpmatch.image.io.read import read_image
+from fpmatch.image.quality.polarity import INVERTED
+from fpmatch.matching.verify import verify
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.text_table import count
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.databases.extraction import Extraction
+    from fpmatch.evaluation.databases.protocol import Impression
+    from fpmatch.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.evaluation.report.results import RatesReport
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.matching.result import Verification
+
+
+DEFAULT_COUNT: Final = 6
+NO_PAIRS: Final = np.empty(0, np.intp)
+_PICTURE_WIDTH: Final = 900
+
+# Bounds of what is named as a likely cause.
+FEW_MINUTIAE: Final = 20
+SMALL_OVERLAP: Final = 0.5  # of the smaller print
+LOW_AGREEMENT: Final = 0.4  # share of the minutiae in the overlap that are paired
+POOR_QUALITY: Final = 35.0  # median over the minutiae, 0 to 100
+STRETCHED_PX: Final = 5.0  # rms residual of the pairs at 500 dpi
+ODD_ROTATION_DEG: Final = 60.0
+ODD_SCALE: Final = 1.07  # beyond that of the resolutions
+
+
+@dataclass(frozen=True, slots=True)
+class HardPair:
+    """One hard pair; `score` is None where the matcher has no calibration.
+
+    `picture` is a WebP of the overlay, empty where there is none.
+    """
+
+    set_name: str
+    probe: str
+    reference: str
+    score: float | None
+    similarity: float
+    causes: tuple[str, ...]
+    picture: bytes
+
+
+def hardest_pairs(
+    report: RatesReport, count: int = DEFAULT_COUNT, *, genuine: bool
+) -> list[HardPair]:
+    """Find the genuine pairs least similar, or the impostor pairs most similar, and draw them.
+
+    The hardest come first. Each print comes once, so that one bad print does not fill the list;
+    pairs with a print that gave no template are left out. The images must still be there; of scores
+    without images, the pairs are only named.
+    """
+    every = [row.scores for row in report.sets]
+    usable = [
+        np.flatnonzero((one.trials.genuine == genuine) & one.compared) if one.prints else NO_PAIRS
+        for one in every
+    ]
+    places = [(n, k) for n, pairs in enumerate(usable) for k in pairs.tolist()]
+    similarity = np.concatenate(
+        [one.trials.similarity[pairs] for one, pairs in zip(every, usable, strict=True)]
+    )
+    found: list[HardPair] = []
+    seen: set[tuple[int, int]] = set()
+    for n in np.argsort(similarity if genuine else -similarity, kind="stable"):
+        of, k = places[n]
+        sides = {(of, int(every[of].probe[k])), (of, int(every[of].reference[k]))}
+        if seen.isdisjoint(sides):
+            seen |= sides
+            row = report.sets[of]
+            explained = (
+                _explained(report, row, k, genuine=genuine)
+                if isinstance(row, SetResult)
+                else _named(row.scores, k)
+            )
+            found.append(explained)
+        if len(found) >= count:
+            break
+    return found
+
+
+def _named(scores: ScoresSet, k: int) -> HardPair:
+    """Return a pair of which only the scores are known."""
+    similarity = float(scores.trials.similarity[k])
+    return HardPair(
+        set_name=scores.name,
+        probe=scores.prints[scores.probe[k]],
+        reference=scores.prints[scores.reference[k]],
+        score=None,
+        similarity=-similarity if scores.distances else similarity,
+        causes=(),
+        picture=b"",
+    )
+
+
+def _explained(report: RatesReport, row: SetResult, k: int, *, genuine: bool) -> HardPair:
+    i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
+    impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
+    probe, reference = extractions[i].template, extractions[j].template
+    assert probe is not None
+    assert reference is not None
+    score, picture = None, b""
+    try:
+        verification = verify(probe, reference, matcher=report.matcher)
+    except MatcherError as error:  # not one of the package's, or not calibrated
+        causes: tuple[str, ...] = (f"not drawn: {error}",)
+    else:
+        score = verification.score
+        explain = explain_false_non_match if genuine else explain_false_match
+        causes = explain(verification)
+        try:
+            images = (_as_extracted(impressions[m], extractions[m]) for m in (i, j))
+            picture = _picture(verification, *images)
+        except FpmatchError as error:
+            causes = (*causes, f"not drawn: {error}")
+    return HardPair(
+        set_name=row.name,
+        probe=impressions[i].name,
+        reference=impressions[j].name,
+        score=score,
+        similarity=float(row.outcomes["similarity"][k]),
+        causes=causes,
+        picture=picture,
+    )
+
+
+def _as_extracted(impression: Impression, extraction: Extraction) -> GreyImage | NDArray[np.uint8]:
+    """Read an image with the polarity with which its template was extracted.
+
+    Of a template that was stored, the ridges are drawn.
+    """
+    path, template = impression.path, extraction.template
+    if template is not None and (impression.entry is not None or holds_minutiae_only(path)):
+        return ridge_picture(template)
+    return read_image(path, polarity="white" if INVERTED in extraction.notes else "dark")
+
+
+def _picture(
+    verification: Verification,
+    probe: GreyImage | NDArray[np.uint8],
+    reference: GreyImage | NDArray[np.uint8],
+) -> bytes:
+    drawn = draw(probe, reference, verification)
+    return webp_bytes(reduced(drawn, width=_PICTURE_WIDTH, height=drawn.shape[0]))
+
+
+def explain_false_non_match(verification: Verification) -> tuple[str, ...]:
+    """Return likely causes of a low score of two prints of one finger, as short phrases."""
+    v = verification
+    found = _poor_prints(v)
+    if v.reason:
+        found.append(v.reason)
+    if v.transform is None:
+        return tuple(found)
+    odd = _odd_placement(v)
+    if odd:  # measures under a wrong placement do not describe the prints
+        return (*found, *(f"placed wrongly, it seems: {words}" for words in odd))
+    if v.overlap < SMALL_OVERLAP:
+        found.append(f"as placed they overlap by only {v.overlap:.0%} of the smaller print")
+    if v.agreement < LOW_AGREEMENT:
+        found.append(
+            f"only {v.agreement:.0%} of the minutiae in the overlap are paired: "
+            "found in one print and not in the other, or wrongly placed"
+        )
+    found += _stretch(v)
+    return tuple(found) or (f"{count(len(v.pairs), 'pair')} of minutiae; nothing stands out",)
+
+
+def explain_false_match(verification: Verification) -> tuple[str, ...]:
+    """Return evidence for and against prints of different fingers with a high score."""
+    v = verification
+    found = [
+        f"{count(len(v.pairs), 'pair')}, {v.agreement:.0%} of the minutiae where they overlap, "
+        "agree by chance"
+    ]
+    if v.overlap < SMALL_OVERLAP:
+        found.append(
+            f"they overlap by only {v.overlap:.0%} of the smaller print, which leaves little "
+            "to disagree"
+        )
+    odd = [f"only {words}" for words in _odd_placement(v)]
+    return (*found, *_stretch(v), *odd, *_poor_prints(v))
+
+
+def _poor_prints(v: Verification) -> list[str]:
+    found = []
+    for name, side in (("probe", v.probe), ("reference", v.reference)):
+        if len(side.minutiae) < FEW_MINUTIAE:
+            few = count(len(side.minutiae), "minutia", "minutiae")
+            found.append(f"the {name} has only {few}")
+        elif (quality := float(np.median(side.minutiae.quality))) < POOR_QUALITY:
+            found.append(f"the {name} is poor: its minutiae have a median quality of {quality:.0f}")
+    return found
+
+
+def _stretch(v: Verification) -> list[str]:
+    at_500_dpi = v.rms_px * STANDARD_DPI / v.reference.dpi
+    if math.isfinite(at_500_dpi) and at_500_dpi > STRETCHED_PX:
+        return [f"the pairs lie {at_500_dpi:.1f} px (rms, at 500 dpi) off each other"]
+    return []
+
+
+def _odd_placement(v: Verification) -> list[str]:
+    if v.transform is None:
+        return []
+    found = []
+    if abs(v.transform.rotation_deg) > ODD_ROTATION_DEG:
+        found.append(f"after a turn by {abs(v.transform.rotation_deg):.0f}°")
+    factor = v.transform.scale * v.probe.dpi / v.reference.dpi
+    if max(factor, 1 / factor) > ODD_SCALE:
+        found.append(f"after a change of size by {factor - 1:+.0%}")
+    return found

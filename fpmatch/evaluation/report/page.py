@@ -1,0 +1,153 @@
+"""The page of an evaluation, which needs no other file and no network."""
+
+from __future__ import annotations
+
+import base64
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from fpmatch._version import __version__
+from fpmatch.drawing.plots.style import check_matplotlib
+from fpmatch.evaluation.batch.decision import calibration_of, matches, rho_of
+from fpmatch.evaluation.report.analysis import bounds_of
+from fpmatch.evaluation.report.figures import matcher_figures, pooled_figures
+from fpmatch.evaluation.report.hardest import hardest_pairs
+from fpmatch.evaluation.report.quality_figures import quality_drawings
+from fpmatch.evaluation.report.rate_text import (
+    RATE_TITLES,
+    bounds_note,
+    change_limits,
+    decidability,
+    decisions_sentence,
+    defined_rates,
+    limits,
+    percent,
+    points,
+)
+from fpmatch.evaluation.report.results import split_scores
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.output import atomic_write_bytes, check_writable, make_folder
+from fpmatch.printable import printable_lines
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
+    from fpmatch.evaluation.rates.run_comparison import RunComparison
+    from fpmatch.evaluation.report.analysis import Analysis
+    from fpmatch.evaluation.report.results import RatesReport
+
+PAGE_NAME: Final = "index.html"
+_FILTERS: Final = (change_limits, decidability, decisions_sentence, limits, percent, points)
+_IMPOSTOR_PAIRS: Final = {
+    "extended": "every two impressions of different fingers",
+    "fvc": "the first impressions of every two different fingers",
+    "list": "those of a list of pairs",
+}
+
+
+def prepare_page(folder: str | os.PathLike[str]) -> Path:
+    """Make the folder of a page, and return the file that `write_page` will write.
+
+    Raises an `OutputError` if matplotlib is not installed, or the page cannot be written there.
+    """
+    check_matplotlib("a report")
+    target = Path(folder) / PAGE_NAME
+    make_folder(target.parent)
+    check_writable(target)
+    return target
+
+
+def write_page(
+    folder: str | os.PathLike[str],
+    analyses: Sequence[Analysis],
+    comparisons: Sequence[RunComparison] = (),
+) -> Path:
+    """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
+
+    The images of the analyses, one a matcher over the same databases, are read again for the
+    overlays. `comparisons` are those of the first matcher with the others.
+    """
+    target = prepare_page(folder)
+    atomic_write_bytes(target, printable_lines(page(analyses, comparisons)).encode())
+    return target
+
+
+def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()) -> str:
+    """Return the HTML that `write_page` writes."""
+    environment = Environment(
+        loader=PackageLoader("fpmatch.evaluation.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "base64": lambda content: base64.b64encode(content).decode("ascii"),
+        **{function.__name__: function for function in _FILTERS},
+        "thousands": lambda number: f"{number:,}",
+        "title_of": RATE_TITLES.__getitem__,
+    }
+    reports = [one.report for one in analyses]
+    first = reports[0]
+    html = environment.get_template("page.html.j2").render(
+        analyses=analyses,
+        comparisons=comparisons,
+        first=first,
+        fingers=sum(row.scores.trials.fingers for row in first.sets),
+        timed=any(math.isfinite(row.extract_ms) for row in first.sets),
+        totals=[first.prints, len(first.failures), first.genuine, first.impostor],
+        impostor_pairs=_IMPOSTOR_PAIRS.get(first.protocol, ""),
+        version=__version__,
+        rates_of_all=defined_rates(report.pooled for report in reports),
+        figures_of_all=pooled_figures(reports) if len(reports) > 1 else None,
+        matchers=[_section(one, number) for number, one in enumerate(analyses)],
+        failures_shown=50,
+        tones={"better": "good", "worse": "bad"},
+        several=len(first.sets) > 1,
+        limits_of=lambda rates, name: rates.of(name) if rates else (None, None),
+        bounds_note=bounds_note(bounds_of(analyses, comparisons)),
+    )
+    return html.lstrip() + "\n"
+
+
+def _section(analysis: Analysis, number: int) -> dict[str, Any]:
+    """Return what the section on one matcher shows."""
+    report = analysis.report
+    return {
+        "analysis": analysis,
+        "names": defined_rates([*(row.rates for row in report.sets), report.pooled]),
+        "decisions": _default_decisions(report),
+        "figures": matcher_figures(report, number),
+        "quality_drawings": quality_drawings(analysis.quality, number),
+        "calibration": calibration_of(report.matcher),
+        "hardest_genuine": hardest_pairs(report, genuine=True),
+        "hardest_impostors": hardest_pairs(report, genuine=False),
+    }
+
+
+def _default_decisions(report: RatesReport) -> str:
+    """Return the errors of `verify` with its defaults, in a sentence; "" without a rule."""
+    rho = rho_of(report.matcher)
+    if rho is None and calibration_of(report.matcher) is None:
+        return ""
+    genuine, impostor = split_scores(report.sets)
+    missed = int((~matches(report.matcher, genuine)).sum())
+    matched = int(matches(report.matcher, impostor).sum())
+    rule = (
+        f"At the default threshold of {DEFAULT_THRESHOLD:g}"
+        if rho is None
+        else f"Where more than a share rho = {rho:g} of the minutiae must be paired"
+    )
+
+    def share(count: int, total: int) -> str:
+        return f" ({100 * count / total:.3g} %)" if total else ""
+
+    return (
+        f"{rule}, {missed:,} of {genuine.size:,} genuine pairs do not match"
+        f"{share(missed, genuine.size)}, and {matched:,} of {impostor.size:,} "
+        f"impostor pairs do{share(matched, impostor.size)}."
+    )

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fpmatch.evaluation.rates.bootstrap import (
+    BOOTSTRAPPED,
+    bootstrap_fmr,
+    bootstrap_rates,
+    draw_fingers,
+)
+from fpmatch.evaluation.rates.error_rates import error_rates
+from fpmatch.evaluation.rates.scores_set import Trials
+
+
+def trials(fingers, impressions, seed, levels=None):
+    """All pairs of some prints, genuine ones higher; equal scores where there are few levels."""
+    rng = np.random.default_rng(seed)
+    finger = np.repeat(np.arange(fingers), impressions)
+    i, j = np.triu_indices(finger.size, k=1)
+    probe, reference = finger[i], finger[j]
+    similarity = rng.standard_normal(i.size) + 1.5 * (probe == reference)
+    if levels is not None:
+        similarity = np.floor(levels * similarity)
+    return Trials(similarity, probe, reference, fingers)
+
+
+def slow_rates(trial_sets, counts):
+    """Repeat every comparison as often as it counts, and count errors."""
+    genuine, impostor = [], []
+    for t, drawn in zip(trial_sets, counts, strict=True):
+        for s, a, b in zip(t.similarity, t.probe, t.reference, strict=True):
+            if a == b:
+                genuine += [s] * drawn[a]
+            else:
+                impostor += [s] * (drawn[a] * drawn[b])
+    if not genuine or not impostor:
+        return [np.nan] * len(BOOTSTRAPPED)
+    rates = error_rates(genuine, impostor)
+    every = [getattr(rates, name) for name in BOOTSTRAPPED]
+    return [rates.zero_fmr if rate is None else rate for rate in every]
+
+
+@settings(max_examples=25)
+@given(st.integers(2, 6), st.integers(2, 3), st.integers(0, 2**32), st.sampled_from([None, 1, 3]))
+def test_agrees_with_repeating_the_comparisons(fingers, impressions, seed, levels):
+    given_trials = [trials(fingers, impressions, seed, levels), trials(3, 2, seed + 1, levels)]
+    found = bootstrap_rates(given_trials, 6, seed)
+    counts = [draw_fingers(t.fingers, 6, seed, k) for k, t in enumerate(given_trials)]
+    for b in range(6):
+        expected = slow_rates(given_trials, [c[b] for c in counts])
+        np.testing.assert_allclose(found.pooled[b], expected, rtol=1e-12)
+        for k, t in enumerate(given_trials):
+            alone = slow_rates([t], [counts[k][b]])
+            np.testing.assert_allclose(found.sets[k, b], alone, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"_WEIGHTS_AT_A_TIME": 300}, *({"_SHARE_KEPT": s, "_EERS_KEPT": 0} for s in (0.0, 0.01, 1.0))],
+)
+def test_does_not_depend_on_draws_at_a_time_or_impostors_ranked_first(monkeypatch, changes):
+    given_trials = [trials(8, 4, 1), trials(7, 3, 2, levels=2)]
+    plain = bootstrap_rates(given_trials, 30, 7)
+    for name, value in changes.items():
+        monkeypatch.setattr(f"fpmatch.evaluation.rates.bootstrap.{name}", value)
+    other = bootstrap_rates(given_trials, 30, 7)
+    np.testing.assert_array_equal(plain.sets, other.sets)
+    np.testing.assert_array_equal(plain.pooled, other.pooled)
+
+
+def test_a_larger_database_with_fmr1000_and_fmr10000():
+    many = trials(60, 3, 3)
+    drawn = draw_fingers(60, 3, 5)
+    found = bootstrap_rates([many], 3, 5)
+    for b in range(3):
+        np.testing.assert_allclose(found.sets[0, b], slow_rates([many], [drawn[b]]), rtol=1e-12)
+
+
+def test_draws_take_as_many_fingers_as_there_are():
+    drawn = draw_fingers(7, 50, seed=3)
+    assert drawn.shape == (50, 7)
+    assert (drawn.sum(axis=1) == 7).all()
+    assert not (drawn == draw_fingers(7, 50, seed=3, set_index=1)).all()
+
+
+@pytest.mark.parametrize("fingers", [1, 2])
+def test_a_draw_without_impostors_has_no_rates(fingers):
+    found = bootstrap_rates([trials(fingers, 2, 0)], 40, 0)
+    drawn = draw_fingers(fingers, 40, 0)
+    alone = (drawn > 0).sum(axis=1) == 1
+    assert (np.isnan(found.pooled).all(axis=1) == alone).all()
+
+
+def test_false_match_rate_at_a_threshold_agrees_with_repeating_the_comparisons():
+    sets = [trials(5, 3, 1), trials(4, 2, 2)]
+    found = bootstrap_fmr(sets, 0.5, 8, seed=4)
+    counts = [draw_fingers(t.fingers, 8, 4, k) for k, t in enumerate(sets)]
+    for b in range(8):
+        impostor = [
+            s
+            for t, drawn in zip(sets, counts, strict=True)
+            for s, i, j in zip(t.similarity, t.probe, t.reference, strict=True)
+            for _ in range(drawn[b, i] * drawn[b, j] if i != j else 0)
+        ]
+        assert found[b] == pytest.approx(np.mean(np.array(impostor) >= 0.5))

@@ -1,0 +1,151 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.rates.error_rates import error_rates
+from fpmatch.evaluation.rates.intervals import ExactBound
+from fpmatch.evaluation.rates.run_comparison import compare_runs
+from fpmatch.evaluation.rates.scores_set import ScoresSet, Trials
+from fpmatch.evaluation.report.analysis import format_comparison
+
+
+def scored(seed, gap, fingers=12, impressions=4, noise=0.0, name="db", matcher="fake", order=None):
+    """All pairs of some prints, genuine ones higher; `order` permutes the prints."""
+    finger = np.repeat(np.arange(fingers), impressions)
+    prints = [f"{f + 1}_{k % impressions + 1}.tif" for k, f in enumerate(finger)]
+    i, j = np.triu_indices(finger.size, k=1)
+    similarity = np.random.default_rng(seed).standard_normal(i.size) + gap * (
+        finger[i] == finger[j]
+    )
+    similarity += noise * np.random.default_rng(9).standard_normal(i.size)
+    order = np.arange(finger.size) if order is None else order
+    place = np.argsort(order)  # where each print stands now
+    trials = Trials(similarity, finger[i], finger[j], fingers)
+    names = tuple(prints[k] for k in order)
+    return ScoresSet(matcher, name, names, place[i], place[j], trials, np.ones(i.size, bool))
+
+
+def change(one):
+    return next(c for c in one.differences if c.rate == "eer")
+
+
+def test_the_same_run_is_no_change():
+    run = [scored(0, 3.0)]
+    found = compare_runs(run, run, bootstrap=50)
+    same = change(found.pooled)
+    assert (same.before, same.interval, same.verdict) == (same.now, (0, 0), "no change")
+    assert found.identical == found.pooled.pairs == 1128
+    assert (found.only_before, found.only_now) == (0, 0)
+    assert (found.decisions.gained, found.decisions.lost) == ((), ())
+    assert found.decisions.mcnemar_p == 1.0
+    stretched = replace(
+        run[0], trials=replace(run[0].trials, similarity=2 * run[0].trials.similarity)
+    )
+    assert change(compare_runs(run, [stretched], bootstrap=20).sets[0]) == same
+    few = [scored(0, 2.0, fingers=4)]
+    found = change(compare_runs(few, few, bootstrap=20).pooled)
+    assert (found.interval, found.verdict) == (None, "too few fingers to tell")
+
+
+def test_a_better_run_is_outside_chance_and_a_little_noise_is_not():
+    before, better, noisy = [scored(0, 2.0)], [scored(0, 4.0)], [scored(0, 2.0, noise=0.05)]
+    found = change(compare_runs(before, better, bootstrap=200).pooled)
+    assert found.verdict == "better"
+    assert found.interval.high < 0
+    assert change(compare_runs(better, before, bootstrap=200).pooled).verdict == "worse"
+    assert change(compare_runs(before, noisy, bootstrap=200).pooled).verdict == "within chance"
+
+
+def test_runs_without_an_error_differ_by_at_most_what_so_many_fingers_allow():
+    before, now = ([scored(k + s, 90.0, name=f"db{k}") for k in range(2)] for s in (0, 5))
+    found = compare_runs(before, now, bootstrap=20)
+    for part, units in ((found.sets[0], 6), (found.mean, 12), (found.pooled, 12)):
+        difference = change(part)
+        high = 1 - 0.05 ** (1 / units)
+        assert difference.interval == (pytest.approx(-high), pytest.approx(high))
+        assert difference.bound == ExactBound("pair of fingers", units)
+        assert difference.verdict == "within chance"
+    text = format_comparison(found, "old.csv")
+    assert "-39.30 to +39.30 (0 of 6)  within chance" in text
+    assert "+0.00 to +0.00" not in text
+    document = json.loads(json.dumps(found.as_json()))
+    assert document["sets"][0]["eer"]["change_bound"]["method"] == "clopper-pearson"
+
+
+def test_rates_of_one_database_are_shown_once():
+    text = format_comparison(compare_runs([scored(0, 2.0)], [scored(1, 3.0)], bootstrap=20), "old")
+    rows = [line.split()[:2] for line in text.splitlines()[2:5]]
+    assert rows == [["db", "EER"], ["db", "FMR100"], ["db", "FMR1000"]]
+    assert "mean" not in text
+    assert "pooled" not in text
+
+
+def test_pairs_meet_by_name_whatever_their_order():
+    order = np.random.default_rng(3).permutation(48)
+    plain = compare_runs([scored(0, 2.0)], [scored(1, 3.0)], bootstrap=20)
+    mixed = compare_runs([scored(0, 2.0, order=order)], [scored(1, 3.0)], bootstrap=20)
+    assert (mixed.pooled, mixed.decisions) == (plain.pooled, plain.decisions)
+
+
+def test_what_one_run_alone_compared_is_left_out():
+    before, fewer = scored(0, 2.0), scored(0, 2.0, fingers=8)
+    found = compare_runs([before, scored(0, 2.0, name="old")], [fewer], bootstrap=20)
+    assert found.pooled.pairs == fewer.probe.size
+    assert found.only_before == 2 * before.probe.size - fewer.probe.size
+    assert found.only_now == 0
+    kept = np.maximum(before.trials.probe, before.trials.reference) < 8
+    genuine, similarity = before.trials.genuine[kept], before.trials.similarity[kept]
+    expected = error_rates(similarity[genuine], similarity[~genuine])
+    assert change(found.pooled).before == expected.eer
+
+
+def test_mean_and_pooled_of_two_databases():
+    before, now = ([scored(k, gap, name=f"db{k}") for k in range(2)] for gap in (2.0, 3.0))
+    found = compare_runs(before, now, bootstrap=50)
+    mean = change(found.mean)
+    assert mean.now == pytest.approx(np.mean([change(s).now for s in found.sets]))
+    assert {c.rate for c in found.pooled.differences} == {"eer", "fmr100", "fmr1000"}
+    assert mean.interval.low <= mean.now - mean.before <= mean.interval.high
+
+
+def test_decisions_that_changed_are_named_and_tested():
+    before, after = scored(0, 3.0), scored(1, 3.0)
+    found = compare_runs([before], [after], bootstrap=20).decisions
+    impostor, both = ~before.trials.genuine, (before.trials.similarity, after.trials.similarity)
+    was, now = ((s > np.sort(s[impostor])[-2]) & ~impostor for s in both)
+    assert found.fmr == 0.001
+    assert len(found.gained) == (now & ~was).sum()
+    assert len(found.lost) == (was & ~now).sum()
+    changed = len(found.gained) + len(found.lost)
+    assert found.mcnemar_p == pytest.approx(binomtest(len(found.lost), changed).pvalue)
+    k = int(np.flatnonzero(now & ~was)[0])
+    names = after.prints[after.probe[k]], after.prints[after.reference[k]]
+    assert (found.gained[0].probe, found.gained[0].reference) == names
+
+
+def test_runs_over_other_databases_or_prints():
+    one = scored(0, 2.0)
+    with pytest.raises(DatasetError, match="no database in common: db; other"):
+        compare_runs([one], [replace(one, name="other")])
+    renamed = replace(one, prints=tuple(f"9{name}" for name in one.prints))
+    with pytest.raises(DatasetError, match="no genuine and impostor pairs in common"):
+        compare_runs([one], [renamed])
+
+
+def test_text_and_json():
+    found = compare_runs([scored(0, 2.0, matcher="paper")], [scored(1, 4.0)], bootstrap=100)
+    text = format_comparison(found, "old.csv")
+    head, columns, row, *_ = text.splitlines()
+    assert head.startswith("fake compared with old.csv, by matcher paper: 1,128 pairs in both, 0 ")
+    assert columns.split()[:4] == ["pairs", "paper", "fake", "points"]
+    assert row.startswith("db EER ")
+    assert row.endswith(" better")
+    assert "now matching: db " in text
+    assert "(McNemar's exact test: p < 0.0001)" in text
+    document = json.loads(json.dumps(found.as_json()))
+    assert document["pooled"]["eer"]["verdict"] == "better"
+    assert document["decisions"]["genuine"] == 72

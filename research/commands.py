@@ -61,12 +61,8 @@ class Command(click.Command):
 class LazyGroup(click.Group):
     """Import a sub-command when it runs.
 
-    Parameters
-    ----------
-    modules : mapping of str to (str, str)
-        For each sub-command its module, which defines it as ``command``, and a summary.
-    **attrs
-        What `click.Group` takes.
+    `modules`: for each sub-command its module, which defines it as ``command``, and a summary.
+    `**attrs`: what `click.Group` takes.
     """
 
     def __init__(self, *, modules: Mapping[str, tuple[str, str]], **attrs: Any) -> None:

@@ -15,14 +15,8 @@ def d_sys(mated: ArrayLike, non_mated: ArrayLike, *, omega: float = 1.0) -> floa
 
     Both distributions are estimated by histograms of the same bins, which contain about as many
     judgements each, a bin for each value where there are few: about the square root of the number
-    of mated ones.
-
-    Parameters
-    ----------
-    mated, non_mated : array_like of float, shape (M,), (N,)
-        Judgements of pairs of templates of one finger, and of different fingers.
-    omega : float
-        Ratio of the prior probabilities of both.
+    of mated ones. `mated`, `non_mated` (M,): judgements of pairs of templates of one finger, and of
+    different fingers. `omega`: ratio of the prior probabilities of both.
 
     References
     ----------

@@ -108,25 +108,14 @@ def evaluate_matchers(
 ) -> list[EvaluationReport]:
     """Evaluate some matchers on the same templates, extracted once.
 
-    Parameters
-    ----------
-    datasets, protocol, workers, progress, extractor
-        As for `evaluate`.
-    matchers : sequence of Matcher or str
-        The matchers, or their names.
-    engine : Engine, optional
-        An engine to work on instead of `workers` processes; it is released at the end.
-    probe_extractor : callable, optional
-        Makes the templates of the probes, the first prints of the pairs, in the stage "extract
-        probes"; `extractor` then makes those of the references.
-    enrolment : Enrolment, optional
-        Several impressions of a finger are enrolled, and all others and its further impostors are
-        compared with the fingers. Similarities are then scores, and the protocol has no effect.
-
-    Raises
-    ------
-    FpmatchError
-        As `evaluate`; also if fingers are enrolled and a matcher has no calibration.
+    `datasets`, `protocol`, `workers`, `progress`, `extractor`: as for `evaluate`. `matchers`: the
+    matchers, or their names. `engine`: an engine to work on instead of `workers` processes; it is
+    released at the end. `probe_extractor`: makes the templates of the probes, the first prints of
+    the pairs, in the stage "extract probes"; `extractor` then makes those of the references.
+    `enrolment`: several impressions of a finger are enrolled, and all others and its further
+    impostors are compared with the fingers. Similarities are then scores, and the protocol has no
+    effect. Raises an `FpmatchError` as `evaluate`; also if fingers are enrolled and a matcher has
+    no calibration.
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]

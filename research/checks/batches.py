@@ -130,23 +130,9 @@ def check_batches(
 ) -> list[Verdict]:
     """Make batches and give them to every command that takes many prints.
 
-    Parameters
-    ----------
-    folder : Path
-        An empty folder for all files.
-    prints : int
-        Files of each batch.
-    sensor : Sensor
-        Size and resolution of the images.
-    every : int
-        One file in so many is damaged.
-    workers : int
-        Processes that the commands use.
-
-    Returns
-    -------
-    list of Verdict
-        One for each command and batch.
+    `folder`: an empty folder for all files. `prints`: files of each batch. `sensor`: size and
+    resolution of the images. `every`: one file in so many is damaged. `workers`: processes that the
+    commands use. The result is one for each command and batch.
     """
     images, templates = make_batches(folder, prints, sensor, every)
     verdicts = []

@@ -34,14 +34,8 @@ LARGEST_FACTOR: Final = 2.0
 class CalibrationCheck:
     """The numbers of impostor comparisons of a database that reach each of `SCORES`.
 
-    Parameters
-    ----------
-    name : str
-        The database's.
-    impostors : int
-        Impostor comparisons, without those that lack a template.
-    reached : tuple of int
-        How many of them reach each score or more.
+    `name`: the database's. `impostors`: impostor comparisons, without those that lack a template.
+    `reached`: how many of them reach each score or more.
     """
 
     name: str
@@ -81,22 +75,9 @@ def check_calibration(
 ) -> list[CalibrationCheck]:
     """Count the impostors of an evaluation that reach the scores.
 
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation.
-    calibration : Calibration, optional
-        Gives the scores (default: the package's for the report's matcher).
-
-    Returns
-    -------
-    list of CalibrationCheck
-        One for each database, in order, and a last one, "all", where there are several.
-
-    Raises
-    ------
-    MatcherError
-        If the package has no calibration for the matcher.
+    `report`: the evaluation. `calibration`: gives the scores (default: the package's for the
+    report's matcher). The result is one for each database, in order, and a last one, "all", where
+    there are several. Raises a `MatcherError` if the package has no calibration for the matcher.
     """
     used = calibration or load_calibration(report.matcher)
     checks = []

@@ -31,12 +31,8 @@ MIN_FLIP_DEG: Final = 150.0  # between opposite directions
 class Agreement:
     """Count minutiae that two extractors found in one place; counts add up.
 
-    Parameters
-    ----------
-    pairs : int
-        Minutiae that both found, one to one.
-    agreeing, flipped : int
-        Pairs whose directions agree, and whose directions are opposite.
+    `pairs`: minutiae that both found, one to one. `agreeing`, `flipped`: pairs whose directions
+    agree, and whose directions are opposite.
     """
 
     pairs: int = 0
@@ -84,22 +80,9 @@ def compare_directions(ours: Minutiae, theirs: Minutiae) -> Agreement:
 def measure_agreement(prints: ExtractedSet, folder: str | os.PathLike[str]) -> Agreement:
     """Measure the agreement on a whole database with another extractor's minutiae.
 
-    Parameters
-    ----------
-    prints : ExtractedSet
-        The database and our templates; prints without a template add nothing.
-    folder : path
-        Holds a file ``FFF_M.csv`` for each impression, with the columns x, y, theta.
-
-    Returns
-    -------
-    Agreement
-        Over all impressions together.
-
-    Raises
-    ------
-    TemplateError
-        If a file is missing or malformed.
+    `prints`: the database and our templates; prints without a template add nothing. `folder`: holds
+    a file ``FFF_M.csv`` for each impression, with the columns x, y, theta. The result is over all
+    impressions together. Raises a `TemplateError` if a file is missing or malformed.
     """
     total = Agreement()
     for impression, extraction in zip(prints.dataset.impressions, prints.extractions, strict=True):

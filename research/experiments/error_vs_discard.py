@@ -38,19 +38,9 @@ def sample_quality(
 ) -> list[QualitySample]:
     """Extract, grade and compare the prints of some databases.
 
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases.
-    workers : int, optional
-        Processes to use (default: one a core).
-    progress : callable
-        Called with the stages "extract" and "compare".
-
-    Returns
-    -------
-    list of QualitySample
-        One a database; a print without a template has quality 0.
+    `datasets`: the databases. `workers`: processes to use (default: one a core). `progress`: called
+    with the stages "extract" and "compare". The result is one a database; a print without a
+    template has quality 0.
     """
     found = [
         [attempt.result for attempt in attempts if attempt.result]

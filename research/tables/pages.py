@@ -52,10 +52,7 @@ CONTRIBUTING: Final = ROOT / "CONTRIBUTING.md"
 def read_json(path: Path) -> Any:
     """Read a JSON file.
 
-    Raises
-    ------
-    DatasetError
-        If it cannot be read.
+    Raises a `DatasetError` if it cannot be read.
     """
     try:
         return json.loads(path.read_text(encoding="utf-8"))
@@ -69,18 +66,9 @@ def read_json(path: Path) -> Any:
 class Part:
     """Describe the results of one measurement.
 
-    Parameters
-    ----------
-    help : str
-        The command that measures them.
-    file : str
-        The file in ``docs/data``.
-    alone : bool
-        Whether the file holds this part alone; otherwise it is an entry of the part's name.
-    keep : callable
-        Takes from the measured results what is kept.
-    read : callable
-        Reads a file that holds the part alone.
+    `help`: the command that measures them. `file`: the file in ``docs/data``. `alone`: whether the
+    file holds this part alone; otherwise it is an entry of the part's name. `keep`: takes from the
+    measured results what is kept. `read`: reads a file that holds the part alone.
     """
 
     help: str
@@ -288,10 +276,7 @@ PAGES: Final = {
 def load_results(page: Page) -> dict[str, Any]:
     """Return the kept results of a page by part.
 
-    Raises
-    ------
-    DatasetError
-        If a file cannot be read or lacks a part.
+    Raises a `DatasetError` if a file cannot be read or lacks a part.
     """
     results = {}
     for name, part in page.parts.items():

@@ -71,31 +71,16 @@ def load_dataset(
 
     No image is read. The prints of a folder are its images or, where it has none, its templates,
     named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
-    its subfolders are fingers, or subjects whose subfolders are fingers.
-
-    Parameters
-    ----------
-    place : path-like or str
-        A folder, a manifest (see `fpmatch.gallery.manifest`), or a gallery (file or URL).
-    pattern : str or NamePattern, optional
-        Finds subject, finger and impression in other names; prints that it does not match are left
-        out.
-    by_folder : bool
-        Whether the subfolders are fingers although the folder itself contains prints, or their
-        names indicate others.
-    pairs : path-like, optional
-        A list of the pairs to compare (see `fpmatch.evaluation.batch.pair_list`). Where it states
-        which are genuine, names need not contain the fingers.
-
-    Raises
-    ------
-    DatasetError
-        If there is no such database, it holds no print or holds one twice (``101_1.tif`` and
-        ``101_1.png``), or its ``dataset.toml`` or manifest is malformed.
-    GalleryError
-        If the gallery cannot be read, or the pattern is none.
-    ScoringError
-        If the list of pairs is malformed.
+    its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder, a
+    manifest (see `fpmatch.gallery.manifest`), or a gallery (file or URL). `pattern`: finds subject,
+    finger and impression in other names; prints that it does not match are left out. `by_folder`:
+    whether the subfolders are fingers although the folder itself contains prints, or their names
+    indicate others. `pairs`: a list of the pairs to compare (see
+    `fpmatch.evaluation.batch.pair_list`). Where it states which are genuine, names need not contain
+    the fingers. Raises a `DatasetError` if there is no such database, it holds no print or holds
+    one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest is malformed; a
+    `GalleryError` if the gallery cannot be read, or the pattern is none; a `ScoringError` if the
+    list of pairs is malformed.
 
     Examples
     --------

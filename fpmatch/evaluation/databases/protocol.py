@@ -64,12 +64,8 @@ def finger_numbers(impressions: Sequence[Impression]) -> NDArray[np.intp]:
 class Pairs:
     """The pairs to compare, as indices into a database's impressions.
 
-    Parameters
-    ----------
-    probe, reference : ndarray of intp, shape (N,)
-        Indices of the two impressions of each pair; of a protocol, probe < reference.
-    genuine : ndarray of bool, shape (N,)
-        Whether both show the same finger.
+    `probe`, `reference` (N,): indices of the two impressions of each pair; of a protocol, probe <
+    reference. `genuine` (N,): whether both show the same finger.
     """
 
     probe: NDArray[np.intp]
@@ -85,19 +81,9 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
 
     Both protocols take every unordered pair of impressions of one finger as genuine. As impostor
     pairs, "extended" takes all unordered pairs of impressions of different fingers, "fvc" only
-    those of the fingers' first impressions (their lowest numbers).
-
-    Parameters
-    ----------
-    impressions : sequence of Impression
-        A database's impressions.
-    protocol : str
-        "extended" or "fvc".
-
-    Raises
-    ------
-    DatasetError
-        If the protocol is unknown.
+    those of the fingers' first impressions (their lowest numbers). `impressions`: a database's
+    impressions. `protocol`: "extended" or "fvc". Raises a `DatasetError` if the protocol is
+    unknown.
 
     Examples
     --------

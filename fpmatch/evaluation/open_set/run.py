@@ -59,27 +59,12 @@ def evaluate_identification(
 ) -> IdentificationReport:
     """Search for the prints of databases in one gallery, a third of them with a mate there.
 
-    Parameters
-    ----------
-    sets : sequence of ExtractedSet
-        The databases, of different fingers, and their templates; see `extract_datasets`.
-    background : Background, optional
-        Prints of further fingers that are in the gallery; see `load_background`.
-    matcher : str or Matcher
-        The matcher, or its name.
-    test : IdentificationTest
-        How it is tested.
-    progress : callable
-        Called with stage "search" and numbers of searches.
-
-    Raises
-    ------
-    DatasetError
-        If no subject has two impressions, or there are fewer than three subjects.
-    MatcherError
-        If the matcher is unknown or not calibrated.
-    TemplateError
-        If a gallery cannot store a template.
+    `sets`: the databases, of different fingers, and their templates; see `extract_datasets`.
+    `background`: prints of further fingers that are in the gallery; see `load_background`.
+    `matcher`: the matcher, or its name. `test`: how it is tested. `progress`: called with stage
+    "search" and numbers of searches. Raises a `DatasetError` if no subject has two impressions, or
+    there are fewer than three subjects; a `MatcherError` if the matcher is unknown or not
+    calibrated; a `TemplateError` if a gallery cannot store a template.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = load_calibration(chosen.name)

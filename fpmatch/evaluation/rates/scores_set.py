@@ -36,26 +36,13 @@ class Trials:
 class ScoresSet:
     """The comparisons of one database by one matcher ("" where it is not known).
 
-    Parameters
-    ----------
-    matcher, name : str
-        The matcher and the database.
-    prints : tuple of str
-        Names of the images; empty where they are not known.
-    probe, reference : ndarray of intp, shape (N,)
-        Indices into `prints`; shape (0,) where the names are not known.
-    trials : Trials
-        Similarities and fingers.
-    compared : ndarray of bool, shape (N,)
-        False where a side has no template; the similarity is then the lowest.
-    quality : ndarray of float, shape (number of prints,), optional
-        Quality of each print, 0 to 100; NaN where it is not known.
-    overlap : ndarray of float, shape (N,), optional
-        Overlap of the prints as placed, as a share of the smaller; NaN where it is not known.
-    distances : bool
-        Whether the similarities are distances, taken negatively.
-    note : str
-        How the file was understood, where that is not certain.
+    `matcher`, `name`: the matcher and the database. `prints`: names of the images; empty where they
+    are not known. `probe`, `reference` (N,): indices into `prints`; shape (0,) where the names are
+    not known. `trials`: similarities and fingers. `compared` (N,): False where a side has no
+    template; the similarity is then the lowest. `quality` (number of prints,): quality of each
+    print, 0 to 100; NaN where it is not known. `overlap` (N,): overlap of the prints as placed, as
+    a share of the smaller; NaN where it is not known. `distances`: whether the similarities are
+    distances, taken negatively. `note`: how the file was understood, where that is not certain.
     """
 
     matcher: str

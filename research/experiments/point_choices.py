@@ -11,8 +11,16 @@ from dataclasses import replace
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
+import click
+import numpy as np
+
+from fpmatch.engine.engine import processes
+from fpmatch.evaluation.databases.dataset import with_unique_names
+from fpmatch.evaluation.databases.extraction import extract_datasets
 from fpmatch.evaluation.points.conditions import conditions, make_pair
 from fpmatch.evaluation.points.trials import is_recognised
+from fpmatch.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.matching.matchers.paper import matcher_with
 from fpmatch.pointset.point_match import share_of
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
@@ -21,9 +29,12 @@ from fpmatch.pointset.unit_circle.matcher import (
     similar_rings,
 )
 from fpmatch.pointset.unit_circle.prepared_points import prepare_points
+from research.commands import PATH, Command, folders, write_json
+from research.tables.points import count_accepted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from fpmatch.evaluation.points.conditions import Condition
 
@@ -155,3 +166,37 @@ def _named(condition: Condition) -> dict[str, Any]:
         "m": condition.m,
         "n": condition.n,
     }
+
+
+@click.command(cls=Command)
+@folders
+@click.option("--json", "json_file", metavar="FILE", required=True, type=PATH, help="Results.")
+@click.option("--trials", default=40, show_default=True, help="Pairs of point sets per condition.")
+def command(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
+    """Measure choices that the paper leaves open: rho and the area tolerance.
+
+    DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
+    random point sets, those of `fpmatch points bench` up to 200 points, the area tolerance, the
+    decision rule, and an early exit of the default matcher are measured. Times are processor times.
+    """
+    results: dict[str, Any] = {"prints": _prints(folders)}
+    results |= measure_points(trials, lambda name: click.echo(name, err=True))
+    write_json(json_file, results)
+
+
+def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
+    """Return the numbers of pairs that match, by area tolerance and database."""
+    rows = []
+    with processes(1) as engine:
+        sets = extract_datasets(with_unique_names(load_datasets(folders)), engine=engine)
+        for area in AREA_TOLERANCES:
+            matcher = matcher_with("paper", area_tolerance=area)
+            report = evaluate_templates(sets, matcher=matcher, engine=engine)
+            counted = [
+                count_accepted(row.name, row.outcomes["similarity"], row.pairs.genuine)
+                for row in report.sets
+            ]
+            times = np.concatenate([row.outcomes["cpu_us"] for row in report.sets])
+            rows.append({"area_tolerance": area, "ms": float(times.mean()) / 1e3, "sets": counted})
+            click.echo(f"prints, area tolerance {area:g}", err=True)
+    return rows

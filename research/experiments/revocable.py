@@ -22,11 +22,18 @@ from research.unlinkability import d_sys
 
 sys.path.append(str(ROOT / "examples" / "revocable"))
 
+import click
+
+from fpmatch.evaluation.databases.extraction import extract_datasets
+from fpmatch.evaluation.run import load_datasets
 from fpmatch_revocable.compare import shared_words, similarity
 from fpmatch_revocable.template import protect
+from research.commands import Command, folders, json_file, workers, write_json
+from research.tables.revocable import format_revocable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
     from typing import Self
 
     from numpy.typing import NDArray
@@ -150,3 +157,22 @@ def _row_quantiles(template: RevocableTemplate) -> NDArray[np.float64]:
 
 def _repeated(template: RevocableTemplate) -> int:
     return template.words.size - len(np.unique(template.words))
+
+
+@click.command(cls=Command)
+@folders
+@json_file
+@workers
+def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | None) -> None:
+    """Measure revocable templates of the prints of FVC-style databases DIR.
+
+    All impressions of a database are compared, those of one finger as genuine pairs: as revocable
+    templates of one key, and by the default matcher. Templates of two random keys are judged by
+    each attack; D_sys (ISO/IEC 30136) is 0 where mated and non-mated pairs are judged alike.
+
+    --json writes what ``python -m research tables revocable --measured`` reads.
+    """
+    found = measure_revocable(extract_datasets(load_datasets(folders), workers=workers))
+    click.echo(format_revocable({"measured": found}))
+    if json_file:
+        write_json(json_file, found)

@@ -66,12 +66,13 @@ def format_accuracy(results: Row) -> str:
             "### Fragments and wolves",
             "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
             "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
-            "for crops and composed images in pixels. `research/benchmarks/wolves.py` measures it.",
+            "for crops and composed images in pixels. `python -m research measure wolves` measures "
+            "it.",
             format_wolves(results["wolves"]["rows"]),
             "### Outcomes",
             "Percent of the pairs with each outcome at the default threshold: all pairs of whole "
-            "prints; parts of prints with whole ones. `research/benchmarks/outcomes.py` measures "
-            "it.",
+            "prints; parts of prints with whole ones. `python -m research measure outcomes` "
+            "measures it.",
             format_outcomes(results["outcomes"]["rows"]),
             "### Distortion",
             *_distortion_tables(results["distortion_before"], results["distortion"]),

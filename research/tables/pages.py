@@ -132,8 +132,8 @@ PAGES: Final = {
             "ablation": Part("python -m research train score --ablation", "accuracy.json"),
             "parts": Part("research/benchmarks/ablation.py --json", "accuracy.json"),
             "calibration": Part("python -m research check calibration --json", "accuracy.json"),
-            "wolves": Part("research/benchmarks/wolves.py --json", "accuracy.json"),
-            "outcomes": Part("research/benchmarks/outcomes.py --json", "accuracy.json"),
+            "wolves": Part("python -m research measure wolves --json", "accuracy.json"),
+            "outcomes": Part("python -m research measure outcomes --json", "accuracy.json"),
             "distortion": Part("research/benchmarks/distortion.py --json", "accuracy.json"),
             "places": Part("research/benchmarks/minutiae_places.py --json", "accuracy.json"),
             "distortion_before": Part(
@@ -163,7 +163,9 @@ PAGES: Final = {
     "identification": Page(
         {
             "alone": _SEARCHES,
-            "fusion": Part("research/benchmarks/fused_fingers.py --json", "identification.json"),
+            "fusion": Part(
+                "python -m research measure fused-fingers --json", "identification.json"
+            ),
             "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
             "million": replace(_SEARCHES, help="The same, in a background of a million fingers"),
         },
@@ -180,7 +182,7 @@ PAGES: Final = {
                 "fpmatch points bench --json", "pointsets_bench.json", alone=True, read=read_results
             ),
             "choices": Part(
-                "research/benchmarks/paper_choices.py --json", "paper_choices.json", alone=True
+                "python -m research measure paper-choices --json", "paper_choices.json", alone=True
             ),
         },
         {
@@ -202,7 +204,11 @@ PAGES: Final = {
         {(_explanation("quality.md"), "measured"): format_quality},
     ),
     "revocable": Page(
-        {"measured": Part("research/benchmarks/revocable.py --json", "revocable.json", alone=True)},
+        {
+            "measured": Part(
+                "python -m research measure revocable --json", "revocable.json", alone=True
+            )
+        },
         {(_explanation("revocable_templates.md"), "measured"): format_revocable},
     ),
     "scale": Page(

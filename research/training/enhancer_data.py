@@ -22,8 +22,7 @@ from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.noise import smooth_noise
 from fpmatch.synthesis.presets import PRESETS, Preset
 from fpmatch.synthesis.sensor import SENSORS
-from research.training.platen import vary_platen
-from research.training.ridge_target import ridge_target
+from research.training.background import ridge_target, vary_platen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -48,8 +48,8 @@ def share_kept(row: Mapping[str, Any]) -> bool:
 def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     """Return the cells of the table, its head first.
 
-    `rows`: ``"rows"`` of what ``research/benchmarks/wolves.py --json`` wrote. The result is a row
-    each; "!" marks what is beyond its limit.
+    `rows`: ``"rows"`` of what ``python -m research measure wolves --json`` wrote. The result is a
+    row each; "!" marks what is beyond its limit.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import Sensor
-from research.training.ridge_target import ridge_target
+from research.training.background import ridge_target
 
 SENSOR = Sensor("small", 100, 130)
 

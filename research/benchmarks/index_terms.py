@@ -171,13 +171,7 @@ def measured(kinds: Sequence[Kind], prints: int, every: int = 1) -> dict[str, An
         "others": prints,
         "losses": LOSSES,
         "least": LEAST_PASSED_ON,
-        "plans": [
-            [
-                [p.budget, p.by_terms, p.by_descriptors]
-                for p in (search_plan(loss, n) for loss in LOSSES)
-            ]
-            for n in GALLERIES
-        ],
+        "plans": [[plan_of(loss, n) for loss in LOSSES] for n in GALLERIES],
         "loss": [lost(kind, others, every) for kind in kinds],
         "bytes": [bytes_a_print(kind) for kind in kinds],
         "speed": [speed(others, probes, count) for count in GALLERIES],

@@ -148,7 +148,7 @@ class Report:
         Matchers without pairs in common with it, or without names of prints, are not compared, and
         none where a kind of pair is missing.
         """
-        draws = {"bootstrap": bootstrap, "seed": seed}
+        draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
         analyses = tuple(analyse(one, **draws, **options) for one in results)
         if results[0].pooled.eer is None:
             return cls(analyses)

@@ -85,11 +85,11 @@ def crop_extractor_of(
 
 def failed_crops(sets: Sequence[SetResult]) -> list[Path]:
     """List the images whose square gave no template though the whole print did."""
-    found = []
+    paths = []
     for row in sets:
         there = np.array([e.template is not None for e in row.extracted.extractions])
         pairs, reason = row.pairs, row.outcomes["reason"]
         both = there[pairs.probe] & there[pairs.reference]
         failed = np.unique(pairs.probe[both & (reason == NO_TEMPLATE)])
-        found += [row.extracted.dataset.impressions[k].path for k in failed.tolist()]
-    return found
+        paths += [row.extracted.dataset.impressions[k].path for k in failed.tolist()]
+    return paths

@@ -123,7 +123,9 @@ def evaluate_matchers(
         raise DatasetError("a gallery has no images to crop", path=stored[0].name)
     everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
     with engine or processes(workers) as place:
-        found = extract_datasets(everything, extractor=extractor, engine=place, progress=progress)
+        extracted = extract_datasets(
+            everything, extractor=extractor, engine=place, progress=progress
+        )
         probes = probe_extractor and extract_datasets(
             loaded,
             extractor=probe_extractor,
@@ -138,14 +140,14 @@ def evaluate_matchers(
 
         return [
             evaluate_templates(
-                found[: len(loaded)],
+                extracted[: len(loaded)],
                 matcher=matcher,
                 protocol=protocol,
                 engine=place,
                 progress=part_of_progress(k),
                 probes=probes,
                 enrolment=enrolment,
-                impostors=found[len(loaded) :],
+                impostors=extracted[len(loaded) :],
             )
             for k, matcher in enumerate(chosen)
         ]

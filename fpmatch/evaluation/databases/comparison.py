@@ -83,8 +83,8 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         """Return the reachable similarities with impressions, or with the best of a finger."""
         key = len(self._sides) - 1, database, probe
         shown = [[k] if self._enrolled is None else self._enrolled[database][k] for k in references]
-        found = self.reachable(key, [(0, database, k) for one in shown for k in one])
-        return np.maximum.reduceat(found, np.cumsum([0, *map(len, shown)])[:-1])
+        reachable = self.reachable(key, [(0, database, k) for one in shown for k in one])
+        return np.maximum.reduceat(reachable, np.cumsum([0, *map(len, shown)])[:-1])
 
     def _reference(self, database: int, number: int) -> Any:
         """Return an impression, or the finger for which it stands; None without a template."""
@@ -155,9 +155,9 @@ def compare_sets(
 
 def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
     pairs = list(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True))
-    found = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
+    outcomes = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
     for probe in np.unique(chunk.probe).tolist():
         rows = chunk.probe == probe
         references = chunk.reference[rows].tolist()
-        found["reachable"][rows] = comparer.reachable_of(chunk.database, probe, references)
-    return found
+        outcomes["reachable"][rows] = comparer.reachable_of(chunk.database, probe, references)
+    return outcomes

@@ -140,8 +140,8 @@ def dataset_reader(
     paths = [impression.path for dataset in files for impression in dataset.impressions]
     each = map if engine is None else partial(results_of_each, engine)
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
-    found = find_polarities(paths, reader=reader, each=each, places=places)
-    return PolarityReader(reader, found)
+    polarities = find_polarities(paths, reader=reader, each=each, places=places)
+    return PolarityReader(reader, polarities)
 
 
 def extract_datasets(
@@ -165,7 +165,7 @@ def extract_datasets(
     """
     work = extractor or partial(extract_image, reader=dataset_reader(datasets))
     files = [dataset for dataset in datasets if not dataset.in_gallery]
-    found = iter(
+    attempts = iter(
         attempt_each_image(
             files, work, stage=stage, workers=workers, engine=engine, progress=progress
         )
@@ -175,7 +175,7 @@ def extract_datasets(
             dataset,
             _stored(dataset)
             if dataset.in_gallery
-            else tuple(map(_extraction, dataset.impressions, next(found))),
+            else tuple(map(_extraction, dataset.impressions, next(attempts))),
         )
         for dataset in datasets
     ]
@@ -214,11 +214,11 @@ def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPri
     made, cpu_ms = attempt.result, attempt.cpu_ms
     if made is None:
         return Extraction(None, attempt.reason, cpu_ms)
-    found = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
-    beside = cpu_ms, found.dpi_assumed, found.notes, found.quality
-    if len(found.template.minutiae):
-        return Extraction(found.template, "", *beside)
-    why = found.why_empty or why_no_minutiae(None)
+    extracted = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
+    beside = cpu_ms, extracted.dpi_assumed, extracted.notes, extracted.quality
+    if len(extracted.template.minutiae):
+        return Extraction(extracted.template, "", *beside)
+    why = extracted.why_empty or why_no_minutiae(None)
     return Extraction(None, f"{impression.path}: {why}", *beside)
 
 
@@ -230,10 +230,10 @@ def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
     numbers = [i.entry for i in dataset.impressions if i.entry is not None]
     with open_gallery(dataset.place) as gallery:
         gallery.record("read templates", entries=ranges(numbers))
-        found = {number: Extraction(made, "", math.nan) for number, made in gallery.templates()}
+        stored = {number: Extraction(made, "", math.nan) for number, made in gallery.templates()}
         for number, why in gallery.damaged.items():
-            found[number] = Extraction(None, f"entry {number} is damaged: {why}", math.nan)
+            stored[number] = Extraction(None, f"entry {number} is damaged: {why}", math.nan)
         name = gallery.name
-    if missing := [i.name for i in dataset.impressions if i.entry not in found]:
+    if missing := [i.name for i in dataset.impressions if i.entry not in stored]:
         raise DatasetError(f"{missing[0]} has been removed meanwhile", path=name, code="changed")
-    return tuple(found[i.entry] for i in dataset.impressions if i.entry is not None)
+    return tuple(stored[i.entry] for i in dataset.impressions if i.entry is not None)

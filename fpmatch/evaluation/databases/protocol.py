@@ -117,17 +117,17 @@ def listed_impressions(
     that contradict each other.
     """
     names = print_names(place, [one.name for one in impressions])
-    found = number_pairs(listed.path, listed.rows, names, names)
-    i, j = found.prints.astype(np.intp).T
+    numbered = number_pairs(listed.path, listed.rows, names, names)
+    i, j = numbered.prints.astype(np.intp).T
     if (same := np.flatnonzero(i == j)).size:
         row = listed.rows[same[0]]
         raise list_error(listed.path, row.line, f"{row.probe} is compared with itself")
     if listed.labelled:
-        mated = found.prints[found.genuine == 1].tolist()
+        mated = numbered.prints[numbered.genuine == 1].tolist()
         impressions = _with_fingers(impressions, _joined(len(impressions), mated))
     finger = finger_numbers(impressions)
     genuine = finger[i] == finger[j]
-    wrong = np.flatnonzero(genuine & (found.genuine == 0))
+    wrong = np.flatnonzero(genuine & (numbered.genuine == 0))
     if wrong.size:
         row = listed.rows[wrong[0]]
         why = f"genuine is 0, but other rows make {row.probe} and {row.reference} one finger"
@@ -159,8 +159,8 @@ def _joined(count: int, mated: Sequence[Sequence[int]]) -> list[int]:
 def _with_fingers(impressions: Sequence[Impression], first: Sequence[int]) -> list[Impression]:
     """Return prints whose fingers have the names of their first prints."""
     count: Counter[int] = Counter()
-    found = []
+    named = []
     for one, n in zip(impressions, first, strict=True):
         count[n] += 1
-        found.append(replace(one, finger=impressions[n].name, number=count[n]))
-    return found
+        named.append(replace(one, finger=impressions[n].name, number=count[n]))
+    return named

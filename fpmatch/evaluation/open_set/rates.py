@@ -242,6 +242,6 @@ def _drawn_rates(
             draws[rows][:, trials.probe[ranked.genuine]],
             draws[rows][:, trials.probe[ranked.impostor]],
         )
-        found, _ = ranked.rates(weights, weights[1].sum(axis=1), fpirs)
-        rates[rows] = found[:, 1:]
+        drawn, _ = ranked.rates(weights, weights[1].sum(axis=1), fpirs)
+        rates[rows] = drawn[:, 1:]
     return rates

@@ -68,8 +68,8 @@ def evaluate_identification(
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = load_calibration(chosen.name)
-    found = [load_subjects(one, test.fingers) for one in sets]
-    sizes = [[len(shown) for shown in of_set] for of_set in found]
+    loaded = [load_subjects(one, test.fingers) for one in sets]
+    sizes = [[len(shown) for shown in of_set] for of_set in loaded]
     for one, of_set in zip(sets, sizes, strict=True):
         if not of_set:
             raise DatasetError(f"{one.dataset.name}: has fewer than {test.fingers} fingers")
@@ -80,7 +80,7 @@ def evaluate_identification(
     if roles.turns < MIN_IMPRESSIONS:
         raise DatasetError("identification needs a subject with two impressions")
     searches = search_all(
-        [one for of_set in found for shown in of_set for one in shown],
+        [one for of_set in loaded for shown in of_set for one in shown],
         roles,
         background or no_background(chosen),
         calibration,

@@ -122,17 +122,17 @@ def _rate_intervals(
         if ranks is not None:
             with np.errstate(invalid="ignore"):  # a draw without probes has no rate
                 drawn["rank_one"] = interval_of(ranks[0] / ranks[1])
-    found: dict[str, Interval | None] = {}
+    intervals: dict[str, Interval | None] = {}
     bounds = {}
     for name in (*BOOTSTRAPPED, "rank_one"):
         rate = rank_one if name == "rank_one" else getattr(rates, name)
         if rate is None:
             continue
         exact = exact_bound(name, trials, mean=mean) if rate in {0.0, 1.0} else None
-        found[name], used = drawn_or_exact(rate, drawn.get(name), exact)
+        intervals[name], used = drawn_or_exact(rate, drawn.get(name), exact)
         if used is not None:
             bounds[name] = used
-    return RateIntervals(**found, bounds=bounds)
+    return RateIntervals(**intervals, bounds=bounds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,10 +167,10 @@ def operating_points(
         return []
     trials = [row.scores.trials for row in report.sets]
     draws = bootstrap_rates(trials, bootstrap, seed, fmrs) if bootstrap else None
-    found = []
+    points = []
     for k, row in enumerate(report.sets):
-        found += _points(row.name, [row], fmrs, draws.sets[k] if draws else None)
-    return found + _points(POOLED, report.sets, fmrs, draws.pooled if draws else None)
+        points += _points(row.name, [row], fmrs, draws.sets[k] if draws else None)
+    return points + _points(POOLED, report.sets, fmrs, draws.pooled if draws else None)
 
 
 def _points(

@@ -255,11 +255,11 @@ class EvaluationReport(RatesReport):
         """How many pairs compare copies of one impression, and the first of them; "" for none."""
         notes = []
         for genuine, words in _IDENTICAL.items():
-            found = [names for row in self.sets for names in row.identical_pairs(genuine=genuine)]
-            if found:
-                first = ", ".join(map(" with ".join, found[:IDENTICAL_SHOWN]))
-                more = " and others" * (len(found) > IDENTICAL_SHOWN)
-                notes.append(f"{words.format(count(len(found), 'pair'))}: {first}{more}")
+            pairs = [names for row in self.sets for names in row.identical_pairs(genuine=genuine)]
+            if pairs:
+                first = ", ".join(map(" with ".join, pairs[:IDENTICAL_SHOWN]))
+                more = " and others" * (len(pairs) > IDENTICAL_SHOWN)
+                notes.append(f"{words.format(count(len(pairs), 'pair'))}: {first}{more}")
         return "\n".join(notes)
 
     @property

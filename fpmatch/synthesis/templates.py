@@ -34,7 +34,7 @@ def make_templates(
     """Make the templates of synthetic fingers without drawing images.
 
     Pattern, ridges, placement, distortion and pressure are drawn from the same distributions as for
-    images (`fpmatch.synthesis.make_database`), on a lattice of 8 pixels; minutiae are missed, added
+    images (`fpmatch.synthesis.database`), on a lattice of 8 pixels; minutiae are missed, added
     and displaced as extraction does. The numbers of a finger depend on nothing but the seed, its
     number and the impression's, so that any part of a gallery can be made alone. `seed`: family of
     fingers, 0 to 2**63 - 1. `fingers`: numbers of the fingers, 0 to 2**53. `impressions`: how many

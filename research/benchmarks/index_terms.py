@@ -26,7 +26,7 @@ from fpmatch.matching.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from research.commands import Command, folders, json_file, write_json
-from research.tables.indexing import format_indexing
+from research.tables.searching import format_indexing
 from research.training.index import PASSED_ON, gallery_prints, segment_of
 
 if TYPE_CHECKING:

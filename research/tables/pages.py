@@ -20,16 +20,14 @@ from research.commands import ROOT, write_json
 from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
-from research.tables.headline import format_headline
 from research.tables.identification import format_fusion, format_identification, tests_kept
-from research.tables.indexing import format_indexing
-from research.tables.performance import format_ratios, format_stages
+from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
-from research.tables.searching import format_searching
+from research.tables.searching import format_indexing, format_searching
 from research.tables.serving import (
     OTHER_SERVERS,
     format_attacks,

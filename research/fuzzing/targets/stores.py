@@ -43,8 +43,7 @@ from fpmatch.matching.prepare import prepare
 from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.printable import printable
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
-from research.fuzzing.mutators.records import packed_template
-from research.fuzzing.mutators.sealed import use_key
+from research.fuzzing.mutators.records import packed_template, use_key
 from research.fuzzing.targets.tables import SAMPLES
 from research.fuzzing.targets.target import Reader, Target, scratch, written
 

@@ -13,7 +13,7 @@ from PIL import Image
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import decode_record
 from fpmatch.gallery.store.compact import unpack_template
-from research.fuzzing.mutators import containers, records, sealed, text
+from research.fuzzing.mutators import containers, records, text
 from research.fuzzing.mutators.octets import damaged
 from research.fuzzing.targets import all_targets
 
@@ -83,7 +83,7 @@ def test_sealed_templates_get_behind_their_seal(corpus):
     seen = set()
     for _ in range(60):
         try:
-            decode_record(sealed.resealed(rng, good), "it")
+            decode_record(records.resealed(rng, good), "it")
         except FpmatchError as error:
             seen.add("authentication" in str(error))
     assert seen == {False}

@@ -12,7 +12,7 @@ from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.prepared_search import Search
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.lab.evaluation.open_set.background import load_background, no_background
 from fpmatch.lab.evaluation.open_set.enrolled import search_of
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles

@@ -61,12 +61,8 @@ class Command(click.Command):
 class LazyGroup(click.Group):
     """Import a sub-command when it runs.
 
-    Parameters
-    ----------
-    modules : mapping of str to (str, str)
-        For each sub-command its module, which defines it as ``command``, and a summary.
-    **attrs
-        What `click.Group` takes.
+    `modules`: for each sub-command its module, which defines it as ``command``, and a summary.
+    `**attrs`: what `click.Group` takes.
     """
 
     def __init__(self, *, modules: Mapping[str, tuple[str, str]], **attrs: Any) -> None:
@@ -112,7 +108,7 @@ research = LazyGroup(
             "experiments.compare_templates",
             "Compare templates made without images with others.",
         ),
-        "error-vs-discard": ("experiments.discard_command", "Measure what quality is worth."),
+        "error-vs-discard": ("experiments.error_vs_discard", "Measure what quality is worth."),
         "calibrate": ("training.calibrate", "Fit the package's calibrations."),
         "scale": ("scale.command", "Plan galleries of ten million to a billion prints."),
         "fuzz": ("fuzzing.command", "Feed damaged files, requests and arrays to every reader."),
@@ -134,16 +130,38 @@ research.add_command(
 )
 research.add_command(
     LazyGroup(
+        name="measure",
+        help="Measure what a table of the documentation shows.",
+        modules={
+            "outcomes": ("experiments.outcomes", "The three outcomes of whole prints and parts."),
+            "wolves": ("wolves.command", "False match rates of fragments and adversaries."),
+            "fused-fingers": ("experiments.fused_fingers", "Stated rates of two fingers together."),
+            "paper-choices": ("experiments.point_choices", "Choices that the paper leaves open."),
+            "revocable": ("experiments.revocable", "Rates and linkability of two keys."),
+        },
+    )
+)
+research.add_command(
+    LazyGroup(
         name="check",
         help="Check a property of the package on data.",
         modules={
-            "batches": ("checks.batches_command", "Batches with damaged files among them."),
-            "calibration": ("checks.calibration", "False match rates at calibrated scores."),
-            "conventions": ("checks.conventions", "Minutia directions against other extractors."),
+            "batches": ("checks.batches", "Batches with damaged files among them."),
+            "calibration": (
+                "experiments.calibration_check",
+                "False match rates at scores.",
+            ),
+            "conventions": (
+                "experiments.direction_agreement",
+                "Directions against other extractors.",
+            ),
             "interrupts": ("checks.interrupts", "Ctrl-C at many moments of every command."),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
-            "points": ("checks.points", "Results on random point sets against their targets."),
+            "points": (
+                "experiments.point_targets",
+                "Results on point sets that miss targets.",
+            ),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },
     )

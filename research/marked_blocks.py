@@ -14,10 +14,7 @@ if TYPE_CHECKING:
 def marked_block(page: str, mark: str) -> str:
     """Return what a page holds between its marks of a name.
 
-    Raises
-    ------
-    FpmatchError
-        If the page lacks them.
+    Raises an `FpmatchError` if the page lacks them.
     """
     _, start, rest = page.partition(f"<!-- {mark}:start -->")
     block, end, _ = rest.partition(f"<!-- {mark}:end -->")

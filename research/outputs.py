@@ -47,10 +47,7 @@ class Output:
     def printed(self) -> str:
         """Run the commands beside the sample data, and return what they print.
 
-        Raises
-        ------
-        FpmatchError
-            If a command fails.
+        Raises an `FpmatchError` if a command fails.
         """
         with tempfile.TemporaryDirectory() as folder:
             shutil.copytree(ROOT / "sample_data", Path(folder, "sample_data"))

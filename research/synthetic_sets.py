@@ -45,23 +45,9 @@ def make_synthetic_sets(
 ) -> list[Path]:
     """Make a database of each of `KINDS`, or what is missing of it.
 
-    Parameters
-    ----------
-    folder : Path
-        Where to write them.
-    first_seed : int
-        Seed of the first; those of the others follow.
-    fingers : int
-        Fingers of each.
-    workers : int, optional
-        Processes to use (default: one a core).
-    progress : callable
-        Called with stage "synth" for each database in turn.
-
-    Returns
-    -------
-    list of Path
-        The databases.
+    `folder`: where to write them. `first_seed`: seed of the first; those of the others follow.
+    `fingers`: fingers of each. `workers`: processes to use (default: one a core). `progress`:
+    called with stage "synth" for each database in turn. The result is the databases.
     """
     made = []
     for seed, (preset, sensor) in enumerate(KINDS, first_seed):

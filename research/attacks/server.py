@@ -69,10 +69,7 @@ def enrol_samples(gallery: Path) -> None:
 def started(words: Sequence[str], gallery: Path, log: Path, *, open_files: int) -> Iterator[Server]:
     """Start a server with a limit of open files; wait until it prints its address.
 
-    Raises
-    ------
-    OSError
-        If it ends before that.
+    Raises an `OSError` if it ends before that.
     """
     limited = ["bash", "-c", f'ulimit -n {open_files}; exec "$0" "$@"']
     with log.open("wb") as file:

@@ -14,8 +14,7 @@ import repository  # noqa: F401
 from fpmatch.base.text_table import text_table
 from research.commands import Command, json_file, workers, write_json
 from research.experiments.distortion import KINDS, DistortionParameters, measure_distortion
-from research.tables.accuracy import FORMS
-from research.tables.distortion import distortion_rows
+from research.tables.accuracy import FORMS, distortion_rows
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -26,7 +26,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from research.commands import Command, folders, json_file, write_json
-from research.tables.indexing import format_indexing
+from research.tables.searching import format_indexing
 from research.training.index import PASSED_ON, gallery_prints, segment_of
 
 if TYPE_CHECKING:
@@ -173,13 +173,7 @@ def measured(kinds: Sequence[Kind], prints: int, every: int = 1) -> dict[str, An
         "others": prints,
         "losses": LOSSES,
         "least": LEAST_PASSED_ON,
-        "plans": [
-            [
-                [p.budget, p.by_terms, p.by_descriptors]
-                for p in (search_plan(loss, n) for loss in LOSSES)
-            ]
-            for n in GALLERIES
-        ],
+        "plans": [[plan_of(loss, n) for loss in LOSSES] for n in GALLERIES],
         "loss": [lost(kind, others, every) for kind in kinds],
         "bytes": [bytes_a_print(kind) for kind in kinds],
         "speed": [speed(others, probes, count) for count in GALLERIES],

@@ -6,11 +6,14 @@ A command must finish, name exactly the damaged files, and end with the right ex
 from __future__ import annotations
 
 import json
+import tempfile
 import time
 from dataclasses import dataclass, field, replace
 from itertools import count, cycle
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 import numpy as np
 from click.testing import CliRunner, Result
 from PIL import Image
@@ -20,10 +23,11 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
+from research.commands import Command
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-    from pathlib import Path
 
     from fpmatch.lab.synthesis.sensor import Sensor
 
@@ -130,23 +134,9 @@ def check_batches(
 ) -> list[Verdict]:
     """Make batches and give them to every command that takes many prints.
 
-    Parameters
-    ----------
-    folder : Path
-        An empty folder for all files.
-    prints : int
-        Files of each batch.
-    sensor : Sensor
-        Size and resolution of the images.
-    every : int
-        One file in so many is damaged.
-    workers : int
-        Processes that the commands use.
-
-    Returns
-    -------
-    list of Verdict
-        One for each command and batch.
+    `folder`: an empty folder for all files. `prints`: files of each batch. `sensor`: size and
+    resolution of the images. `every`: one file in so many is damaged. `workers`: processes that the
+    commands use. The result is one for each command and batch.
     """
     images, templates = make_batches(folder, prints, sensor, every)
     verdicts = []
@@ -221,3 +211,25 @@ def _verdict(
 def _names(line: str, file: Path) -> bool:
     """Return whether a line names a file: its path, or its bare name in quotes."""
     return f"/{file.name}" in line or f"'{file.name}'" in line
+
+
+SENSOR = SENSORS["optical-388x374"]
+
+
+@click.command(cls=Command)
+@click.option("--prints", default=640, show_default=True, help="Files of each kind.")
+@click.option("--workers", default=1, show_default=True, help="Processes that commands use.")
+@click.pass_context
+def command(context: click.Context, prints: int, workers: int) -> None:
+    """Check that commands finish batches with damaged files among them.
+
+    Images of FVC's size and templates are made, one in ten of them damaged, and given to inspect,
+    extract, enrol, evaluate and score. Each command must finish, name exactly the damaged files
+    and end with the right exit status; otherwise the exit status is 1.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        verdicts = check_batches(Path(folder), prints, SENSOR, workers=workers)
+    for verdict in verdicts:
+        words = "; ".join(verdict.faults) or "right"
+        click.echo(f"{verdict.command:<20} {verdict.seconds:7.1f} s  {words}")
+    context.exit(1 if any(verdict.faults for verdict in verdicts) else 0)

@@ -32,18 +32,9 @@ WRONG: Final = "wrong resolution"
 class DatabaseCheck:
     """The images and templates of one database.
 
-    Parameters
-    ----------
-    name : str
-        The database.
-    images : int
-        Its images.
-    doubted : list of str
-        Files whose correct resolution was doubted.
-    first : list of (GreyImage, float)
-        The first image of each finger, and its resolution.
-    fingers : dict of int or str to list of Template
-        The templates of each finger.
+    `name`: the database. `images`: its images. `doubted`: files whose correct resolution was
+    doubted. `first`: the first image of each finger, and its resolution. `fingers`: the templates
+    of each finger.
     """
 
     name: str

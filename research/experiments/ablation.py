@@ -51,16 +51,9 @@ REPORTED: Final = ("eer", "fmr1000")
 class Variant:
     """Describe a variant: the lines that replace others, and features without a weight.
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    replaced : tuple of (str, str, str)
-        File of the package, the lines that occur in it once, and those that replace them.
-    without : tuple of str
-        Features of the score that get no weight.
-    conditioned : bool
-        Whether the sums are conditioned on how much was compared.
+    `name`: its name. `replaced`: file of the package, the lines that occur in it once, and those
+    that replace them. `without`: features of the score that get no weight. `conditioned`: whether
+    the sums are conditioned on how much was compared.
     """
 
     name: str
@@ -80,12 +73,8 @@ class Work:
 def ablation_command(variants: Sequence[Variant], script: str) -> click.Command:
     """Return the command that measures variants, the first of which is the base.
 
-    Parameters
-    ----------
-    variants : sequence of Variant
-        The variants.
-    script : str
-        The file that runs `run_worker` when its first argument is ``--worker``.
+    `variants`: the variants. `script`: the file that runs `run_worker` when its first argument is
+    ``--worker``.
     """
 
     @click.command(cls=Command)

@@ -58,21 +58,12 @@ KINDS: Final = ("ridges", "minutiae")
 class DistortionParameters:
     """Set the prints and the classes of strain; lengths in pixels at 500 dpi.
 
-    Parameters
-    ----------
-    fingers, impressions : int
-        Numbers of prints: the first two impressions of a finger are not distorted, the last most.
-    seed : int
-        Of the fingers.
-    max_torsion_deg, max_traction_px : float
-        Turn and drag of the finger over the sensor in the last impression; proportionally less in
-        the others. In the contacts of the preset "clean" the skin just does not fold.
-    grid_px : int
-        Step of the grid on which strain and displacement are measured.
-    limits : tuple of float
-        Strains between the classes.
-    min_pairs : int
-        Least number of genuine pairs in a class that is reported.
+    `fingers`, `impressions`: numbers of prints: the first two impressions of a finger are not
+    distorted, the last most. `seed`: of the fingers. `max_torsion_deg`, `max_traction_px`: turn and
+    drag of the finger over the sensor in the last impression; proportionally less in the others. In
+    the contacts of the preset "clean" the skin just does not fold. `grid_px`: step of the grid on
+    which strain and displacement are measured. `limits`: strains between the classes. `min_pairs`:
+    least number of genuine pairs in a class that is reported.
     """
 
     fingers: int = 24
@@ -89,12 +80,8 @@ class DistortionParameters:
 class PressedFinger:
     """The prints of one finger on one sensor.
 
-    Parameters
-    ----------
-    templates : list of Template
-        One an impression.
-    strain, displacement_px : ndarray of float64, shape (K,)
-        Of each pair of impressions, in the order of ``numpy.triu_indices``.
+    `templates`: one an impression. `strain`, `displacement_px` (K,): of each pair of impressions,
+    in the order of ``numpy.triu_indices``.
     """
 
     templates: list[Template]
@@ -124,26 +111,11 @@ def distortion_between(
 ) -> tuple[float, float]:
     """Measure how far the map from one impression to another is from a similarity transform.
 
-    Parameters
-    ----------
-    probe, reference : Impression
-        Two impressions of one finger.
-    grid_px : int
-        Step of the grid of points, in pixels of the probe.
-
-    Returns
-    -------
-    strain : float
-        The 95th percentile, over the skin in both prints, of the larger principal strain: the share
-        by which a length is longer or shorter than under the nearest similarity transform.
-    displacement : float
-        The largest distance there between a point and its place under that transform, in pixels of
-        the reference.
-
-    Raises
-    ------
-    DatasetError
-        If the two share too little skin.
+    `probe`, `reference`: two impressions of one finger. `grid_px`: step of the grid of points, in
+    pixels of the probe. The result is the 95th percentile, over the skin in both prints, of the
+    larger principal strain: the share by which a length is longer or shorter than under the nearest
+    similarity transform. The largest distance there between a point and its place under that
+    transform, in pixels of the reference. Raises a `DatasetError` if the two share too little skin.
 
     Examples
     --------
@@ -172,10 +144,7 @@ def distortion_between(
 def true_transform(probe: Impression, reference: Impression) -> Similarity:
     """Return the similarity nearest to the true map between impressions, over skin that both show.
 
-    Raises
-    ------
-    TransformError
-        If they share too little skin.
+    Raises a `TransformError` if they share too little skin.
     """
     points, there, shared = _skin_in_both(probe, reference, FITTED_EVERY_PX)
     return Similarity.fit(points[shared], there[shared])
@@ -226,23 +195,14 @@ def measure_distortion(
 ) -> dict[str, Any]:
     """Measure scores and error rates of the default matcher by distortion.
 
-    Parameters
-    ----------
-    parameters : DistortionParameters, optional
-        The prints and the classes of strain.
-    workers : int, optional
-        Processes to use (default: one a core). The results are the same for any number.
-    progress : callable
-        Called as ``progress("press", done, total)`` with numbers of fingers.
-
-    Returns
-    -------
-    dict
-        JSON values: the parameters, and ``"conditions"``, one for each of `CONDITIONS`. A condition
-        holds its numbers of pairs and ``"classes"`` by strain; a class its limits, the number of
-        genuine pairs, the medians of strain and displacement, and for each of `KINDS` the median
-        and quartiles of the score, the share of scores below the default threshold, and FNMR at an
-        FMR of 0.1 % among the impostor pairs of the condition.
+    `parameters`: the prints and the classes of strain. `workers`: processes to use (default: one a
+    core). The results are the same for any number. `progress`: called as ``progress("press", done,
+    total)`` with numbers of fingers. The result is JSON values: the parameters, and
+    ``"conditions"``, one for each of `CONDITIONS`. A condition holds its numbers of pairs and
+    ``"classes"`` by strain; a class its limits, the number of genuine pairs, the medians of strain
+    and displacement, and for each of `KINDS` the median and quartiles of the score, the share of
+    scores below the default threshold, and FNMR at an FMR of 0.1 % among the impostor pairs of the
+    condition.
     """
     p = parameters or DistortionParameters()
     done = 0

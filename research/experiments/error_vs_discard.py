@@ -6,12 +6,14 @@ from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import click
 import numpy as np
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.assess import assess
 from fpmatch.image.quality.print_quality import PrintQuality
+from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction, attempt_each_image
 from fpmatch.lab.evaluation.rates.error_vs_discard import (
     FMR,
@@ -20,7 +22,9 @@ from fpmatch.lab.evaluation.rates.error_vs_discard import (
     discard_curve,
     pool,
 )
-from fpmatch.lab.evaluation.run import evaluate_templates
+from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
+from research.commands import Command, folders, json_file, workers, write_json
+from research.tables.quality import discard_tables
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,19 +42,9 @@ def sample_quality(
 ) -> list[QualitySample]:
     """Extract, grade and compare the prints of some databases.
 
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases.
-    workers : int, optional
-        Processes to use (default: one a core).
-    progress : callable
-        Called with the stages "extract" and "compare".
-
-    Returns
-    -------
-    list of QualitySample
-        One a database; a print without a template has quality 0.
+    `datasets`: the databases. `workers`: processes to use (default: one a core). `progress`: called
+    with the stages "extract" and "compare". The result is one a database; a print without a
+    template has quality 0.
     """
     found = [
         [attempt.result for attempt in attempts if attempt.result]
@@ -107,3 +101,26 @@ def _sample(row: SetResult, qualities: Sequence[PrintQuality]) -> QualitySample:
         scores[~genuine],
         reasons,
     )
+
+
+@click.command(
+    cls=Command,
+    epilog="""\b
+Examples:
+  python -m research error-vs-discard fvc/*/* --json fvc.json
+  python -m research tables quality --fvc fvc.json
+""",
+)
+@folders
+@json_file
+@workers
+def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | None) -> None:
+    """Measure the false non-match rate where the worst prints are discarded.
+
+    Prints are discarded in the order of their quality, on FVC-style databases DIR.
+    """
+    datasets = with_unique_names(load_datasets(folders))
+    results = curves_as_json(sample_quality(datasets, workers=workers))
+    click.echo(discard_tables(results))
+    if json_file:
+        write_json(json_file, results)

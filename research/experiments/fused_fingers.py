@@ -5,13 +5,19 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
 
+import click
 import numpy as np
 
 from fpmatch.fingers.fused_fingers import fuse_fingers
-from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.lab.evaluation.report.results import scores_of
+from fpmatch.lab.evaluation.run import evaluate
+from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from research.commands import Command, folders, json_file, workers, write_json
+from research.tables.identification import format_fusion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -62,3 +68,20 @@ def check_fusion(sets: Sequence[ScoresSet], calibration: Calibration, apart: int
         "two_fingers": [float(np.mean(of_both >= s) / score_to_fmr(s)) for s in CHECKED],
         "one_finger": [float(np.mean(of_one >= s) / score_to_fmr(s)) for s in CHECKED],
     }
+
+
+@click.command(cls=Command)
+@folders
+@json_file
+@workers
+def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | None) -> None:
+    """Measure whether the fused scores of two fingers state how often impostors reach them.
+
+    Two fingers of a database stand for a subject: neighbouring ones, and fingers five apart.
+    """
+    report = evaluate(list(folders), workers=workers)
+    calibration = load_calibration(report.matcher)
+    results = [check_fusion(scores_of(report), calibration, apart) for apart in (1, 5)]
+    click.echo(format_fusion(results))
+    if json_file is not None:
+        write_json(json_file, results)

@@ -40,20 +40,12 @@ _UNDEFINED: Final = "-"
 class ImageStatistics:
     """The statistics of one image; the foreground is where the extractor finds ridges.
 
-    Parameters
-    ----------
-    period_px : float
-        Median ridge period in the foreground, in pixels at 500 dpi; NaN without a foreground.
-    area_mm2 : float
-        Area of the foreground in square millimetres.
-    minutiae_per_mm2 : float
-        Extracted minutiae by area; NaN without a foreground.
-    mean, contrast : float
-        Mean and standard deviation of the grey levels of the whole image, 0 to 255.
-    ridge_contrast : float
-        Standard deviation in the foreground alone; NaN without a foreground.
-    foreground : float
-        Share of the image that is foreground.
+    `period_px`: median ridge period in the foreground, in pixels at 500 dpi; NaN without a
+    foreground. `area_mm2`: area of the foreground in square millimetres. `minutiae_per_mm2`:
+    extracted minutiae by area; NaN without a foreground. `mean`, `contrast`: mean and standard
+    deviation of the grey levels of the whole image, 0 to 255. `ridge_contrast`: standard deviation
+    in the foreground alone; NaN without a foreground. `foreground`: share of the image that is
+    foreground.
     """
 
     period_px: float
@@ -81,14 +73,8 @@ TITLES: Final = {
 class DatabaseStatistics:
     """The statistics of the images of a database.
 
-    Parameters
-    ----------
-    name : str
-        The database's.
-    prints : tuple of ImageStatistics
-        One for each image that can be read, in the database's order.
-    failures : tuple of str
-        Why the others cannot.
+    `name`: the database's. `prints`: one for each image that can be read, in the database's order.
+    `failures`: why the others cannot.
     """
 
     name: str
@@ -120,10 +106,8 @@ class DatabaseStatistics:
 def measure_image(path: Path, dpi: float | None) -> ImageStatistics:
     """Measure one image file; without `dpi`, its resolution is the file's, or else 500 dpi.
 
-    Raises
-    ------
-    ImageReadError, ImageError, ResolutionError
-        If the file cannot be read, or contains no image that could be a print.
+    Raises an `ImageReadError, ImageError, ResolutionError` if the file cannot be read, or contains
+    no image that could be a print.
     """
     image = read_image(path)
     recorder = StageRecorder()
@@ -150,19 +134,9 @@ def measure_sets(
 ) -> list[DatabaseStatistics]:
     """Measure all images of some databases.
 
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases.
-    workers : int, optional
-        Processes to use (default: one a core). The results are the same for any number.
-    progress : callable
-        Called with stage "measure" and numbers of images.
-
-    Returns
-    -------
-    list of DatabaseStatistics
-        One for each database.
+    `datasets`: the databases. `workers`: processes to use (default: one a core). The results are
+    the same for any number. `progress`: called with stage "measure" and numbers of images. The
+    result: one for each database.
     """
     measured = attempt_each_image(
         datasets, measure_image, stage="measure", workers=workers, progress=progress
@@ -207,18 +181,9 @@ def format_statistics(
 ) -> str:
     """Return a table a statistic: a row a database, a column a quantile.
 
-    Parameters
-    ----------
-    sets : sequence of DatabaseStatistics
-        The databases.
-    against : sequence of DatabaseStatistics
-        Others to compare with. They follow in the same tables, then their range; a last column
-        holds the share of the images of each of `sets` outside that range.
-
-    Raises
-    ------
-    DatasetError
-        If there is no database.
+    `sets`: the databases. `against`: others to compare with. They follow in the same tables, then
+    their range; a last column holds the share of the images of each of `sets` outside that range.
+    Raises a `DatasetError` if there is no database.
     """
     if not sets:
         raise DatasetError("no database given")

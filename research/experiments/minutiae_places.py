@@ -41,16 +41,9 @@ SMEARED_BRIGHTNESS: Final = 0.3  # from ink (5th percentile) to paper (95th): fi
 class PlaceCounts:
     """Count the minutiae of one place; counts add up.
 
-    Parameters
-    ----------
-    known : int
-        Known minutiae: true ones that can be seen, or those of another extractor.
-    found : int
-        Those of them that were extracted.
-    extracted : int
-        Extracted minutiae, without those that are true ones not to be seen.
-    right : int
-        Those of them that are known ones.
+    `known`: known minutiae: true ones that can be seen, or those of another extractor. `found`:
+    those of them that were extracted. `extracted`: extracted minutiae, without those that are true
+    ones not to be seen. `right`: those of them that are known ones.
     """
 
     known: int = 0
@@ -85,20 +78,9 @@ def places_of(
 ) -> dict[str, NDArray[np.bool_]]:
     """Return which points lie in each of `PLACES`.
 
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        The image, ridges dark.
-    dpi : float
-        Its resolution.
-    xy : ndarray of float, shape (N, 2)
-        Points, in pixels of the image.
-    cores : ndarray of float, shape (K, 2), optional
-        Cores of the print, in the same frame; without them no point is at the core.
-
-    Returns
-    -------
-    dict of str to ndarray of bool, shape (N,)
+    `grey` (H, W): the image, ridges dark. `dpi`: its resolution. `xy` (N, 2): points, in pixels of
+    the image. `cores` (K, 2): cores of the print, in the same frame; without them no point is at
+    the core.
     """
     px = dpi / STANDARD_DPI
     window = WINDOW_PX * px
@@ -143,16 +125,9 @@ def count_by_place(
 ) -> dict[str, PlaceCounts]:
     """Count extracted and known minutiae of one print in each place.
 
-    Parameters
-    ----------
-    extracted, known : Minutiae
-        In one frame.
-    visible : ndarray of bool, shape (number of known,)
-        Which of the known ones can be seen.
-    places : tuple of two dict
-        `places_of` the extracted and the known ones.
-    tolerance : Tolerance
-        Within which two minutiae are the same.
+    `extracted`, `known`: in one frame. `visible` (number of known,): which of the known ones can be
+    seen. `places`: `places_of` the extracted and the known ones. `tolerance`: within which two
+    minutiae are the same.
     """
     pairs = assign_minutiae(extracted, known, visible, tolerance)
     seen = visible[pairs[:, 1]]

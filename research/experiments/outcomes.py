@@ -6,12 +6,15 @@ import math
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
+import click
 import numpy as np
 
 from fpmatch.base.text_table import markdown_table
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.cropping import crop_at
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     ENOUGH_MM2,
@@ -27,15 +30,17 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from research.commands import Command, folders, json_file, workers, write_json
 from research.partial_templates import fragment
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.impression import Impression
+    from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.templates.minutiae import Template
 
 FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)  # minutiae
@@ -161,3 +166,31 @@ def format_outcomes(rows: Sequence[Mapping[str, Any]]) -> str:
         shares = [100.0 * np.array(row[kind]) / max(1, sum(row[kind])) for kind in KINDS]
         body.append([row["name"], *(f"{share:.2f}" for share in np.concatenate(shares))])
     return markdown_table([head, *body])
+
+
+@click.command(cls=Command)
+@folders
+@click.option("--parts", default=40, show_default=True, help="Of each kind and database.")
+@click.option("--seed", default=0, show_default=True)
+@json_file
+@workers
+def command(
+    folders: tuple[Path, ...], parts: int, seed: int, json_file: Path | None, workers: int | None
+) -> None:
+    """Count the outcomes MATCH, NO MATCH and INCONCLUSIVE of genuine and of impostor pairs.
+
+    Each DIR is an FVC-style database. All pairs of its prints are compared, and parts of prints
+    with all other prints: some neighbouring minutiae with the ridges around them or without, and
+    squares of the images at random places, extracted again. After the table stand the extremes of
+    the prints' ridges, by which other pictures are recognised.
+    """
+    sets = extract_datasets(load_datasets(folders), workers=workers)
+    rows = []
+    for row in outcome_rows(sets, parts, seed):
+        rows.append(row.as_json())
+        click.echo(f"{len(rows)}: {row.name}", err=True)
+    click.echo(format_outcomes(rows))
+    for extracted in sets:
+        click.echo(ridge_extremes(extracted))
+    if json_file is not None:
+        write_json(json_file, {"rows": rows})

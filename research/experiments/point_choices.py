@@ -11,8 +11,16 @@ from dataclasses import replace
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
+import click
+import numpy as np
+
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.lab.evaluation.databases.dataset import with_unique_names
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.lab.points.conditions import conditions, make_pair
 from fpmatch.lab.points.trials import is_recognised
+from fpmatch.matching.matchers.paper import matcher_with
 from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.paper.matcher import (
     UnitCircleParameters,
@@ -21,9 +29,12 @@ from fpmatch.pointset.paper.matcher import (
 )
 from fpmatch.pointset.paper.prepared_points import prepare_points
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
+from research.commands import PATH, Command, folders, write_json
+from research.tables.points import count_accepted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from fpmatch.lab.points.conditions import Condition
 
@@ -43,14 +54,11 @@ def measure_paper(
 ) -> dict[str, Any]:
     """Measure the paper's method at one condition with one area tolerance.
 
-    Returns
-    -------
-    dict
-        JSON values: the condition; ``passing``, the share of similar pairs among the ring pairs of
-        equal degree; ``median_ms`` of a genuine pair and ``independent_ms`` of an independent
-        pair; ``true_positives`` and ``false_positives`` by the paper's rule, more than ρ of the
-        points; the same with the suffix ``_at_rho`` by ρ or more of them, and with the suffix
-        ``_80`` by 80 % of ⌈ρm⌉.
+    The result is JSON values: the condition; ``passing``, the share of similar pairs among the ring
+    pairs of equal degree; ``median_ms`` of a genuine pair and ``independent_ms`` of an independent
+    pair; ``true_positives`` and ``false_positives`` by the paper's rule, more than ρ of the points;
+    the same with the suffix ``_at_rho`` by ρ or more of them, and with the suffix ``_80`` by 80 %
+    of ⌈ρm⌉.
     """
     rho, fewest = (
         condition.parameters.rho,
@@ -96,13 +104,9 @@ def measure_exit(
 ) -> dict[str, Any]:
     """Measure the default matcher at one condition with a limit on its proposals.
 
-    `per_point` is the largest number of proposals per point of Q, 0 for the matcher's default.
-
-    Returns
-    -------
-    dict
-        JSON values: the condition; ``true_positives`` of ``trials``, the median and the longest
-        time of a genuine pair, and the median time of an independent pair, in ms.
+    `per_point` is the largest number of proposals per point of Q, 0 for the matcher's default. The
+    result: JSON values: the condition; ``true_positives`` of ``trials``, the median and the longest
+    time of a genuine pair, and the median time of an independent pair, in ms.
     """
     parameters = TriangleParameters()
     if per_point:
@@ -135,18 +139,10 @@ def measure_points(
 ) -> dict[str, list[dict[str, Any]]]:
     """Measure both matchers at every condition with up to 200 points of P.
 
-    Parameters
-    ----------
-    trials : int
-        Genuine pairs, and independent pairs, per condition; a quarter of them where they are slow.
-    finished : callable
-        Called with the name of each condition when it is done.
-
-    Returns
-    -------
-    dict
-        ``paper`` and ``exits``: results of `measure_paper` and `measure_exit`, the latter with
-        ``paper_ms``, the time of the paper's method on an independent pair.
+    `trials`: genuine pairs, and independent pairs, per condition; a quarter of them where they are
+    slow. `finished`: called with the name of each condition when it is done. The result is
+    ``paper`` and ``exits``: results of `measure_paper` and `measure_exit`, the latter with
+    ``paper_ms``, the time of the paper's method on an independent pair.
     """
     few = max(1, trials // 4)
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}
@@ -170,3 +166,37 @@ def _named(condition: Condition) -> dict[str, Any]:
         "m": condition.m,
         "n": condition.n,
     }
+
+
+@click.command(cls=Command)
+@folders
+@click.option("--json", "json_file", metavar="FILE", required=True, type=PATH, help="Results.")
+@click.option("--trials", default=40, show_default=True, help="Pairs of point sets per condition.")
+def command(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
+    """Measure choices that the paper leaves open: rho and the area tolerance.
+
+    DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
+    random point sets, those of `fpmatch points bench` up to 200 points, the area tolerance, the
+    decision rule, and an early exit of the default matcher are measured. Times are processor times.
+    """
+    results: dict[str, Any] = {"prints": _prints(folders)}
+    results |= measure_points(trials, lambda name: click.echo(name, err=True))
+    write_json(json_file, results)
+
+
+def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
+    """Return the numbers of pairs that match, by area tolerance and database."""
+    rows = []
+    with processes(1) as engine:
+        sets = extract_datasets(with_unique_names(load_datasets(folders)), engine=engine)
+        for area in AREA_TOLERANCES:
+            matcher = matcher_with("paper", area_tolerance=area)
+            report = evaluate_templates(sets, matcher=matcher, engine=engine)
+            counted = [
+                count_accepted(row.name, row.outcomes["similarity"], row.pairs.genuine)
+                for row in report.sets
+            ]
+            times = np.concatenate([row.outcomes["cpu_us"] for row in report.sets])
+            rows.append({"area_tolerance": area, "ms": float(times.mean()) / 1e3, "sets": counted})
+            click.echo(f"prints, area tolerance {area:g}", err=True)
+    return rows

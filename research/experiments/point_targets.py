@@ -18,11 +18,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import click
+
 from fpmatch.lab.points.conditions import PAPER_ROWS, Condition, conditions
+from fpmatch.lab.points.results import read_results
 from fpmatch.lab.points.summary import geometric_mean, speed_ups
+from research.commands import PATH, Command
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from fpmatch.lab.points.results import BenchResults, PointCell
 
@@ -115,3 +120,23 @@ def _missed_speed_up(results: BenchResults) -> Iterator[str]:
             "triangles over van-wamelen, patch, n = 2m: "
             f"{geometric_mean(ratios):.2f} times as fast, target at least {LEAST_SPEED_UP:g} times"
         )
+
+
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research check points docs/data/pointsets_bench.json
+""",
+)
+@click.argument("results", metavar="FILE", type=PATH)
+@click.pass_context
+def command(context: click.Context, results: Path) -> None:
+    """List the results on random point sets that miss their targets.
+
+    FILE is what ``fpmatch points bench --json`` wrote; `research.experiments.point_targets` defines
+    the targets. The exit status is 1 if any is missed.
+    """
+    missed = missed_targets(read_results(results))
+    click.echo("\n".join(missed) if missed else "no cell misses a target")
+    context.exit(1 if missed else 0)

@@ -18,18 +18,24 @@ from fpmatch.base.encryption.keys import Key
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from research.all_pairs import compare_all_pairs
 from research.commands import ROOT
-from research.unlinkability import d_sys
 
 sys.path.append(str(ROOT / "examples" / "revocable"))
 
+import click
+
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch_revocable.compare import shared_words, similarity
 from fpmatch_revocable.template import protect
+from research.commands import Command, folders, json_file, workers, write_json
+from research.tables.revocable import format_revocable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
     from typing import Self
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.templates.minutiae import Template
@@ -150,3 +156,63 @@ def _row_quantiles(template: RevocableTemplate) -> NDArray[np.float64]:
 
 def _repeated(template: RevocableTemplate) -> int:
     return template.words.size - len(np.unique(template.words))
+
+
+@click.command(cls=Command)
+@folders
+@json_file
+@workers
+def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | None) -> None:
+    """Measure revocable templates of the prints of FVC-style databases DIR.
+
+    All impressions of a database are compared, those of one finger as genuine pairs: as revocable
+    templates of one key, and by the default matcher. Templates of two random keys are judged by
+    each attack; D_sys (ISO/IEC 30136) is 0 where mated and non-mated pairs are judged alike.
+
+    --json writes what ``python -m research tables revocable --measured`` reads.
+    """
+    found = measure_revocable(extract_datasets(load_datasets(folders), workers=workers))
+    click.echo(format_revocable({"measured": found}))
+    if json_file:
+        write_json(json_file, found)
+
+
+def d_sys(mated: ArrayLike, non_mated: ArrayLike, *, omega: float = 1.0) -> float:
+    """Return how far judgements tell pairs of one finger from others: 0 not at all, 1 always.
+
+    Both distributions are estimated by histograms of the same bins, which contain about as many
+    judgements each, a bin for each value where there are few: about the square root of the number
+    of mated ones. `mated`, `non_mated` (M,): judgements of pairs of templates of one finger, and of
+    different fingers. `omega`: ratio of the prior probabilities of both.
+
+    References
+    ----------
+    Gomez-Barrero, Galbally, Rathgeb, Busch: General framework to evaluate unlinkability in
+    biometric template protection systems, IEEE TIFS 13(6), 2018, eq. 4 to 8.
+
+    Examples
+    --------
+    >>> d_sys([1.0] * 50, [0.0] * 50), d_sys([1.0] * 50, [1.0] * 80)
+    (1.0, 0.0)
+    """
+    m, n = np.sort(np.asarray(mated, float)), np.sort(np.asarray(non_mated, float))
+    edges = _edges(m, n)
+    of_mated, of_others = _shares(m, edges), _shares(n, edges)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = omega * of_mated / of_others
+        local = np.where(ratio > 1, 2 * ratio / (1 + ratio) - 1, 0.0)
+    local[(of_others == 0) & (of_mated > 0)] = 1.0
+    return float((of_mated * local).sum())
+
+
+def _edges(mated: NDArray[np.float64], non_mated: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lower ends of the bins."""
+    bins = max(2, round(len(mated) ** 0.5))
+    pooled = np.concatenate([np.quantile(s, np.arange(bins) / bins) for s in (mated, non_mated)])
+    return np.unique(pooled)
+
+
+def _shares(values: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return which share of the values lies in each bin."""
+    bins = np.searchsorted(edges, values, "right")
+    return np.bincount(bins, minlength=len(edges) + 1) / len(values)

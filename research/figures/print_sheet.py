@@ -34,19 +34,8 @@ _EDGE: Final = Pen(PANEL_EDGE, width=1.0)
 class PrintTile:
     """One print of a sheet.
 
-    Parameters
-    ----------
-    pixels : ndarray of uint8, shape (H, W)
-        The picture.
-    dpi : float
-        Its resolution.
-    caption : str, optional
-        What to write below it.
-
-    Raises
-    ------
-    ResolutionError
-        If `dpi` is outside 100 to 4000.
+    `pixels` (H, W): the picture. `dpi`: its resolution. `caption`: what to write below it. Raises a
+    `ResolutionError` if `dpi` is outside 100 to 4000.
     """
 
     pixels: NDArray[np.uint8] = field(repr=False)
@@ -62,24 +51,10 @@ def print_sheet(
 ) -> NDArray[np.uint8]:
     """Draw prints row by row, all at one scale, each above its caption.
 
-    Parameters
-    ----------
-    rows : sequence of sequence of PrintTile
-        The prints, as they are to stand; rows may differ in length.
-    dpi : float, optional
-        Resolution of the sheet (default 250).
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Grey.
-
-    Raises
-    ------
-    OutputError
-        If there is no print, or the sheet would be larger than 16384 pixels on a side.
-    ResolutionError
-        If `dpi` is outside 100 to 4000.
+    `rows`: the prints, as they are to stand; rows may differ in length. `dpi`: resolution of the
+    sheet (default 250). The result is grey. Raises an `OutputError` if there is no print, or the
+    sheet would be larger than 16384 pixels on a side; a `ResolutionError` if `dpi` is outside 100
+    to 4000.
 
     Examples
     --------

@@ -12,7 +12,6 @@ import click
 from research.commands import PATH, Command, json_file, write_json
 from research.fuzzing import campaign
 from research.fuzzing.loop import Count, Limits, run
-from research.fuzzing.replay import replay
 from research.fuzzing.sanitizer import run_sanitized
 from research.fuzzing.targets import all_targets
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from research.fuzzing.targets.target import Target
+    from research.fuzzing.targets.target import Reader, Target
 
 SECONDS: Final = 60.0
 PROGRESS_SECONDS: Final = 2.0
@@ -177,3 +176,28 @@ def _as_json(name: str, count: Count) -> dict[str, Any]:
             {"reason": one.reason, "inputs": one.times} for one in count.findings.values()
         ],
     }
+
+
+def replay(files: Sequence[Path], targets: Sequence[Target]) -> int:
+    """Print what becomes of each file; return 1 where one fails, else 0.
+
+    A file that a run saved is named after its target; others are read by all targets.
+    """
+    failed = 0
+    made: dict[str, Reader] = {}
+    for path in files:
+        data = path.read_bytes()
+        own = [target for target in targets if path.name.startswith(f"{target.name}-")]
+        named = sorted(own, key=lambda target: -len(target.name))[:1]
+        for target in named or targets:
+            reader = made.setdefault(target.name, target.make())
+            only = reader._replace(corpus=[data])
+            (count,) = list(run(target, only, limits=Limits(files=0.5, most_kinds=1)))[-1:]
+            finding = next(iter(count.findings.values()), None)
+            failed += finding is not None
+            what = "is read" if not count.refused else "is refused"
+            if finding:
+                what = f"{finding.reason}\n{finding.details}"
+            if finding or named:
+                click.echo(f"{path}: {target.name}: {what}")
+    return 1 if failed else 0

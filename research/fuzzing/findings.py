@@ -20,18 +20,8 @@ NOT_OURS = "in no file of fpmatch"
 class Finding:
     """The first input that showed one kind of failure, and how often it was seen.
 
-    Parameters
-    ----------
-    target : str
-        Name of the target.
-    data : bytes
-        The input.
-    reason : str
-        One line: what happened, and where.
-    details : str
-        The traceback, or the report of a sanitizer.
-    times : int
-        How many inputs showed it.
+    `target`: name of the target. `data`: the input. `reason`: one line: what happened, and where.
+    `details`: the traceback, or the report of a sanitizer. `times`: how many inputs showed it.
     """
 
     target: str

@@ -53,18 +53,11 @@ DUMP_SECONDS = 0.5  # that a process which hangs may take to write where it is
 class Count:
     """Count the outcomes of the inputs of one target.
 
-    Parameters
-    ----------
-    inputs, damaged, refused : int
-        Files that were to be read, those of them that had been damaged, and those refused.
-    seconds : float
-        How long it took, all processes together.
-    slowest_ms : int
-        The longest that an input took, in milliseconds.
-    peak_mb : int
-        The most memory that a process used, in millions of bytes.
-    findings : dict of str to Finding
-        What went wrong, each kind once, with the first input that showed it.
+    `inputs`, `damaged`, `refused`: files that were to be read, those of them that had been damaged,
+    and those refused. `seconds`: how long it took, all processes together. `slowest_ms`: the
+    longest that an input took, in milliseconds. `peak_mb`: the most memory that a process used, in
+    millions of bytes. `findings`: what went wrong, each kind once, with the first input that showed
+    it.
     """
 
     inputs: int = 0
@@ -80,16 +73,9 @@ class Count:
 class Limits:
     """Bound what an input may cost, and how much of a target is done.
 
-    Parameters
-    ----------
-    seconds, files : float
-        How long a target is fed, and with how many damaged files, whichever is over first.
-    hang_seconds : float
-        How long one input may take.
-    peak_mb : float
-        How much memory a process may use.
-    most_kinds : int
-        After how many kinds of failures a target is left.
+    `seconds`, `files`: how long a target is fed, and with how many damaged files, whichever is over
+    first. `hang_seconds`: how long one input may take. `peak_mb`: how much memory a process may
+    use. `most_kinds`: after how many kinds of failures a target is left.
     """
 
     seconds: float = math.inf
@@ -168,23 +154,10 @@ def run(
 ) -> Iterator[Count]:
     """Feed a target until its limits are reached; yield the counts so far now and then.
 
-    Parameters
-    ----------
-    target, reader : Target and Reader
-        The target, and what it made.
-    extra : sequence of bytes
-        Files besides the target's own.
-    seed : int
-        Another seed gives other inputs; so does another number of jobs.
-    limits : Limits
-        Of time, files and memory.
-    jobs : int
-        Number of processes.
-
-    Yields
-    ------
-    Count
-        The outcomes of the inputs that were read: the same object, updated.
+    `target`, `reader`: the target, and what it made. `extra`: files besides the target's own.
+    `seed`: another seed gives other inputs; so does another number of jobs. `limits`: of time,
+    files and memory. `jobs`: number of processes. The result is the outcomes of the inputs that
+    were read: the same object, updated.
     """
     total = Count()
     corpus = [*reader.corpus, *extra]

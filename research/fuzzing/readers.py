@@ -36,7 +36,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "evaluation/batch/store.py": ("unfinished-run",),
     "evaluation/ground_truth/truth.py": ("truth",),
     "evaluation/points/results.py": ("points-results",),
-    "evaluation/scores.py": "makes arrays of numbers that are checked",
+    "evaluation/rates/scores.py": "makes arrays of numbers that are checked",
     "formats/codec.py": _TEMPLATES,
     "formats/files.py": _TEMPLATES,
     "formats/fmr.py": ("iso2005", "iso2011", "ansi2004", "ansi2009"),

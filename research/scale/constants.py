@@ -19,22 +19,12 @@ STAGES: Final = ("unpack", "prepare", "terms", "descriptors", "compact")
 class Constants:
     """Measured constants of one core and one print.
 
-    Parameters
-    ----------
-    delaunay_us : float
-        Processor time of scipy's Delaunay triangulation of 40 points in the same run.
-    enrol_us : float
-        Of enrolling a template in a gallery on SQLite.
-    index_us : dict of str to float
-        Of each of `STAGES`.
-    index_bytes : dict of str to float
-        Bytes a print of the index by part.
-    database_bytes : float
-        Bytes a print of the database.
-    search : list of (int, float)
-        Prints of a gallery, and seconds of processor time of a search; at least two, ascending.
-    genuine : list of int
-        Genuine pairs by score: of those from k to k + 1, entry k; the last, 100.
+    `delaunay_us`: processor time of scipy's Delaunay triangulation of 40 points in the same run.
+    `enrol_us`: of enrolling a template in a gallery on SQLite. `index_us`: of each of `STAGES`.
+    `index_bytes`: bytes a print of the index by part. `database_bytes`: bytes a print of the
+    database. `search`: prints of a gallery, and seconds of processor time of a search; at least
+    two, ascending. `genuine`: genuine pairs by score: of those from k to k + 1, entry k; the last,
+    100.
     """
 
     delaunay_us: float
@@ -73,10 +63,7 @@ class Constants:
     def from_dict(cls, document: Any) -> Constants:
         """Return the constants in a JSON document.
 
-        Raises
-        ------
-        FpmatchError
-            If one is missing, or is not a positive number.
+        Raises an `FpmatchError` if one is missing, or is not a positive number.
         """
         try:
             given = {f.name: document[f.name] for f in fields(cls)}

@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.text_table import markdown_table
+from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.report.rate_text import percent
 from research.experiments.distortion import KINDS
 from research.experiments.minutiae_places import format_places
 from research.experiments.outcomes import format_outcomes
-from research.tables.distortion import distortion_rows
 from research.wolves.table import format_wolves
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     Row = Mapping[str, Any]
+    from collections.abc import Mapping
 
 FORMS: Final = ("with ridges", "minutiae alone")
 _RATES: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
@@ -66,12 +67,13 @@ def format_accuracy(results: Row) -> str:
             "### Fragments and wolves",
             "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
             "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
-            "for crops and composed images in pixels. `research/benchmarks/wolves.py` measures it.",
+            "for crops and composed images in pixels. `python -m research measure wolves` measures "
+            "it.",
             format_wolves(results["wolves"]["rows"]),
             "### Outcomes",
             "Percent of the pairs with each outcome at the default threshold: all pairs of whole "
-            "prints; parts of prints with whole ones. `research/benchmarks/outcomes.py` measures "
-            "it.",
+            "prints; parts of prints with whole ones. `python -m research measure outcomes` "
+            "measures it.",
             format_outcomes(results["outcomes"]["rows"]),
             "### Distortion",
             *_distortion_tables(results["distortion_before"], results["distortion"]),
@@ -178,3 +180,46 @@ def _distortion_tables(before: Row, now: Row) -> list[str]:
 
 def _both(eer: float, fmr1000: float, factor: float = 1) -> str:
     return f"{factor * eer:.2f} / {factor * fmr1000:.2f}"
+
+
+def strain_class(row: Mapping[str, Any]) -> str:
+    """Name a class of strain in percent.
+
+    Examples
+    --------
+    >>> strain_class({"from": 0.05, "to": 0.1}), strain_class({"from": 0.4, "to": None})
+    ('5 to 10 %', '40 % or more')
+    """
+    if row["to"] is None:
+        return f"{100 * row['from']:.0f} % or more"
+    return f"{100 * row['from']:.0f} to {100 * row['to']:.0f} %"
+
+
+def distortion_rows(
+    conditions: Sequence[Mapping[str, Any]], kind: str, names: Sequence[str] = ("",)
+) -> list[list[str]]:
+    """Return one condition, measured once or several times, as rows of a table below a head.
+
+    `conditions`: one of the ``"conditions"`` of `measure_distortion`, from each measurement.
+    `kind`: one of `KINDS`. `names`: what to call each measurement in the head. The result is a row
+    a class of strain: largest displacement in the median, genuine pairs, and of each measurement
+    the median score, the share below the threshold, and FNMR. Raises a `DatasetError` if the
+    measurements are not of the same pairs.
+    """
+    columns = ("median score", "below threshold", "FNMR")
+    head = ["strain", "displacement", "pairs"]
+    head += [f"{name} {column}".strip() for column in columns for name in names]
+    rows = [head]
+    for same in zip(*(condition["classes"] for condition in conditions), strict=False):
+        if len({(row["from"], row["pairs"], row["displacement_px"]) for row in same}) != 1:
+            raise DatasetError("the measurements of distortion are not of the same pairs")
+        cells = [
+            strain_class(same[0]),
+            f"{same[0]['displacement_px']:.1f} px",
+            f"{same[0]['pairs']}",
+        ]
+        cells += [f"{row[kind]['score']:.1f}" for row in same]
+        cells += [percent(row[kind]["below_threshold"]) for row in same]
+        cells += [percent(row[kind]["fnmr"]) for row in same]
+        rows.append(cells)
+    return rows

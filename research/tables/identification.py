@@ -88,7 +88,7 @@ def _predictions(pooled: Mapping[str, Any]) -> str:
 
 
 def format_fusion(results: Sequence[Mapping[str, Any]]) -> str:
-    """Format what ``research/benchmarks/fused_fingers.py --json`` wrote as a Markdown table."""
+    """Format what ``python -m research measure fused-fingers --json`` wrote as a Markdown table."""
     head = ["measured rate / stated rate", *(f"score {s:g}" for s in results[0]["scores"])]
     rows = []
     for one in results:

@@ -20,16 +20,14 @@ from research.commands import ROOT, write_json
 from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
-from research.tables.headline import format_headline
 from research.tables.identification import format_fusion, format_identification, tests_kept
-from research.tables.indexing import format_indexing
-from research.tables.performance import format_ratios, format_stages
+from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
-from research.tables.searching import format_searching
+from research.tables.searching import format_indexing, format_searching
 from research.tables.serving import (
     OTHER_SERVERS,
     format_attacks,
@@ -52,10 +50,7 @@ CONTRIBUTING: Final = ROOT / "CONTRIBUTING.md"
 def read_json(path: Path) -> Any:
     """Read a JSON file.
 
-    Raises
-    ------
-    DatasetError
-        If it cannot be read.
+    Raises a `DatasetError` if it cannot be read.
     """
     try:
         return json.loads(path.read_text(encoding="utf-8"))
@@ -69,18 +64,9 @@ def read_json(path: Path) -> Any:
 class Part:
     """Describe the results of one measurement.
 
-    Parameters
-    ----------
-    help : str
-        The command that measures them.
-    file : str
-        The file in ``docs/data``.
-    alone : bool
-        Whether the file holds this part alone; otherwise it is an entry of the part's name.
-    keep : callable
-        Takes from the measured results what is kept.
-    read : callable
-        Reads a file that holds the part alone.
+    `help`: the command that measures them. `file`: the file in ``docs/data``. `alone`: whether the
+    file holds this part alone; otherwise it is an entry of the part's name. `keep`: takes from the
+    measured results what is kept. `read`: reads a file that holds the part alone.
     """
 
     help: str
@@ -144,8 +130,8 @@ PAGES: Final = {
             "ablation": Part("python -m research train score --ablation", "accuracy.json"),
             "parts": Part("research/benchmarks/ablation.py --json", "accuracy.json"),
             "calibration": Part("python -m research check calibration --json", "accuracy.json"),
-            "wolves": Part("research/benchmarks/wolves.py --json", "accuracy.json"),
-            "outcomes": Part("research/benchmarks/outcomes.py --json", "accuracy.json"),
+            "wolves": Part("python -m research measure wolves --json", "accuracy.json"),
+            "outcomes": Part("python -m research measure outcomes --json", "accuracy.json"),
             "distortion": Part("research/benchmarks/distortion.py --json", "accuracy.json"),
             "places": Part("research/benchmarks/minutiae_places.py --json", "accuracy.json"),
             "distortion_before": Part(
@@ -175,7 +161,9 @@ PAGES: Final = {
     "identification": Page(
         {
             "alone": _SEARCHES,
-            "fusion": Part("research/benchmarks/fused_fingers.py --json", "identification.json"),
+            "fusion": Part(
+                "python -m research measure fused-fingers --json", "identification.json"
+            ),
             "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
             "million": replace(_SEARCHES, help="The same, in a background of a million fingers"),
         },
@@ -192,7 +180,7 @@ PAGES: Final = {
                 "fpmatch points bench --json", "pointsets_bench.json", alone=True, read=read_results
             ),
             "choices": Part(
-                "research/benchmarks/paper_choices.py --json", "paper_choices.json", alone=True
+                "python -m research measure paper-choices --json", "paper_choices.json", alone=True
             ),
         },
         {
@@ -214,7 +202,11 @@ PAGES: Final = {
         {(_explanation("quality.md"), "measured"): format_quality},
     ),
     "revocable": Page(
-        {"measured": Part("research/benchmarks/revocable.py --json", "revocable.json", alone=True)},
+        {
+            "measured": Part(
+                "python -m research measure revocable --json", "revocable.json", alone=True
+            )
+        },
         {(_explanation("revocable_templates.md"), "measured"): format_revocable},
     ),
     "scale": Page(
@@ -288,10 +280,7 @@ PAGES: Final = {
 def load_results(page: Page) -> dict[str, Any]:
     """Return the kept results of a page by part.
 
-    Raises
-    ------
-    DatasetError
-        If a file cannot be read or lacks a part.
+    Raises a `DatasetError` if a file cannot be read or lacks a part.
     """
     results = {}
     for name, part in page.parts.items():

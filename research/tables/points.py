@@ -28,19 +28,9 @@ def count_accepted(
 ) -> dict[str, Any]:
     """Count the pairs of a database that match, for each ρ of `RHOS`.
 
-    Parameters
-    ----------
-    name : str
-        The database.
-    similarity : ndarray of float64, shape (N,)
-        Share of the smaller template's minutiae that are paired, by pair of prints.
-    genuine : ndarray of bool, shape (N,)
-        Whether the pair is mated.
-
-    Returns
-    -------
-    dict
-        JSON values: name, numbers of pairs, and ``accepted``, [genuine, impostor] for each ρ.
+    `name`: the database. `similarity` (N,): share of the smaller template's minutiae that are
+    paired, by pair of prints. `genuine` (N,): whether the pair is mated. The result is JSON values:
+    name, numbers of pairs, and ``accepted``, [genuine, impostor] for each ρ.
     """
     return {
         "name": name,
@@ -55,17 +45,9 @@ def count_accepted(
 def format_paper_choices(results: Mapping[str, Any]) -> dict[str, str]:
     """Return the tables of each of `PARTS`, in Markdown.
 
-    Parameters
-    ----------
-    results : mapping
-        ``prints``, one entry per area tolerance: ``area_tolerance``, ``ms`` per comparison, and
-        ``sets`` of `count_accepted`; ``paper`` and ``exits`` of
-        `research.experiments.point_choices.measure_points`.
-
-    Returns
-    -------
-    dict of str to str
-        Markdown by part.
+    `results`: ``prints``, one entry per area tolerance: ``area_tolerance``, ``ms`` per comparison,
+    and ``sets`` of `count_accepted`; ``paper`` and ``exits`` of
+    `research.experiments.point_choices.measure_points`. The result is markdown by part.
     """
     return {
         "decision": _decision(results["prints"]),

@@ -22,8 +22,7 @@ from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.noise import smooth_noise
 from fpmatch.lab.synthesis.presets import PRESETS, Preset
 from fpmatch.lab.synthesis.sensor import SENSORS
-from research.training.platen import vary_platen
-from research.training.ridge_target import ridge_target
+from research.training.background import ridge_target, vary_platen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -65,24 +65,14 @@ FORMS: Final = {
 class AmountParameters:
     """Set the comparisons and the fit.
 
-    Parameters
-    ----------
-    fragments : tuple of int
-        Numbers of minutiae of the fragments, and of prints with few of their minutiae.
-    windows_px : tuple of int
-        Sides of the windows in pixels at 500 dpi.
-    probes, references, mates : int
-        Prints or parts of each kind that are drawn from a database, and the whole prints of other
-        fingers, and of the same finger, that each is compared with.
-    whole_weight, thinned_weight : float
-        Weight of the comparisons of whole prints, and of prints with few of their minutiae, against
-        those of one other kind of part. The minutiae of the latter are sparser than in any image.
-    rounding : float
-        Sum over which the corner of the loss is rounded.
-    rounds, settled : int, float
-        Largest number of Newton's steps, and the change of the loss at which they end.
-    digits : int
-        Significant digits kept.
+    `fragments`: numbers of minutiae of the fragments, and of prints with few of their minutiae.
+    `windows_px`: sides of the windows in pixels at 500 dpi. `probes`, `references`, `mates`: prints
+    or parts of each kind that are drawn from a database, and the whole prints of other fingers, and
+    of the same finger, that each is compared with. `whole_weight`, `thinned_weight`: weight of the
+    comparisons of whole prints, and of prints with few of their minutiae, against those of one
+    other kind of part. The minutiae of the latter are sparser than in any image. `rounding`: sum
+    over which the corner of the loss is rounded. `rounds`, `settled`: largest number of Newton's
+    steps, and the change of the loss at which they end. `digits`: significant digits kept.
     """
 
     fragments: tuple[int, ...] = (3, 4, 5, 6, 8, 10, 12)
@@ -102,14 +92,8 @@ class AmountParameters:
 class AmountSample:
     """Comparisons of one kind: their weighted sums, and how much was compared.
 
-    Parameters
-    ----------
-    sums : ndarray of float64, shape (N,)
-        Weighted sums of the features; of genuine comparisons -ln(FMR).
-    amounts : ndarray of float64, shape (N, 5)
-        The terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
-    weight : float
-        Weight of all of them together.
+    `sums` (N,): weighted sums of the features; of genuine comparisons -ln(FMR). `amounts` (N, 5):
+    the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`. `weight`: weight of all of them together.
     """
 
     sums: NDArray[np.float64]
@@ -126,16 +110,9 @@ def fit_amounts(
 ) -> ScoreWeights:
     """Return the weights with quantiles of impostor, and medians of genuine comparisons.
 
-    Parameters
-    ----------
-    weights : ScoreWeights
-        Weights of the features.
-    sets : sequence of ExtractedSet
-        Databases with their templates.
-    workers : int, optional
-        Processes to use (default: one a core). The result is the same for any number.
-    parameters : AmountParameters, optional
-        Comparisons and fit.
+    `weights`: weights of the features. `sets`: databases with their templates. `workers`: processes
+    to use (default: one a core). The result is the same for any number. `parameters`: comparisons
+    and fit.
     """
     p = parameters or AmountParameters()
     with ProcessPoolExecutor(workers) as pool:
@@ -180,30 +157,12 @@ def amount_samples(
     """Compare prints and parts of prints of a database with whole prints.
 
     Impostor comparisons in which nothing is paired are left out: they have no sum, so that the
-    shares of those with a sum are overestimated rather than underestimated.
-
-    Parameters
-    ----------
-    extracted : ExtractedSet
-        The database and its templates.
-    seed : int
-        Of the draws.
-    weights : ScoreWeights
-        Weights of the features.
-    model : str
-        The one of `fpmatch.matching.pipeline.score_model.MODELS` whose comparisons are wanted.
-    ridges : tuple of bool
-        Whether the parts, and the whole prints, keep their ridges.
-    genuine : bool
-        Whether to compare with other impressions of the finger instead of other fingers; the amount
-        is then that of the smaller print.
-    parameters : AmountParameters, optional
-        Comparisons.
-
-    Returns
-    -------
-    list of AmountSample
-        One for each kind of part with any comparison.
+    shares of those with a sum are overestimated rather than underestimated. `extracted`: the
+    database and its templates. `seed`: of the draws. `weights`: weights of the features. `model`:
+    the one of `fpmatch.matching.pipeline.score_model.MODELS` whose comparisons are wanted. `ridges`: whether
+    the parts, and the whole prints, keep their ridges. `genuine`: whether to compare with other
+    impressions of the finger instead of other fingers; the amount is then that of the smaller
+    print. `parameters`: comparisons. The result is one for each kind of part with any comparison.
     """
     p = parameters or AmountParameters()
     whole: list[Template] = []
@@ -298,10 +257,7 @@ def fit_quantile(
 ) -> NDArray[np.float64]:
     """Fit the sum that a share of the comparisons reach, given the amount of evidence.
 
-    Returns
-    -------
-    ndarray of float64, shape (5,)
-        Coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
+    The result is coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
 
     Examples
     --------

@@ -29,9 +29,7 @@ from fpmatch.lab.synthesis.noise import smooth_noise
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from research.commands import PATH, Command, workers
-from research.training.background import BACKGROUNDS, other_background
-from research.training.platen import vary_platen
-from research.training.ridge_target import ridge_target
+from research.training.background import BACKGROUNDS, other_background, ridge_target, vary_platen
 from research.training.rounding import round_significant
 
 if TYPE_CHECKING:

@@ -53,37 +53,20 @@ SMALL_FEATURES: Final = ("ridges by area",)  # used for small prints alone
 class FitParameters:
     """Set the fit.
 
-    Parameters
-    ----------
-    impostor_weight : float
-        Weight of all impostor comparisons together against that of all genuine ones.
-    lost_share : float
-        Share of the genuine comparisons that are taken for lost.
-    ridge : float
-        Penalty on the squared weights of the standardised features.
-    rounds, settled : int, float
-        Largest number of steps, and the change of the weights at which they end.
-    longest_step : float
-        Largest change of a weight in a step.
-    digits : int
-        Significant digits kept.
-    refined, confident : float
-        Shares of the impostor comparisons that exceed the refine threshold, and the confident
-        threshold, in coarse alignment.
-    window_passed : float
-        Share of the impostor comparisons with a sum above which the prefilter should not reject a
-        genuine comparison that is found by its ridges.
-    prefilter_loss : float
-        Share of the genuine comparisons that pass coarse alignment which the prefilter may reject.
-    relaxation_loss : float
-        Share of those whose local matches may be taken for weak.
-    prefilter_limit : float
-        Largest prefilter threshold: in prints of very many minutiae most are spurious, and the
-        others agree in no more bits than in another print.
-    steepest, slopes : float, int
-        Largest growth of the prefilter threshold a minutia, and the number of slopes tried.
-    turns : int
-        How many times to choose hypotheses and to fit.
+    `impostor_weight`: weight of all impostor comparisons together against that of all genuine ones.
+    `lost_share`: share of the genuine comparisons that are taken for lost. `ridge`: penalty on the
+    squared weights of the standardised features. `rounds`, `settled`: largest number of steps, and
+    the change of the weights at which they end. `longest_step`: largest change of a weight in a
+    step. `digits`: significant digits kept. `refined`, `confident`: shares of the impostor
+    comparisons that exceed the refine threshold, and the confident threshold, in coarse alignment.
+    `window_passed`: share of the impostor comparisons with a sum above which the prefilter should
+    not reject a genuine comparison that is found by its ridges. `prefilter_loss`: share of the
+    genuine comparisons that pass coarse alignment which the prefilter may reject.
+    `relaxation_loss`: share of those whose local matches may be taken for weak. `prefilter_limit`:
+    largest prefilter threshold: in prints of very many minutiae most are spurious, and the others
+    agree in no more bits than in another print. `steepest`, `slopes`: largest growth of the
+    prefilter threshold a minutia, and the number of slopes tried. `turns`: how many times to choose
+    hypotheses and to fit.
     """
 
     impostor_weight: float = 10.0
@@ -115,19 +98,10 @@ def fit_weights(
 ) -> ScoreWeights:
     """Fit the weights of all models, whose quantiles do not yet depend on what was compared.
 
-    Parameters
-    ----------
-    samples, alone : sequence of ScoreSample
-        The databases with ridges, and the same on minutiae alone.
-    small : sequence of ScoreSample
-        Windows of the prints, with ridges, against whole ones; the model of small prints is fitted
-        to them and to the whole prints.
-    without : collection of str
-        Features that get no weight.
-    command : str
-        Command that runs it, for the provenance.
-    parameters : FitParameters, optional
-        The fit.
+    `samples`, `alone`: the databases with ridges, and the same on minutiae alone. `small`: windows
+    of the prints, with ridges, against whole ones; the model of small prints is fitted to them and
+    to the whole prints. `without`: features that get no weight. `command`: command that runs it,
+    for the provenance. `parameters`: the fit.
     """
     p = parameters or FitParameters()
     genuine = np.concatenate([one.genuine for one in samples])

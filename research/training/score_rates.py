@@ -22,17 +22,8 @@ if TYPE_CHECKING:
 def rates_of(samples: Sequence[ScoreSample], models: Sequence[ScoreModel]) -> dict[str, Any]:
     """Return the error rates of databases, each scored by its own model, in percent.
 
-    Parameters
-    ----------
-    samples : sequence of ScoreSample
-        The databases.
-    models : sequence of ScoreModel
-        One for each.
-
-    Returns
-    -------
-    dict
-        Under ``"sets"``, ``"mean"`` and ``"pooled"`` the EER and the FNMR at an FMR of 0.1 %.
+    `samples`: the databases. `models`: one for each. The result is under ``"sets"``, ``"mean"`` and
+    ``"pooled"`` the EER and the FNMR at an FMR of 0.1 %.
     """
     scores = [_sums(*row) for row in zip(samples, models, strict=True)]
     sets = [_rates(*row) for row in scores]

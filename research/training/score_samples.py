@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.evaluation.protocol import choose_pairs
+from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
@@ -53,12 +53,8 @@ NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
 class SampleParameters:
     """Set which comparisons are made.
 
-    Parameters
-    ----------
-    every_impostor, every_window_impostor : int
-        One of so many impostor comparisons of a database is made, and one of a window.
-    windows_px : tuple of int
-        Sides of the windows in pixels at 500 dpi.
+    `every_impostor`, `every_window_impostor`: one of so many impostor comparisons of a database is
+    made, and one of a window. `windows_px`: sides of the windows in pixels at 500 dpi.
     """
 
     every_impostor: int = 4
@@ -70,23 +66,12 @@ class SampleParameters:
 class ScoreSample:
     """The comparisons of one database.
 
-    Parameters
-    ----------
-    name : str
-        The database.
-    features : ndarray of float64, shape (N, H, 13)
-        Those of the comparisons that found something, of each hypothesis, refined, its ridges
-        compared; NaN where there are fewer. See `fpmatch.matching.pipeline.score_model.FEATURES`.
-    coarse : ndarray of float64, shape (N, H, 13)
-        Those in coarse alignment, of the minutiae alone.
-    descriptors : ndarray of float64, shape (N, 2)
-        The prefilter's score, and the minutiae of the smaller print.
-    strength : ndarray of float64, shape (N,)
-        That of the relaxed local matches.
-    genuine : ndarray of bool, shape (N,)
-        Whether both prints are of one finger.
-    nothing : tuple of int
-        Numbers of the other genuine and impostor comparisons.
+    `name`: the database. `features` (N, H, 13): those of the comparisons that found something, of
+    each hypothesis, refined, its ridges compared; NaN where there are fewer. See
+    `fpmatch.matching.pipeline.score_model.FEATURES`. `coarse` (N, H, 13): those in coarse alignment, of the
+    minutiae alone. `descriptors` (N, 2): the prefilter's score, and the minutiae of the smaller
+    print. `strength` (N,): that of the relaxed local matches. `genuine` (N,): whether both prints
+    are of one finger. `nothing`: numbers of the other genuine and impostor comparisons.
     """
 
     name: str
@@ -107,16 +92,10 @@ def sample_of(
 ) -> ScoreSample:
     """Compare the impressions of a database with one another.
 
-    Parameters
-    ----------
-    extracted : ExtractedSet
-        The database and its templates, which must have a ridge field.
-    parameters : SampleParameters, optional
-        Which share of the impostor comparisons to make.
-    ridges : bool
-        Whether the templates keep their ridges.
-    window_px : float, optional
-        Side in pixels at 500 dpi of the windows that are cut from the probes (default: whole).
+    `extracted`: the database and its templates, which must have a ridge field. `parameters`: which
+    share of the impostor comparisons to make. `ridges`: whether the templates keep their ridges.
+    `window_px`: side in pixels at 500 dpi of the windows that are cut from the probes (default:
+    whole).
     """
     p = parameters or SampleParameters()
     pairs = choose_pairs(extracted.dataset.impressions)

@@ -1,4 +1,4 @@
-"""The command of ``research/benchmarks/wolves.py``."""
+"""The command of ``python -m research measure wolves``."""
 
 from __future__ import annotations
 

@@ -85,14 +85,8 @@ class References:
 class Probe:
     """A template that should match nothing.
 
-    Parameters
-    ----------
-    template : Template
-        The template.
-    finger : int
-        Its finger; `NO_FINGER` for none.
-    pixels : ndarray of uint8 or None
-        The composed image that it was extracted from.
+    `template`: the template. `finger`: its finger; `NO_FINGER` for none. `pixels`: the composed
+    image that it was extracted from.
     """
 
     template: Template
@@ -104,24 +98,12 @@ class Probe:
 class Row:
     """The scores of templates of one kind and size against references of one form.
 
-    Parameters
-    ----------
-    kind, size : str, int
-        Of the templates; the size is in minutiae, of crops and composed images in pixels.
-    probes, references : str
-        Whether they have ridges, one of `FORMS`.
-    templates : int
-        Their number.
-    check : CalibrationCheck
-        The comparisons that reach each score.
-    highest : float
-        The highest score.
-    worst : Probe or None
-        The template that matches the most of the prints that were searched on.
-    worst_share : float
-        The share of the other prints that it matches.
-    adversarial : bool
-        Whether the templates were searched for, so that the stated rates do not apply.
+    `kind`, `size`: of the templates; the size is in minutiae, of crops and composed images in
+    pixels. `probes`, `references`: whether they have ridges, one of `FORMS`. `templates`: their
+    number. `check`: the comparisons that reach each score. `highest`: the highest score. `worst`:
+    the template that matches the most of the prints that were searched on. `worst_share`: the share
+    of the other prints that it matches. `adversarial`: whether the templates were searched for, so
+    that the stated rates do not apply.
     """
 
     kind: str

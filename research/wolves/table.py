@@ -48,15 +48,8 @@ def share_kept(row: Mapping[str, Any]) -> bool:
 def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     """Return the cells of the table, its head first.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        ``"rows"`` of what ``research/benchmarks/wolves.py --json`` wrote.
-
-    Returns
-    -------
-    list of list of str
-        A row each; "!" marks what is beyond its limit.
+    `rows`: ``"rows"`` of what ``python -m research measure wolves --json`` wrote. The result is a
+    row each; "!" marks what is beyond its limit.
 
     Examples
     --------
@@ -84,16 +77,9 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
 def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        As for `wolf_cells`.
-
-    Returns
-    -------
-    str
-        For each pair of forms the ratios of the shares at the scores to the stated ones ("–" for
-        templates that were searched for), and the share of unseen prints that the worst matches.
+    `rows`: as for `wolf_cells`. The result is for each pair of forms the ratios of the shares at
+    the scores to the stated ones ("–" for templates that were searched for), and the share of
+    unseen prints that the worst matches.
     """
     pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
     lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))

@@ -29,14 +29,8 @@ LEAST_QUALITY: Final = 1.0  # of minutiae that hardly count when unpaired
 class Wave:
     """Describe ridges that are drawn: parallel stripes where the bend is 0, else arches.
 
-    Parameters
-    ----------
-    orientation, phase : float
-        In radians.
-    period : float
-        Distance of the ridges.
-    bend : float
-        By how much the ridges fall off at 100 px from the middle, as a share of those 100 px.
+    `orientation`, `phase`: in radians. `period`: distance of the ridges. `bend`: by how much the
+    ridges fall off at 100 px from the middle, as a share of those 100 px.
     """
 
     orientation: float

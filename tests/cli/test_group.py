@@ -15,7 +15,7 @@ from fpmatch.cli.group import SUMMARIES
 from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
-from fpmatch.lab.evaluation.protocol import PROTOCOLS
+from fpmatch.lab.evaluation.databases.protocol import PROTOCOLS
 from fpmatch.lab.points.matchers import MATCHER_NAMES
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.pointset.match import POINT_MATCHERS

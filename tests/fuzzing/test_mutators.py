@@ -83,7 +83,7 @@ def test_sealed_templates_get_behind_their_seal(corpus):
     seen = set()
     for _ in range(60):
         try:
-            decode_record(sealed.resealed(rng, good), "it")
+            decode_record(records.resealed(rng, good), "it")
         except FpmatchError as error:
             seen.add("authentication" in str(error))
     assert seen == {False}

@@ -1,6 +1,6 @@
 """Wolves: templates that were found to match many prints at a score of 40 must not any more.
 
-`research/benchmarks/wolves.py` finds such templates. Those stored here were searched for on
+`python -m research measure wolves` finds such templates. Those stored here were searched for on
 synthetic prints, when the score did not yet depend on how much was compared; they are tried on
 prints of other fingers.
 

@@ -8,7 +8,7 @@ import pytest
 
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among

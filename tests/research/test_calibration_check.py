@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE, OUTCOME
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE
+from fpmatch.lab.evaluation.databases.comparison import OUTCOME
 from fpmatch.lab.evaluation.impostors import ImpostorSet
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.lab.evaluation.run import evaluate

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from fpmatch.errors import TemplateError
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.experiments.direction_agreement import (
     Agreement,

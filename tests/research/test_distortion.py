@@ -23,7 +23,7 @@ from research.experiments.distortion import (
     measure_distortion,
     true_transform,
 )
-from research.tables.distortion import distortion_rows, strain_class
+from research.tables.accuracy import distortion_rows, strain_class
 
 SENSOR = Sensor("small", 220, 240)
 SMALL = DistortionParameters(fingers=2, impressions=2, limits=(0.1, 0.3), min_pairs=1)

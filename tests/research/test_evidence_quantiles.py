@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.score_model import (

@@ -10,7 +10,7 @@ from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import Sensor
-from research.training.ridge_target import ridge_target
+from research.training.background import ridge_target
 
 SENSOR = Sensor("small", 100, 130)
 

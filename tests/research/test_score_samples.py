@@ -8,7 +8,7 @@ import pytest
 
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.alignment import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.evidence import evidence_scorer

@@ -1,10 +1,10 @@
-"""D_sys: 0 for equal distributions, 1 for disjoint ones, the known value between."""
+"""`d_sys`: 0 for equal distributions, 1 for disjoint ones, the known value between."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from research.unlinkability import d_sys
+from research.experiments.revocable import d_sys
 
 VALUES = st.lists(st.floats(-10, 10), min_size=1, max_size=60)
 

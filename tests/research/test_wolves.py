@@ -1,8 +1,6 @@
-"""`research/benchmarks/wolves.py`: what it makes, how it searches, and what it prints."""
+"""`python -m research measure wolves`: what it makes, how it searches, and what it prints."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +17,6 @@ from research.wolves import candidates, scores, search, templates
 from research.wolves.table import format_wolves, wolf_cells
 
 ROOT = Path(__file__).resolve().parents[2]
-BENCHMARKS = ROOT / "research" / "benchmarks"
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -187,19 +184,15 @@ def test_the_short_table_has_a_row_a_kind_and_size():
     assert lines[3] == "| wolf | 64 | – | 2.00 % |  |  |"
 
 
-def run(*words):
-    command = [sys.executable, str(BENCHMARKS / "wolves.py"), *map(str, words), "--workers", "1"]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
-def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path):
+def test_the_command_prints_and_writes_what_it_measures(run_research, tmp_path):
     wanted = ["--kind", "fragment", "--kind", "wolf image"]
-    few = ["--templates", 2, "--steps", 0]
+    few = ["--templates", 2, "--steps", 0, "--workers", 1]
     into = ["--json", tmp_path / "w.json", "--markdown", tmp_path / "w.md"]
-    done = run(ROOT / "sample_data", *wanted, *few, *into, "--keep", tmp_path / "kept")
-    assert done.returncode in {0, 1}, done.stderr
+    kept = ["--keep", tmp_path / "kept"]
+    done = run_research("measure", "wolves", ROOT / "sample_data", *wanted, *few, *into, *kept)
+    assert done.exit_code in {0, 1}, done.stderr
     document = json.loads((tmp_path / "w.json").read_text())
     found = [(r["kind"], r["size"], r["probes"], r["references"]) for r in document["rows"]]
     assert len(found) == len(set(found)) == 8 * 4 + 3 * 2
@@ -211,8 +204,8 @@ def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path):
 
 
 @pytest.mark.parametrize("folder", ["nowhere", "docs"])
-def test_bad_input_is_one_line(tmp_path, folder):
-    done = run(tmp_path / folder, "--json", tmp_path / "w.json")
-    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert done.stderr.startswith("wolves.py: error: ")
+def test_bad_input_is_one_line(run_research, tmp_path, folder):
+    done = run_research("measure", "wolves", tmp_path / folder, "--json", tmp_path / "w.json")
+    assert (done.exit_code, len(done.stderr.splitlines())) == (2, 1)
+    assert done.stderr.startswith("research measure wolves: error: ")
     assert not (tmp_path / "w.json").exists()

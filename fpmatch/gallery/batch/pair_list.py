@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from array import array
 from collections import Counter, defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -26,8 +26,6 @@ from fpmatch.base.printable import csv_cell, printable
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.lab.evaluation.impression import finger_numbers
-from fpmatch.lab.evaluation.protocol import Pairs
 
 if TYPE_CHECKING:
     import os
@@ -35,12 +33,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.impression import Impression
-
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"
 GENUINE: Final = "genuine"
-_at: Final = partial(row_error, ScoringError)
+list_error: Final = partial(row_error, ScoringError)
 _VALUES: Final = {"1": True, "0": False, "genuine": True, "impostor": False}
 
 
@@ -92,7 +88,9 @@ def read_pairs(path: str | os.PathLike[str]) -> PairList:
     for row in rows:
         if (row.genuine is None) != (rows[0].genuine is None):
             state = "is empty" if row.genuine is None else "is stated"
-            raise _at(path, row.line, f"column genuine: {state}, unlike on line {rows[0].line}")
+            raise list_error(
+                path, row.line, f"column genuine: {state}, unlike on line {rows[0].line}"
+            )
     return PairList(str(path), rows)
 
 
@@ -108,10 +106,10 @@ def iterate_pairs(path: str | os.PathLike[str]) -> Iterator[ListedPair]:
             columns = (0, 1, 2) if len(cells) == 3 else (0, 1)
         probe, reference, *others = [cells[k] if k < len(cells) else "" for k in columns]
         if not (probe and reference):
-            raise _at(path, line, "expected a probe and a reference")
+            raise list_error(path, line, "expected a probe and a reference")
         genuine = others[0].casefold() if others else ""
         if genuine and genuine not in _VALUES:
-            raise _at(path, line, f"column genuine: must be 1 or 0, not {others[0]!r}")
+            raise list_error(path, line, f"column genuine: must be 1 or 0, not {others[0]!r}")
         yield ListedPair(line, probe, reference, _VALUES.get(genuine))
 
 
@@ -182,7 +180,7 @@ def number_pairs(
         for side, names, name in sides:
             number = names.find(name)
             if number is None:
-                raise _at(path, row.line, f"there is no {side} {name!r}")
+                raise list_error(path, row.line, f"there is no {side} {name!r}")
             numbers.append(number)
         genuine.append(-1 if row.genuine is None else row.genuine)
         lines.append(row.line)
@@ -190,62 +188,3 @@ def number_pairs(
         raise ScoringError("the list holds no pairs", path=path, code="empty")
     prints = np.array(numbers, np.int32).reshape(-1, 2)
     return NumberedPairs(prints, np.array(genuine, np.int8), lines)
-
-
-def listed_impressions(
-    impressions: Sequence[Impression], listed: PairList, place: str | os.PathLike[str]
-) -> tuple[tuple[Impression, ...], Pairs]:
-    """Return the prints of the database at `place` that are listed, and their pairs, each once.
-
-    A pair is the same in either order. Of a list that is labelled, prints joined by genuine pairs
-    become one finger. Raises a `ScoringError` for an unknown print, a print with itself, or labels
-    that contradict each other.
-    """
-    names = print_names(place, [one.name for one in impressions])
-    found = number_pairs(listed.path, listed.rows, names, names)
-    i, j = found.prints.astype(np.intp).T
-    if (same := np.flatnonzero(i == j)).size:
-        row = listed.rows[same[0]]
-        raise _at(listed.path, row.line, f"{row.probe} is compared with itself")
-    if listed.labelled:
-        mated = found.prints[found.genuine == 1].tolist()
-        impressions = _with_fingers(impressions, _joined(len(impressions), mated))
-    finger = finger_numbers(impressions)
-    genuine = finger[i] == finger[j]
-    wrong = np.flatnonzero(genuine & (found.genuine == 0))
-    if wrong.size:
-        row = listed.rows[wrong[0]]
-        why = f"genuine is 0, but other rows make {row.probe} and {row.reference} one finger"
-        raise _at(listed.path, row.line, f"column genuine: {why}")
-    keys = np.minimum(i, j) * len(finger) + np.maximum(i, j)
-    kept = np.sort(np.unique(keys, return_index=True)[1])
-    prints, numbers = np.unique(np.stack([i[kept], j[kept]]), return_inverse=True)
-    probe, reference = numbers.reshape(2, -1).astype(np.intp)
-    chosen = tuple(impressions[n] for n in prints.tolist())
-    return chosen, Pairs(probe, reference, genuine[kept])
-
-
-def _joined(count: int, mated: Sequence[Sequence[int]]) -> list[int]:
-    """Return for each print the first one to which genuine pairs join it."""
-    first = list(range(count))
-
-    def root(n: int) -> int:
-        while first[n] != n:
-            first[n] = first[first[n]]
-            n = first[n]
-        return n
-
-    for i, j in mated:
-        one, other = sorted((root(i), root(j)))
-        first[other] = one
-    return [root(n) for n in range(count)]
-
-
-def _with_fingers(impressions: Sequence[Impression], first: Sequence[int]) -> list[Impression]:
-    """Return prints whose fingers have the names of their first prints."""
-    count: Counter[int] = Counter()
-    found = []
-    for one, n in zip(impressions, first, strict=True):
-        count[n] += 1
-        found.append(replace(one, finger=impressions[n].name, number=count[n]))
-    return found

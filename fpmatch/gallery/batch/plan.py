@@ -85,9 +85,9 @@ class AllPairs:
 class ListedPairs:
     """The pairs of a list, in its order.
 
-    `fpmatch.gallery.batch.pair_list` describes it; `probes` and `references` are the names of the
-    prints. Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is
-    not there.
+    The module `pair_list` describes it; `probes` and `references` are the names of the prints.
+    Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is not
+    there.
     """
 
     def __init__(

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.gallery.batch.comparer import Comparer
 from fpmatch.gallery.batch.decision import outcomes
 from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import COLUMNS, csv_lines, failure_reason
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.lab.evaluation.databases.comparison import Comparer
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:

@@ -31,22 +31,14 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
-from fpmatch.base.output import atomic_write, check_writable, reason
+from fpmatch.base.output import reason
 from fpmatch.base.printable import csv_cell
-from fpmatch.errors import DatasetError, OutputError, without_path
-from fpmatch.gallery.batch.decision import calibration_of, rho_of
-from fpmatch.gallery.batch.decision import outcomes as outcomes_of
+from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.listing.csv_rows import csv_rows
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
-from fpmatch.matching.result import MATCH
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterable
-
-    from fpmatch.lab.evaluation.report.results import EvaluationReport, SetResult
 
 Cells = list[Any]
 Lines = Iterator[tuple[int, Cells]]
@@ -55,7 +47,6 @@ COLUMNS: Final = (
     *("matcher", "set", "probe", "reference", "genuine", "similarity", "score"),
     *("decision", "reason", "probe_quality", "reference_quality"),
 )
-_BEFORE_DETAILS: Final = COLUMNS.index("reason")
 DETAILS: Final = (
     *("pairs", "scale", "rotation_deg", "tx", "ty", "rms_px", "agreement", "overlap"),
 )
@@ -305,62 +296,6 @@ def failure_reason(probe: str, reference: str) -> str:
     """Return the reason of a row from those why its prints have no template ("": they have one)."""
     sides = {"probe": probe, "reference": reference}
     return "; ".join(f"{side}: {why}" for side, why in sides.items() if why)
-
-
-def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> None:
-    """Write all comparisons of evaluations, one a matcher, with `COLUMNS` and `DETAILS`.
-
-    ``reason`` is empty where `fpmatch.verify` decides by default that the prints match. The file
-    appears whole or not at all; an `OutputError` is raised if it cannot be written.
-    """
-    check_writable(path)
-    with atomic_write(path) as stream:
-        head = (*COLUMNS[:_BEFORE_DETAILS], *DETAILS, *COLUMNS[_BEFORE_DETAILS:])
-        stream.write(csv_lines([head]))
-        for report in reports:
-            for row in report.sets:
-                stream.write(csv_lines(_rows(row, report.matcher)))
-
-
-def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
-    impressions = result.extracted.dataset.impressions
-    outcomes, pairs = result.outcomes, result.pairs
-    failed, similarity = outcomes["reason"] == NO_TEMPLATE, outcomes["similarity"]
-    calibration = calibration_of(matcher)
-    score = calibration.scores(similarity) if calibration else np.full(len(pairs), np.nan)
-    failures = [
-        "" if e.template else without_path(e.reason, i.path) or NO_TEMPLATE
-        for i, e in zip(impressions, result.extracted.extractions, strict=True)
-    ]
-    decision = outcomes_of(
-        similarity,
-        score,
-        outcomes["reachable"],
-        calibration=calibration,
-        rho=rho_of(matcher),
-    )
-    why = np.where(decision == MATCH, "", outcomes["reason"])
-    for k in np.flatnonzero(failed).tolist():
-        why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])
-    quality = ["" if e.quality is None else e.quality for e in result.extracted.extractions]
-    columns = (
-        *([impressions[i].name for i in side] for side in (pairs.probe, pairs.reference)),
-        pairs.genuine.astype(int).tolist(),
-        ["" if no else value for no, value in zip(failed, similarity.tolist(), strict=True)],
-        ["" if no else _short(value) for no, value in zip(failed, score.tolist(), strict=True)],
-        decision.tolist(),
-        outcomes["pairs"].tolist(),
-        *([_short(value) for value in outcomes[column].tolist()] for column in DETAILS[1:]),
-        why.tolist(),
-        *([quality[i] for i in side] for side in (pairs.probe, pairs.reference)),
-    )
-    for values in zip(*columns, strict=True):
-        yield (matcher, result.name, *values)
-
-
-def _short(value: float) -> str:
-    """Return a measured value with six digits; "" where there is none."""
-    return "" if np.isnan(value) else f"{value:.6g}"
 
 
 def check_format(path: Path) -> None:

@@ -217,19 +217,14 @@ def evaluate(
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
         from fpmatch.base.output import check_writable
-        from fpmatch.gallery.batch.score_file import write_scores
         from fpmatch.gallery.engine.engine import processes
         from fpmatch.lab.evaluation import cropping, enrolment, run
         from fpmatch.lab.evaluation.databases import dataset, extraction
         from fpmatch.lab.evaluation.ground_truth.report import format_minutiae, measure_minutiae
         from fpmatch.lab.evaluation.ground_truth.truth import load_truth
         from fpmatch.lab.evaluation.rates.scores import read_scores
-        from fpmatch.lab.evaluation.report.analysis import (
-            analyse,
-            compare_matchers,
-            document_of,
-            text_of,
-        )
+        from fpmatch.lab.evaluation.report.analysis import Report
+        from fpmatch.lab.evaluation.report.score_rows import write_scores
         from fpmatch.prints.reading import PrintReader
 
     if scores is not None:
@@ -249,7 +244,7 @@ def evaluate(
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
         read = PrintReader(quiet=True)
         reader = extraction.dataset_reader(datasets, read, engine)
-        reports = run.evaluate_matchers(
+        results = run.evaluate_matchers(
             datasets,
             _chosen(matchers),
             protocol=protocol,
@@ -262,37 +257,33 @@ def evaluate(
             enrolment=plan,
         )
     if scores is not None:
-        write_scores(scores, *reports)
-    say_dpi_assumed(reports[0].dpi_assumed, "dpi in dataset.toml")
-    say_notes(reports[0].noted)
-    for row in reports[0].sets:
+        write_scores(scores, *results)
+    say_dpi_assumed(results[0].dpi_assumed, "dpi in dataset.toml")
+    say_notes(results[0].noted)
+    for row in results[0].sets:
         for _, reason in row.failures:
             say_note(f"no template: {reason}")
-    analyses = [
-        analyse(report, **draws, fmrs=fmrs, baseline=earlier, baseline_name=str(baseline))
-        for report in reports
-    ]
-    comparisons = compare_matchers(analyses, **draws)
-    write_outputs(report_folder, curves, analyses, comparisons)
-    document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
-    document["dpi_assumed"] = len(reports[0].dpi_assumed)
-    document["notes"] = notes_as_json(reports[0].noted)
+    report = Report.of(results, **draws, fmrs=fmrs, baseline=earlier, baseline_name=str(baseline))
+    write_outputs(report_folder, curves, report)
+    document, text = report.as_json(), report.as_text()
+    document["dpi_assumed"] = len(results[0].dpi_assumed)
+    document["notes"] = notes_as_json(results[0].noted)
     failed: list[str] = []
     if crop is not None:
-        failed = [str(path) for path in cropping.failed_crops(reports[0].sets)]
+        failed = [str(path) for path in cropping.failed_crops(results[0].sets)]
         document["crop"] = {"side_px": crop, "failures": failed}
         text = f"Probes: squares of {crop} by {crop} px at 500 dpi.\n\n{text}"
         for name in failed:
             say_note(f"no template of the square: {name}")
     if plan is not None:
-        document["enrol"] = enrolment.enrolment_document(reports[0], plan)
+        document["enrol"] = enrolment.enrolment_document(results[0], plan)
         text = f"{enrolment.enrolment_text(document['enrol'])}\n\n{text}"
     if ground_truth:
-        measured = measure_minutiae(reports[0], truths)
+        measured = measure_minutiae(results[0], truths)
         document["ground_truth"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
     show(json_text(document) if as_json else text)
-    return 1 if failed or any(row.failures for row in reports[0].sets) else 0
+    return 1 if failed or any(row.failures for row in results[0].sets) else 0
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:

@@ -159,7 +159,7 @@ def _prepare_outputs(curves: Path | None, plot: Path | None) -> None:
 
         prepare_identification_curves(curves)
     if plot is not None:
-        from fpmatch.lab.points.plot import check_plot
+        from fpmatch.lab.plots.style import check_plot
 
         check_plot(plot)
 

@@ -112,9 +112,10 @@ def points_bench(
     --resume continues it after an interruption.
     """
     from fpmatch.base.output import check_writable
+    from fpmatch.lab.plots.style import check_plot
     from fpmatch.lab.points.bench import run_bench
     from fpmatch.lab.points.conditions import conditions
-    from fpmatch.lab.points.plot import check_plot, save_bench_plot
+    from fpmatch.lab.points.plot import save_bench_plot
     from fpmatch.lab.points.results import write_results
     from fpmatch.lab.points.table import format_bench, format_bench_markdown
     from fpmatch.lab.points.trials import QUICK_LARGEST_M, QUICK_PLAN, TrialPlan

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from fpmatch.lab.evaluation.rates.run_comparison import RunComparison
-    from fpmatch.lab.evaluation.report.analysis import Analysis
+    from fpmatch.lab.evaluation.report.analysis import Report
 
 _GO_WITH_SCORES: Final = frozenset(
     {"scores_in", "genuine_scores", "impostor_scores", "distances", "report_folder", "curves"}
@@ -77,17 +76,12 @@ def evaluate_given_scores(
     as_json: bool,
     **draws: Any,
 ) -> int:
-    """Run the command with scores that are already there; `draws` are for `analyse`."""
+    """Run the command with scores that are already there; `draws` are for `Report.of`."""
     _refuse_options_of_images()
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import read_scores
-    from fpmatch.lab.evaluation.report.analysis import (
-        analyse,
-        compare_matchers,
-        document_of,
-        text_of,
-    )
+    from fpmatch.lab.evaluation.report.analysis import Report
     from fpmatch.lab.evaluation.report.score_reports import (
         evaluate_scores,
         finger_in_name,
@@ -98,24 +92,20 @@ def evaluate_given_scores(
     how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
     earlier = None if baseline is None else read_scores(baseline, **how)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
-    reports = evaluate_scores(
+    results = evaluate_scores(
         scores_in, genuine_and_impostor=pairs, distances=distances, pattern=pattern
     )
-    noted = {report.matcher: notes_on(report) for report in reports}
+    noted = {one.matcher: notes_on(one) for one in results}
     for matcher, notes in noted.items():
         for note in notes:
             say_note(f"{matcher}: {note}")
-    analyses = [
-        analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
-        for report in reports
-    ]
-    comparisons = compare_matchers(analyses, bootstrap=draws["bootstrap"], seed=draws["seed"])
-    write_outputs(report_folder, curves, analyses, comparisons)
-    document = document_of(analyses, comparisons)
+    report = Report.of(results, **draws, baseline=earlier, baseline_name=str(baseline))
+    write_outputs(report_folder, curves, report)
+    document = report.as_json()
     document["notes"] = [
         {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
     ]
-    show(json_text(document) if as_json else text_of(analyses, comparisons))
+    show(json_text(document) if as_json else report.as_text())
     return 0
 
 
@@ -134,18 +124,17 @@ def prepare_outputs(report_folder: Path | None, curves: Path | None) -> None:
 def write_outputs(
     report_folder: Path | None,
     curves: Path | None,
-    analyses: Sequence[Analysis],
-    comparisons: Sequence[RunComparison],
+    report: Report,
 ) -> None:
     """Write the report and the files of curves, where requested, and note where they are."""
     if report_folder is not None:
         from fpmatch.lab.evaluation.report.page import write_page
 
-        say_note(f"report: {write_page(report_folder, analyses, comparisons)}")
+        say_note(f"report: {write_page(report_folder, report)}")
     if curves is not None:
         from fpmatch.lab.evaluation.report.curves import write_curves
 
-        files = write_curves(curves, analyses)
+        files = write_curves(curves, report.analyses)
         say_note(f"curves: {', '.join(map(str, files))}")
 
 

@@ -56,21 +56,11 @@ def calibrate_on(
     """Fit a calibration to the impostor comparisons of some databases together.
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
-    confidence interval, since comparisons of the same two fingers are not independent.
-
-    Parameters
-    ----------
-    sets : sequence of ImpostorSet
-        The comparisons; see `fpmatch.lab.evaluation.impostors.gather_impostors`.
-    matcher, command : str
-        Names for the provenance of the calibration.
-    shares : sequence of float, optional
-        Weights of the databases (default: every comparison has the same weight).
-
-    Raises
-    ------
-    MatcherError
-        If there are too few impostor comparisons, or too few distinct similarities.
+    confidence interval, since comparisons of the same two fingers are not independent. `sets`: the
+    comparisons; see `fpmatch.lab.evaluation.impostors.gather_impostors`. `matcher`, `command`: names
+    for the provenance of the calibration. `shares`: weights of the databases (default: every
+    comparison has the same weight). Raises a `MatcherError` if there are too few impostor
+    comparisons, or too few distinct similarities.
     """
     impostors = np.concatenate([one.trials.similarity for one in sets])
     provenance = Provenance(
@@ -93,15 +83,9 @@ def fit_calibration(
 ) -> Calibration:
     """Fit a calibration, without provenance, to similarities of impostor comparisons.
 
-    Parameters
-    ----------
-    impostor_similarities, weights : array_like of float, shape (N,)
-        The similarities, in any order, and their weights (default: all the same).
-
-    Raises
-    ------
-    MatcherError
-        If there are too few similarities, too few distinct ones, or one is not finite.
+    `impostor_similarities`, `weights` (N,): the similarities, in any order, and their weights
+    (default: all the same). Raises a `MatcherError` if there are too few similarities, too few
+    distinct ones, or one is not finite.
 
     Examples
     --------

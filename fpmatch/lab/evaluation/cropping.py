@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.errors import ImageError
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
 from fpmatch.lab.evaluation.databases.extraction import extract_image
 from fpmatch.templates.minutiae import STANDARD_DPI
 
@@ -85,11 +85,11 @@ def crop_extractor_of(
 
 def failed_crops(sets: Sequence[SetResult]) -> list[Path]:
     """List the images whose square gave no template though the whole print did."""
-    found = []
+    paths = []
     for row in sets:
         there = np.array([e.template is not None for e in row.extracted.extractions])
         pairs, reason = row.pairs, row.outcomes["reason"]
         both = there[pairs.probe] & there[pairs.reference]
         failed = np.unique(pairs.probe[both & (reason == NO_TEMPLATE)])
-        found += [row.extracted.dataset.impressions[k].path for k in failed.tolist()]
-    return found
+        paths += [row.extracted.dataset.impressions[k].path for k in failed.tolist()]
+    return paths

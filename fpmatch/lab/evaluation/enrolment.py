@@ -11,8 +11,7 @@ from numpy.random import default_rng
 from fpmatch.base.text_table import count
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-from fpmatch.lab.evaluation.impression import finger_numbers
-from fpmatch.lab.evaluation.protocol import Pairs
+from fpmatch.lab.evaluation.databases.protocol import Pairs, finger_numbers
 from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.matching.calibration import score_to_fmr
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.lab.evaluation.databases.dataset import Dataset
-    from fpmatch.lab.evaluation.impression import Impression
+    from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.lab.evaluation.report.results import EvaluationReport
 
 SCORES_CHECKED: Final = (20.0, 30.0, 40.0)

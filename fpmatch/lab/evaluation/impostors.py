@@ -45,21 +45,10 @@ def gather_impostors(
 ) -> list[ImpostorSet]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
-    Parameters
-    ----------
-    sources : sequence of path
-        Files of scores, see `fpmatch.gallery.batch.score_file`, of which those of the matcher are
-        read, and folders, manifests and galleries, whose prints are compared by the extended
-        protocol.
-    matcher, workers, progress, extractor, pattern, by_folder
-        As for `evaluate`.
-
-    Raises
-    ------
-    DatasetError
-        If a source cannot be used, or a database comes twice.
-    MatcherError
-        If the matcher is unknown.
+    `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
+    galleries, whose prints are compared by the extended protocol. `matcher`, `workers`, `progress`,
+    `extractor`, `pattern`, `by_folder`: as for `evaluate`. Raises a `DatasetError` if a source
+    cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     gathered = [

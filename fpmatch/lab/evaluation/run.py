@@ -12,8 +12,8 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.comparison import compare_sets
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.lab.evaluation.enrolment import plan_enrolment, with_impostors
-from fpmatch.lab.evaluation.protocol import choose_pairs
 from fpmatch.lab.evaluation.report.score_reports import summarise, summarise_set
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
@@ -108,25 +108,14 @@ def evaluate_matchers(
 ) -> list[EvaluationReport]:
     """Evaluate some matchers on the same templates, extracted once.
 
-    Parameters
-    ----------
-    datasets, protocol, workers, progress, extractor
-        As for `evaluate`.
-    matchers : sequence of Matcher or str
-        The matchers, or their names.
-    engine : Engine, optional
-        An engine to work on instead of `workers` processes; it is released at the end.
-    probe_extractor : callable, optional
-        Makes the templates of the probes, the first prints of the pairs, in the stage "extract
-        probes"; `extractor` then makes those of the references.
-    enrolment : Enrolment, optional
-        Several impressions of a finger are enrolled, and all others and its further impostors are
-        compared with the fingers. Similarities are then scores, and the protocol has no effect.
-
-    Raises
-    ------
-    FpmatchError
-        As `evaluate`; also if fingers are enrolled and a matcher has no calibration.
+    `datasets`, `protocol`, `workers`, `progress`, `extractor`: as for `evaluate`. `matchers`: the
+    matchers, or their names. `engine`: an engine to work on instead of `workers` processes; it is
+    released at the end. `probe_extractor`: makes the templates of the probes, the first prints of
+    the pairs, in the stage "extract probes"; `extractor` then makes those of the references.
+    `enrolment`: several impressions of a finger are enrolled, and all others and its further
+    impostors are compared with the fingers. Similarities are then scores, and the protocol has no
+    effect. Raises an `FpmatchError` as `evaluate`; also if fingers are enrolled and a matcher has
+    no calibration.
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
@@ -134,7 +123,9 @@ def evaluate_matchers(
         raise DatasetError("a gallery has no images to crop", path=stored[0].name)
     everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
     with engine or processes(workers) as place:
-        found = extract_datasets(everything, extractor=extractor, engine=place, progress=progress)
+        extracted = extract_datasets(
+            everything, extractor=extractor, engine=place, progress=progress
+        )
         probes = probe_extractor and extract_datasets(
             loaded,
             extractor=probe_extractor,
@@ -149,14 +140,14 @@ def evaluate_matchers(
 
         return [
             evaluate_templates(
-                found[: len(loaded)],
+                extracted[: len(loaded)],
                 matcher=matcher,
                 protocol=protocol,
                 engine=place,
                 progress=part_of_progress(k),
                 probes=probes,
                 enrolment=enrolment,
-                impostors=found[len(loaded) :],
+                impostors=extracted[len(loaded) :],
             )
             for k, matcher in enumerate(chosen)
         ]

@@ -59,32 +59,14 @@ def make_gallery(
 
     Subjects are numbered as the fingers of `fpmatch.lab.synthesis.database.make_database`. The same
     arguments give the same templates, however often interrupted; what is enrolled is not made
-    again, and more fingers or impressions may be added.
-
-    Parameters
-    ----------
-    where : str or path-like
-        The gallery, a file or the URL of a PostgreSQL database; it is made where it is missing.
-    fingers, impressions : int
-        How many fingers, and how many impressions of each.
-    preset, seed, sensors
-        As for `fpmatch.lab.synthesis.templates.make_templates`.
-    first_finger : int
-        Number of the first finger.
-    workers : int, optional
-        Processes to use (default: one a core).
-    progress : callable
-        Called with stage "synth" and numbers of fingers.
-
-    Raises
-    ------
-    DatasetError
-        If a number is out of its range, there is no such sensor, or the gallery has another print
-        under one of the labels.
-    ImageError
-        If there is no such preset.
-    GalleryError
-        If the gallery cannot be read or written.
+    again, and more fingers or impressions may be added. `where`: the gallery, a file or the URL of
+    a PostgreSQL database; it is made where it is missing. `fingers`, `impressions`: how many
+    fingers, and how many impressions of each. `preset`, `seed`, `sensors`: as for
+    `fpmatch.lab.synthesis.templates.make_templates`. `first_finger`: number of the first finger.
+    `workers`: processes to use (default: one a core). `progress`: called with stage "synth" and
+    numbers of fingers. Raises a `DatasetError` if a number is out of its range, there is no such
+    sensor, or the gallery has another print under one of the labels; an `ImageError` if there is no
+    such preset; a `GalleryError` if the gallery cannot be read or written.
 
     Examples
     --------

@@ -7,8 +7,9 @@ import warnings
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
+from fpmatch.base.output import check_writable
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
@@ -17,11 +18,24 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+PLOT_FORMATS: Final = (".png", ".svg", ".pdf")
+PLOT_DPI: Final = 150
+# Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
+SERIES_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+
 
 def check_matplotlib(purpose: str) -> None:
     """Raise an `OutputError` that begins with `purpose` where matplotlib is not installed."""
     if find_spec("matplotlib") is None:
         raise OutputError(f"{purpose} needs matplotlib: pip install 'fpmatch[plot]'")
+
+
+def check_plot(path: str | os.PathLike[str]) -> None:
+    """Refuse a plot that cannot be written, before hours of work, with an `OutputError`."""
+    if Path(path).suffix.lower() not in PLOT_FORMATS:
+        raise OutputError(f"{path}: a plot's name ends with {', '.join(PLOT_FORMATS)}")
+    check_writable(path)
+    check_matplotlib(f"{path}:")
 
 
 @contextmanager

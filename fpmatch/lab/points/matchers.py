@@ -119,13 +119,13 @@ def _astroalign(case: PointCase) -> PointMatch:
         with _time_limit(case.limit_s), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it calls functions that its own libraries deprecate
             most = max(len(case.p), len(case.q))
-            found, _ = astroalign.find_transform(case.p, case.q, max_control_points=most)
+            estimated, _ = astroalign.find_transform(case.p, case.q, max_control_points=most)
     except (astroalign.MaxIterError, ValueError, AttributeError):
         # The last two are raised where a transform loses all its triangles as it is refitted.
         return PointMatch.none()
     finally:
         astroalign.PIXEL_TOL = usual_tolerance
-    transform = _as_similarity(found.params)
+    transform = _as_similarity(estimated.params)
     if transform is None:
         return PointMatch.none()
     moved = transform.apply(case.p)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.errors import OutputError
-from fpmatch.lab.plots.style import check_matplotlib, figure_bytes, plain_style
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.lab.plots.style import (
+    PLOT_DPI,
+    SERIES_COLOURS,
+    check_plot,
+    figure_bytes,
+    plain_style,
+)
 from fpmatch.lab.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
 from fpmatch.lab.points.matchers import MATCHER_NAMES
 from fpmatch.pointset.random_sets import POINT_MODELS
@@ -17,27 +21,12 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.points.results import BenchResults, PointCell
 
-PLOT_FORMATS: Final = (".png", ".svg", ".pdf")
-
-# Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
-_COLOURS: Final = {
-    "triangles": "#0072b2",
-    "paper": "#009e73",
-    "van-wamelen": "#d55e00",
-    "astroalign": "#cc79a7",
-}
+_COLOURS: Final = dict(
+    zip(("triangles", "van-wamelen", "paper", "astroalign"), SERIES_COLOURS, strict=True)
+)
 _SCIPY_LINE: Final[Any] = {"color": "#5f6368", "linewidth": 0.8, "linestyle": "--"}
 _MARKERS: Final = {2: "o", 4: "^", 8: "s"}
 _PANEL_INCHES: Final = (4.0, 3.2)
-_DPI: Final = 150
-
-
-def check_plot(path: str | os.PathLike[str]) -> None:
-    """Refuse a plot that cannot be written, before hours of work, with an `OutputError`."""
-    if Path(path).suffix.lower() not in PLOT_FORMATS:
-        raise OutputError(f"{path}: a plot's name ends with {', '.join(PLOT_FORMATS)}")
-    check_writable(path)
-    check_matplotlib(f"{path}:")
 
 
 def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None:
@@ -71,7 +60,7 @@ def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None
             for panel in panels[-1]:
                 panel.set_xlabel("n, points of Q")
             _add_legend(figure, results)
-        content = figure_bytes(figure, path, _DPI)
+        content = figure_bytes(figure, path, PLOT_DPI)
     atomic_write_bytes(path, content, public=True)
 
 

@@ -104,8 +104,8 @@ class BenchResults:
 
     def cell(self, condition: Condition, matcher: str) -> PointCell | None:
         """Return the cell of a matcher under a condition, if it was run."""
-        found = (c for c in self.cells if (c.condition, c.matcher) == (condition, matcher))
-        return next(found, None)
+        cells = (c for c in self.cells if (c.condition, c.matcher) == (condition, matcher))
+        return next(cells, None)
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of the file, the cells in the order of the tables."""

@@ -155,12 +155,12 @@ def _answers(results: BenchResults, model: PointModel, matcher: str) -> Iterator
     if cells:
         worst = min(cells, key=lambda cell: cell.true_positive_rate)
         at = worst.condition
-        found, trials = sum(c.true_positives for c in cells), sum(c.trials for c in cells)
+        recognised, trials = sum(c.true_positives for c in cells), sum(c.trials for c in cells)
         false = sum(c.false_positives for c in cells)
         independent = sum(c.independent_trials for c in cells)
         stopped = sum(cell.stopped for cell in cells)
         yield (
-            f"{matcher}, {model}: recognised {found:,} of {trials:,}, at worst "
+            f"{matcher}, {model}: recognised {recognised:,} of {trials:,}, at worst "
             f"{worst.true_positives} of {worst.trials} (rho {at.parameters.rho:g}, m {at.m}, "
             f"n {at.n}); false positives {false:,} of {independent:,}"
         ) + (f"; stopped for taking too long {stopped}" if stopped else "")

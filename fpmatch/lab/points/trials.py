@@ -87,9 +87,9 @@ def is_recognised(match: PointMatch | None, pair: RandomPair) -> bool:
         return False
     apart = match.transform.apply(pair.p) - pair.transform.apply(pair.p)
     true_pairs = set(map(tuple, pair.pairs.tolist()))
-    found = true_pairs.intersection(map(tuple, match.pairs.tolist()))
+    recovered = true_pairs.intersection(map(tuple, match.pairs.tolist()))
     in_place = float(np.hypot(*apart.T).max()) <= pair.tolerance
-    return in_place and len(found) >= RECOGNISED_SHARE * len(true_pairs)
+    return in_place and len(recovered) >= RECOGNISED_SHARE * len(true_pairs)
 
 
 def run_cell(
@@ -175,8 +175,8 @@ class _Stopwatch:
         match, seconds = self._timed(self.matcher.find, self._case(pair))
         runs.match_s.append(seconds)
         runs.stopped += match is None
-        found = match is not None and match.transform is not None
-        runs.answers.append(found if pair.transform is None else is_recognised(match, pair))
+        matched = match is not None and match.transform is not None
+        runs.answers.append(matched if pair.transform is None else is_recognised(match, pair))
 
     def _case(self, pair: RandomPair) -> PointCase:
         plan, row = self.plan, self.condition.parameters

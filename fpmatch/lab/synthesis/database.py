@@ -83,37 +83,15 @@ def make_database(
     """Make a database of synthetic prints, or complete one.
 
     The same arguments give the same bytes, however often interrupted. More fingers extend a
-    database without changing its files.
-
-    Parameters
-    ----------
-    out : path
-        Its folder: a new or empty one, or one that the same arguments made.
-    fingers, impressions : int
-        How many fingers, and how many impressions of each.
-    preset : str
-        ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``.
-    seed : int
-        Family of fingers, from 0.
-    sensors : sequence of str or Sensor
-        Sensors that take the impressions in turn.
-    first_finger : int
-        Number of the first finger (default 101), from 1.
-    master : MasterParameters, optional
-        Parameters of the masters.
-    workers : int, optional
-        Processes to use (default: one a core).
-    progress : callable
-        Called with the number of complete fingers of the stage ``"synth"``.
-
-    Raises
-    ------
-    DatasetError
-        If a count or the seed is impossible, or the folder holds other files or another database.
-    ImageError
-        If the preset is unknown.
-    OutputError
-        If a file cannot be written.
+    database without changing its files. `out`: its folder: a new or empty one, or one that the same
+    arguments made. `fingers`, `impressions`: how many fingers, and how many impressions of each.
+    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``. `seed`: family
+    of fingers, from 0. `sensors`: sensors that take the impressions in turn. `first_finger`: number
+    of the first finger (default 101), from 1. `master`: parameters of the masters. `workers`:
+    processes to use (default: one a core). `progress`: called with the number of complete fingers
+    of the stage ``"synth"``. Raises a `DatasetError` if a count or the seed is impossible, or the
+    folder holds other files or another database; an `ImageError` if the preset is unknown; an
+    `OutputError` if a file cannot be written.
 
     Examples
     --------

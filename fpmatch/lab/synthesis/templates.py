@@ -34,36 +34,15 @@ def make_templates(
     """Make the templates of synthetic fingers without drawing images.
 
     Pattern, ridges, placement, distortion and pressure are drawn from the same distributions as for
-    images (`fpmatch.lab.synthesis.make_database`), on a lattice of 8 pixels; minutiae are missed, added
+    images (`fpmatch.lab.synthesis.database`), on a lattice of 8 pixels; minutiae are missed, added
     and displaced as extraction does. The numbers of a finger depend on nothing but the seed, its
-    number and the impression's, so that any part of a gallery can be made alone.
-
-    Parameters
-    ----------
-    seed : int
-        Family of fingers, 0 to 2**63 - 1.
-    fingers : iterable of int
-        Numbers of the fingers, 0 to 2**53.
-    impressions : int
-        How many templates of each finger, 1 to 1000.
-    first_impression : int
-        Number of the first of them, from 1.
-    preset : str
-        ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``.
-    sensors : sequence of str or Sensor
-        What would have taken the images, in turn: their sizes and resolutions.
-
-    Yields
-    ------
-    Template
-        Finger by finger, the impressions of each in order.
-
-    Raises
-    ------
-    DatasetError
-        If a number is out of its range, or there is no such sensor.
-    ImageError
-        If there is no such preset.
+    number and the impression's, so that any part of a gallery can be made alone. `seed`: family of
+    fingers, 0 to 2**63 - 1. `fingers`: numbers of the fingers, 0 to 2**53. `impressions`: how many
+    templates of each finger, 1 to 1000. `first_impression`: number of the first of them, from 1.
+    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``. `sensors`: what
+    would have taken the images, in turn: their sizes and resolutions. The result is finger by
+    finger, the impressions of each in order. Raises a `DatasetError` if a number is out of its
+    range, or there is no such sensor; an `ImageError` if there is no such preset.
 
     Examples
     --------

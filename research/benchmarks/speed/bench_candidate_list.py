@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from in_turn import OURS, cpu, in_turn
-from one_to_many import prints, repeated, without_prefilter
+from made_prints import prints, repeated, without_prefilter
 
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.search.search import SearchOptions

@@ -29,7 +29,7 @@ POINTS = 40
 
 sys.path += [str(ROOT), str(HERE.parent), str(HERE)]
 
-from one_to_many import prints  # noqa: E402
+from made_prints import prints  # noqa: E402
 
 
 @pytest.fixture(autouse=True)

@@ -1,62 +1,36 @@
-#!/usr/bin/env python3
-"""Time the default matcher's comparison of one print with many, on one core.
+"""Prepared prints that are made at random, and comparisons of all of them.
 
-    .venv/bin/python research/benchmarks/speed/made_prints.py [--most 100000]
-
-The prints are perturbed copies of a few that are made at random: minutiae lost, added, moved and
-turned, so that none is like another's copy by more than chance. Printed are, for 1,000, 10,000 and
-100,000 of them (or as many as `--most` allows), comparisons a second, the processor time of one
-comparison over that of ``scipy.spatial.Delaunay`` on 40 points, measured in turn with it, bytes a
-print, and seconds to save, to map again and to check. The exit status is 1 where a print takes more
-than 8,192 bytes, where a comparison takes more than half as long as a triangulation, or where its
-time grows by more than a third from the fewest prints to the most.
+The prints are perturbed copies of a few: minutiae lost, added, moved and turned, so that none is
+like another's copy by more than chance.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
-import tempfile
-import time
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import repository  # noqa: F401
-from scipy.spatial import Delaunay
 
-from fpmatch.base.array_file import read_arrays, write_arrays
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
-from fpmatch.matching.prints.prepared_prints import COLUMNS, PreparedPrints
+from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 from research.training.score_samples import NO_PREFILTER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
-COUNTS = (1_000, 10_000, 100_000)
 POINTS = 40
 WIDTH, HEIGHT = 300, 350  # px, of which the print takes up an ellipse
 SPACING_PX = 12.0
 FIELD_STEP_PX = 16.0
-PREPARED = 1_000  # prints that are prepared; of more, each stands for several
 SHARE_KEPT = 0.8  # of a finger's minutiae in any of its prints
 PRINTS_OF_A_FINGER = 5
 MOVE_PX, TURN_RAD = 3.0, 0.1
-PROBES = 5
-ROUNDS = 9
-
-MAX_BYTES = 8192
-MAX_RATIO = 0.5
-MAX_GROWTH = 4 / 3
 
 
 @contextmanager
@@ -112,73 +86,6 @@ def prints(rng: np.random.Generator, count: int) -> list[PreparedTemplate]:
     return made[:count]
 
 
-def seconds(function: Callable[[], object]) -> float:
-    """Return the processor time of one call."""
-    start = time.process_time()
-    function()
-    return time.process_time() - start
-
-
 def repeated(few: PreparedPrints, count: int) -> PreparedPrints:
     """Return so many prints, those of `few` again and again."""
     return PreparedPrints.concatenate([few] * (count // len(few)))
-
-
-def file_seconds(many: PreparedPrints) -> tuple[float, float]:
-    """Return the seconds that it takes to save prints, and to map and check them."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "prints")
-        start = time.perf_counter()
-        write_arrays(path, many.arrays(), COLUMNS, {})
-        saved = time.perf_counter()
-        PreparedPrints.of_arrays(read_arrays(path, COLUMNS, {}))
-        return saved - start, time.perf_counter() - saved
-
-
-def main() -> int:
-    """Run the script; return its exit status."""
-    parser = argparse.ArgumentParser(description="Time one print compared with many.")
-    parser.add_argument("--most", type=int, default=COUNTS[-1], help="prints, at most")
-    most = parser.parse_args().most
-    rng = np.random.default_rng(40)
-    print(f"kernels {'compiled' if COMPILED else 'interpreted'}")
-    made = prints(rng, PREPARED)
-    few = PreparedPrints.pack(made)
-    probes = made[:: PREPARED // PROBES]
-    clouds = [rng.random((POINTS, 2)) for _ in range(200)]
-    print(
-        f"{'prints':>8}{'a second':>10}{'us':>8}{'/ Delaunay':>12}{'bytes':>8}{'save s':>8}"
-        f"{'load s':>8}"
-    )
-    ratio, size = {}, 0.0
-    for count in [c for c in COUNTS if c <= most]:
-        many = repeated(few, count)
-        size = many.nbytes / count
-        # as long a look at the largest set as at the others: parts of it, spread over the whole
-        parts = range(0, count, max(PREPARED, count // 10))
-        ours, scipys = [], []
-        for k in range(ROUNDS):
-            probe = probes[k % PROBES]
-            for first in parts:
-                last = first + PREPARED
-                ours.append(seconds(partial(MATCHER.similarities, probe, many, first, last)))
-                scipys.append(seconds(lambda: [Delaunay(points) for points in clouds]))
-        each, cloud = min(ours) / PREPARED, min(scipys) / len(clouds)
-        ratio[count] = np.median(ours) / PREPARED / (np.median(scipys) / len(clouds))
-        save, load = file_seconds(many)
-        print(
-            f"{count:8}{1 / each:10.0f}{each * 1e6:8.1f}{ratio[count]:12.2f}{size:8.0f}"
-            f"{save:8.2f}{load:8.2f}"
-        )
-        print(f"{'':8}(a triangulation: {cloud * 1e6:.1f} us)")
-    growth = ratio[max(ratio)] / ratio[min(ratio)]
-    print(f"bytes a print: {size:.0f} (at most {MAX_BYTES})")
-    print(f"most of a triangulation: {max(ratio.values()):.2f} (at most {MAX_RATIO})")
-    print(
-        f"growth from {min(ratio)} to {max(ratio)} prints: {growth:.2f} (at most {MAX_GROWTH:.2f})"
-    )
-    return int(size > MAX_BYTES or max(ratio.values()) > MAX_RATIO or growth > MAX_GROWTH)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

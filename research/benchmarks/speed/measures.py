@@ -19,18 +19,10 @@ TIMES_THE_TIME: Final = "times the time"
 class Measure:
     """Describe what a group of benchmarks measures.
 
-    Parameters
-    ----------
-    name : str
-        The group.
-    target : float
-        The value to reach: the least where `unit` is "times as fast", else the most.
-    unit : str
-        Of the value; the two ratios are of a call of ours and of the yardstick.
-    yardstick : str
-        What is measured for comparison.
-    parts : int
-        How many times a call of ours does the work of one of the yardstick.
+    `name`: the group. `target`: the value to reach: the least where `unit` is "times as fast", else
+    the most. `unit`: of the value; the two ratios are of a call of ours and of the yardstick.
+    `yardstick`: what is measured for comparison. `parts`: how many times a call of ours does the
+    work of one of the yardstick.
     """
 
     name: str
@@ -67,16 +59,9 @@ MEASURES: Final = (
 def measured(benchmarks: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the results as ``scripts/bench --json`` writes them.
 
-    Parameters
-    ----------
-    benchmarks : sequence of mapping
-        The entries that pytest-benchmark wrote.
-
-    Returns
-    -------
-    list of dict
-        ``name``, ``value``, ``unit``, ``yardstick`` (name and time), ``target``, ``ok``, and the
-        time of ours as ``ours``, of those that were measured.
+    `benchmarks`: the entries that pytest-benchmark wrote. The result is ``name``, ``value``,
+    ``unit``, ``yardstick`` (name and time), ``target``, ``ok``, and the time of ours as ``ours``,
+    of those that were measured.
     """
     found = []
     for measure in MEASURES:

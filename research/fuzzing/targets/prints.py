@@ -29,9 +29,10 @@ from research.fuzzing.mutators.records import (
     fmr_field,
     png_chunk,
     png_sums,
+    resealed,
     tiff_tag,
+    use_key,
 )
-from research.fuzzing.mutators.sealed import resealed, use_key
 from research.fuzzing.mutators.text import JSON, TABLE
 from research.fuzzing.targets.good_images import IMAGE_KINDS, RAW_SIZES, an2_text, image_files
 from research.fuzzing.targets.stores import PROBE, templates

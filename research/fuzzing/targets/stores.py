@@ -47,8 +47,7 @@ from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
-from research.fuzzing.mutators.records import stored_template
-from research.fuzzing.mutators.sealed import use_key
+from research.fuzzing.mutators.records import stored_template, use_key
 from research.fuzzing.targets.tables import SAMPLES
 from research.fuzzing.targets.target import Reader, Target, scratch, written
 

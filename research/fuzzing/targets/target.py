@@ -36,20 +36,10 @@ class Reader(NamedTuple):
 class Target:
     """The name of a target and what makes its good files and its reader.
 
-    Parameters
-    ----------
-    name : str
-        Of the target; saved inputs are named after it.
-    make : callable
-        Returns the reader; called once, before processes are forked.
-    mutators : tuple of Mutator
-        Besides those of any bytes.
-    words : tuple of bytes
-        That are put into files.
-    group : {"readers", "stores"}
-        "stores" are galleries and prepared files, whose searches are checked too.
-    kernels : bool
-        Whether it reaches compiled code of fpmatch: then ``--sanitize`` includes it.
+    `name`: of the target; saved inputs are named after it. `make`: returns the reader; called once,
+    before processes are forked. `mutators`: besides those of any bytes. `words`: that are put into
+    files. `group`: "stores" are galleries and prepared files, whose searches are checked too.
+    `kernels`: whether it reaches compiled code of fpmatch: then ``--sanitize`` includes it.
     """
 
     name: str

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fpmatch.gallery.batch import comparer as comparer_module
 from fpmatch.gallery.batch.plan import AllPairs, PairChunk
 from fpmatch.gallery.batch.run import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.gallery.batch.sources import pack
-from fpmatch.lab.evaluation.databases import comparison
 from fpmatch.matching.registry import get_matcher
 
 
@@ -50,7 +50,9 @@ def test_a_band_of_references_is_packed_once(template, rng, monkeypatch):
     comparer = BytesComparer(get_matcher("unit-circle"))
     bands = []
     monkeypatch.setattr(
-        comparison.PreparedPrints, "pack", lambda prints: bands.append(list(prints)) or bands[-1]
+        comparer_module.PreparedPrints,
+        "pack",
+        lambda prints: bands.append(list(prints)) or bands[-1],
     )
     monkeypatch.setattr(
         comparer.matcher.__class__, "similarities", lambda _, probe, packed: len(packed)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import ImageError
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.image.io.read import GreyImage
 from fpmatch.lab.evaluation.cropping import crop_about_centroid, extract_crop, failed_crops
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
 from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 

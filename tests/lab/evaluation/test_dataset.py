@@ -5,7 +5,7 @@ import pytest
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.databases.dataset import load_dataset, with_unique_names
-from fpmatch.lab.evaluation.impression import Impression, finger_numbers
+from fpmatch.lab.evaluation.databases.protocol import Impression, finger_numbers
 
 
 def touch(folder, *names):

@@ -13,8 +13,8 @@ from fpmatch.lab.evaluation import enrolment, run
 from fpmatch.lab.evaluation.databases import comparison
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.lab.evaluation.enrolment import Enrolment, plan_enrolment
-from fpmatch.lab.evaluation.impression import Impression
 from fpmatch.matching.calibration import Calibration
 from fpmatch.templates.minutiae import Minutiae, Template
 

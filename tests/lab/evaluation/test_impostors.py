@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.gallery.batch.score_file import write_scores
 from fpmatch.lab.evaluation.impostors import gather_impostors, impostors_of_report
+from fpmatch.lab.evaluation.report.score_rows import write_scores
 
 
 def test_scores_and_folders_give_the_same(options, report, tmp_path):

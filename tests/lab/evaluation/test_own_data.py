@@ -1,41 +1,20 @@
 """Databases in every form: the same prints give the same results, whatever their fingers' names."""
 
-import json
 from dataclasses import replace
 
 import pytest
 
 from fpmatch import extract, save_template
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.score_file import write_scores
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.lab.evaluation.cropping import crop_extractor_of
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets, extract_image
 from fpmatch.lab.evaluation.enrolment import Enrolment
 from fpmatch.lab.evaluation.impostors import gather_impostors
-from fpmatch.lab.evaluation.rates.scores import read_scores
-from fpmatch.lab.evaluation.report.analysis import analyse
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
-
-TIMES = ("extract_ms", "match_us", "name")
-
-
-def result(analysis):
-    """Return what an analysis states, without times and names."""
-    report = analysis.report.as_json()
-    for row in (*report["sets"], report["mean"]):
-        for key in TIMES:
-            row.pop(key, None)
-    intervals = analysis.intervals
-    return json.dumps([report, intervals and intervals.as_json()])
-
-
-@pytest.fixture
-def analysed(options):
-    return lambda dataset: analyse(evaluate([dataset], **options), bootstrap=60, seed=3)
 
 
 @pytest.fixture
@@ -49,15 +28,6 @@ def manifest_of(folder, finger_of=str):
     path = folder.with_suffix(".csv")
     path.write_text("path,subject,impression\n" + "".join(lines), encoding="utf-8")
     return path
-
-
-def test_manifest_pattern_and_folder_give_the_same_results(analysed, folder):
-    expected = result(analysed(folder))
-    pattern = r"(?P<subject>\d+)_(?P<impression>\d+)"
-    assert result(analysed(manifest_of(folder))) == expected
-    assert result(analysed(load_dataset(folder, pattern=pattern))) == expected
-    named = manifest_of(folder, lambda finger: f"finger №{finger} of «Ada, right»".replace(",", ""))
-    assert result(analysed(named)) == expected
 
 
 def test_enrolled_fingers_with_names_and_impostors(bench, folder, monkeypatch):
@@ -80,35 +50,11 @@ def test_enrolled_fingers_with_names_and_impostors(bench, folder, monkeypatch):
     assert pooled[0] == pooled[1] == pooled[2]
 
 
-def test_scores_of_prints_with_any_names_are_read_again(options, folder, tmp_path):
-    report = evaluate([manifest_of(folder, "finger {}".format)], **options)
-    write_scores(tmp_path / "scores.csv", report)
-    (found,) = read_scores(tmp_path / "scores.csv")
-    (made,) = [row.scores for row in report.sets]
-    assert found.trials.genuine.tolist() == made.trials.genuine.tolist()
-    assert found.trials.similarity.tolist() == made.trials.similarity.tolist()
-    assert found.trials.fingers == made.trials.fingers == 11
-
-
 def test_calibrations_take_manifests(options, folder):
     (by_name,) = gather_impostors([folder], **options)
     (listed,) = gather_impostors([manifest_of(folder)], **options)
     assert listed.name == "prints"
     assert listed.trials.similarity.tolist() == by_name.trials.similarity.tolist()
-
-
-def test_resolutions_that_differ_are_noted(options, folder):
-    manifest = folder.with_suffix(".csv")
-    rows = [
-        f"prints/{f}_{n}.tif,{f},{n},{1000 if f == 2 else 500}\n" for f in (1, 2, 3) for n in (1, 2)
-    ]
-    manifest.write_text("path,subject,impression,dpi\n" + "".join(rows))
-    report = evaluate([manifest], **options)
-    note = "1000 dpi, where most prints have 500 dpi"
-    assert {n: [p.name for p in paths] for n, paths in report.noted.items()} == {
-        note: ["2_1.tif", "2_2.tif"]
-    }
-    assert evaluate([folder], **options).noted == {}
 
 
 def test_notes_on_the_whole_database_name_it(options, folder):

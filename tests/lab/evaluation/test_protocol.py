@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.impression import Impression
-from fpmatch.lab.evaluation.protocol import PROTOCOLS, choose_pairs
+from fpmatch.lab.evaluation.databases.protocol import PROTOCOLS, Impression, choose_pairs
 
 
 def impressions(*fingers_and_numbers):

@@ -7,7 +7,7 @@ from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.gallery.engine import local
 from fpmatch.lab.evaluation.databases.comparison import OUTCOME
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.protocol import choose_pairs
+from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.run import evaluate
 

@@ -7,8 +7,9 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import OutputError
+from fpmatch.lab.plots.style import check_plot
 from fpmatch.lab.points.conditions import conditions
-from fpmatch.lab.points.plot import check_plot, save_bench_plot
+from fpmatch.lab.points.plot import save_bench_plot
 from fpmatch.lab.points.results import BenchResults, PointCell
 
 COLOURS = {"triangles": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}

@@ -7,7 +7,7 @@ import pytest
 
 from fpmatch.errors import ImageError, ResolutionError
 from fpmatch.lab.synthesis.presets import PRESETS, preset_named
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.sensor import Sensor
 
 
 def test_there_are_four_from_easy_to_hard_and_stretched_prints():
@@ -39,14 +39,6 @@ def test_stretched_prints_differ_from_normal_ones_in_their_distortion_alone():
         assert high < higher
     placement = replace(stretched.placement, **same)
     assert replace(stretched, name="normal", placement=placement) == normal
-
-
-def test_sensors_have_the_sizes_and_resolutions_of_the_fvc():
-    assert [(s.width, s.height, s.dpi) for s in SENSORS.values()] == [
-        (388, 374, 500), (296, 560, 569), (300, 300, 500), (288, 384, 500), (640, 480, 500),
-        (328, 364, 500),
-    ]  # fmt: skip
-    assert list(SENSORS) == [sensor.name for sensor in SENSORS.values()]
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 100), (100, -5), (31, 100), (100, 5000)])

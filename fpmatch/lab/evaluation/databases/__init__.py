@@ -1,1 +1,1 @@
-"""TODO."""
+"""Databases of prints: their impressions, templates, pairs and comparisons."""

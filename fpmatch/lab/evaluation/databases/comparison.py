@@ -1,20 +1,18 @@
-"""Comparison of many pairs of templates, each template prepared once."""
+"""Comparison of the chosen pairs of whole databases, each template prepared once."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections import OrderedDict
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.fingers.finger import Finger
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE, Comparer
 from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,7 +21,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.protocol import Pairs
+    from fpmatch.lab.evaluation.databases.protocol import Pairs
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.templates.minutiae import Template
 
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
     Enrolled = Mapping[int, Sequence[int]]
 
 PAIRS_PER_CHUNK: Final = 100
-PREPARED_KEPT: Final = 512
 
 # One comparison; lengths in pixels of the reference, CPU time in microseconds. `reachable` is the
 # similarity that half of the genuine comparisons of as much evidence reach.
@@ -45,66 +42,6 @@ OUTCOME: Final = np.dtype(
         ("cpu_us", np.float64),
     ]
 )
-NO_TEMPLATE: Final = "no template"
-
-Key = TypeVar("Key")
-
-
-class Comparer(Generic[Key]):
-    """Compare templates by their keys; of those last used, `capacity` are kept prepared."""
-
-    def __init__(self, matcher: Matcher, capacity: int = PREPARED_KEPT) -> None:
-        self.matcher = matcher
-        self._capacity = capacity
-        self._prepared: OrderedDict[Key, tuple[Any, NDArray[np.float64]]] = OrderedDict()
-        self._packed: tuple[list[Key], Any] = ([], None)
-
-    def template(self, key: Key) -> Template | None:
-        """Return the template of a key; None where extraction failed."""
-        raise NotImplementedError
-
-    def prepare(self, key: Key) -> Any:
-        """Return what the matcher's `prepare` makes of a template; None where there is none."""
-        return self._print(key)[0]
-
-    def reachable(self, probe: Key, references: Sequence[Key]) -> NDArray[np.float64]:
-        """Return the similarities that genuine prints reach; see `reachable_similarities`."""
-        evidence = np.stack([self._print(key)[1] for key in references])
-        return reachable_similarities(self.matcher, self._print(probe)[1], evidence)
-
-    def _print(self, key: Key) -> tuple[Any, NDArray[np.float64]]:
-        """Return a print as the matcher prepared it, and the amount of evidence in it."""
-        if key in self._prepared:
-            self._prepared.move_to_end(key)
-            return self._prepared[key]
-        template = self.template(key)
-        prepared, evidence = None, np.array(NOTHING)
-        if template is not None:
-            prepared = self.matcher.prepare(template)
-            evidence = evidence_in(self.matcher, template, prepared)
-        self._prepared[key] = prepared, evidence
-        if len(self._prepared) > self._capacity:
-            self._prepared.popitem(last=False)
-        return prepared, evidence
-
-    def similarities(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
-        """Compare a template with others, at once if the matcher has 1:N comparison.
-
-        The results are the same to the last bit. References that come again in the next call
-        are packed once.
-        """
-        if not hasattr(self.matcher, "similarities"):
-            return self.one_by_one(probe, references)
-        if self._packed[0] != references:
-            self._packed = references, PreparedPrints.pack(map(self.prepare, references))
-        found: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
-        return found
-
-    def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
-        """Compare a template with others by the matcher's `compare`."""
-        prepared = self.prepare(probe)
-        compare = self.matcher.compare
-        return np.array([compare(prepared, self.prepare(key)).similarity for key in references])
 
 
 class _ImpressionComparer(Comparer[tuple[int, int, int]]):
@@ -146,8 +83,8 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         """Return the reachable similarities with impressions, or with the best of a finger."""
         key = len(self._sides) - 1, database, probe
         shown = [[k] if self._enrolled is None else self._enrolled[database][k] for k in references]
-        found = self.reachable(key, [(0, database, k) for one in shown for k in one])
-        return np.maximum.reduceat(found, np.cumsum([0, *map(len, shown)])[:-1])
+        reachable = self.reachable(key, [(0, database, k) for one in shown for k in one])
+        return np.maximum.reduceat(reachable, np.cumsum([0, *map(len, shown)])[:-1])
 
     def _reference(self, database: int, number: int) -> Any:
         """Return an impression, or the finger for which it stands; None without a template."""
@@ -218,9 +155,9 @@ def compare_sets(
 
 def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
     pairs = list(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True))
-    found = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
+    outcomes = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
     for probe in np.unique(chunk.probe).tolist():
         rows = chunk.probe == probe
         references = chunk.reference[rows].tolist()
-        found["reachable"][rows] = comparer.reachable_of(chunk.database, probe, references)
-    return found
+        outcomes["reachable"][rows] = comparer.reachable_of(chunk.database, probe, references)
+    return outcomes

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError, ImageReadError
-from fpmatch.gallery.batch.pair_list import listed_impressions, read_pairs
+from fpmatch.gallery.batch.pair_list import read_pairs
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
 from fpmatch.gallery.listing.folders import prints_below, prints_in
 from fpmatch.gallery.listing.kinds import kind_of
@@ -22,14 +22,14 @@ from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import natural_key, read_dataset_info
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression, listed_impressions
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Mapping, Sequence
 
     from fpmatch.gallery.listing.print_file import PrintFile
-    from fpmatch.lab.evaluation.protocol import Pairs
+    from fpmatch.lab.evaluation.databases.protocol import Pairs
 
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 _TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
@@ -71,31 +71,16 @@ def load_dataset(
 
     No image is read. The prints of a folder are its images or, where it has none, its templates,
     named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
-    its subfolders are fingers, or subjects whose subfolders are fingers.
-
-    Parameters
-    ----------
-    place : path-like or str
-        A folder, a manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL).
-    pattern : str or NamePattern, optional
-        Finds subject, finger and impression in other names; prints that it does not match are left
-        out.
-    by_folder : bool
-        Whether the subfolders are fingers although the folder itself contains prints, or their
-        names indicate others.
-    pairs : path-like, optional
-        A list of the pairs to compare (see `fpmatch.gallery.batch.pair_list`). Where it states which
-        are genuine, names need not contain the fingers.
-
-    Raises
-    ------
-    DatasetError
-        If there is no such database, it holds no print or holds one twice (``101_1.tif`` and
-        ``101_1.png``), or its ``dataset.toml`` or manifest is malformed.
-    GalleryError
-        If the gallery cannot be read, or the pattern is none.
-    ScoringError
-        If the list of pairs is malformed.
+    its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder, a
+    manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds subject,
+    finger and impression in other names; prints that it does not match are left out. `by_folder`:
+    whether the subfolders are fingers although the folder itself contains prints, or their names
+    indicate others. `pairs`: a list of the pairs to compare (see
+    `fpmatch.gallery.batch.pair_list`). Where it states which are genuine, names need not contain
+    the fingers. Raises a `DatasetError` if there is no such database, it holds no print or holds
+    one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest is malformed; a
+    `GalleryError` if the gallery cannot be read, or the pattern is none; a `ScoringError` if the
+    list of pairs is malformed.
 
     Examples
     --------
@@ -120,8 +105,8 @@ def load_dataset(
     if kind == "gallery":
         return _of_gallery(place)
     if kind == "folder" and names is None and not by_folder:
-        if found := _named_by_number(root):
-            return _described(root, found)
+        if numbered := _named_by_number(root):
+            return _described(root, numbered)
         if prints_in(root):
             why = "holds no prints named FFF_M.tif (finger FFF, impression M)"
             raise DatasetError(f"{why}; {_FORMS}", path=root, code="no names")
@@ -174,39 +159,39 @@ def _own_name(dataset: Dataset) -> str:
 
 
 def _described(
-    root: Path, found: Sequence[Impression], place: str = "", notes: tuple[str, ...] = ()
+    root: Path, impressions: Sequence[Impression], place: str = "", notes: tuple[str, ...] = ()
 ) -> Dataset:
     """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
     info = read_dataset_info(root if root.is_dir() else root.parent)
     name = info.name or (root.stem if root.is_file() else root.resolve().name)
-    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(found), place, notes)
+    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(impressions), place, notes)
 
 
 def _named_by_number(root: Path) -> list[Impression]:
     """Return the prints of a folder that FVC's names ``FFF_M`` number."""
-    found: dict[tuple[int, int], Path] = {}
+    paths: dict[tuple[int, int], Path] = {}
     for path in prints_in(root):
         named = _PRINT_NAME.fullmatch(path.stem)
         if named is None:
             continue
         key = (int(named[1]), int(named[2]))
-        if key in found:
-            raise DatasetError(f"{root}: {found[key].name} and {path.name} are the same impression")
-        found[key] = path
-    return [Impression(*key, path) for key, path in sorted(found.items())]
+        if key in paths:
+            raise DatasetError(f"{root}: {paths[key].name} and {path.name} are the same impression")
+        paths[key] = path
+    return [Impression(*key, path) for key, path in sorted(paths.items())]
 
 
 def _by_label(root: Path, labelled: Sequence[tuple[Label, PrintFile]]) -> list[Impression]:
     """Return prints with labels, sorted by finger and impression, which are numbered from 1."""
     labels = number_impressions([label for label, _ in labelled])
-    found: dict[Label, PrintFile] = {}
+    files: dict[Label, PrintFile] = {}
     for label, (_, file) in zip(labels, labelled, strict=True):
-        if label in found:
-            why = f"{found[label].name} and {file.name} are the same impression, {label}"
+        if label in files:
+            why = f"{files[label].name} and {file.name} are the same impression, {label}"
             raise DatasetError(why, path=root, code="duplicate")
-        found[label] = file
+        files[label] = file
     return _numbered(
-        {label: Impression(_finger(label), 0, *_fields(f)) for label, f in found.items()}
+        {label: Impression(_finger(label), 0, *_fields(f)) for label, f in files.items()}
     )
 
 
@@ -214,17 +199,17 @@ def _fields(file: PrintFile) -> tuple[Path, str, float | None]:
     return file.path, file.name, file.dpi
 
 
-def _numbered(found: Mapping[Label, Impression]) -> list[Impression]:
+def _numbered(impressions: Mapping[Label, Impression]) -> list[Impression]:
     """Return impressions sorted by finger and by the name of the impression, and numbered."""
     count: Counter[int | str] = Counter()
     of_finger: dict[int | str, Label] = {}
     numbered = []
-    for label in sorted(found, key=lambda one: [natural_key(part) for part in astuple(one)]):
-        finger = found[label].finger
+    for label in sorted(impressions, key=lambda one: [natural_key(part) for part in astuple(one)]):
+        finger = impressions[label].finger
         if of_finger.setdefault(finger, label.of_finger) != label.of_finger:
             raise DatasetError(f"{finger!r} is the name of a subject and of a subject's finger")
         count[finger] += 1
-        numbered.append(replace(found[label], number=count[finger]))
+        numbered.append(replace(impressions[label], number=count[finger]))
     return numbered
 
 
@@ -240,14 +225,14 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
         lost = tuple(f"entry {k} is left out: damaged: {why}" for k, why in gallery.damaged.items())
     if not entries:
         raise DatasetError("the gallery is empty", path=title, code="empty")
-    found = {
+    impressions = {
         entry.label: Impression(
             _finger(entry.label), 0, Path(entry.source), name, entry.dpi, entry.id
         )
         for entry, name in zip(entries, entry_names(entries), strict=True)
     }
     name = title if "://" in title else Path(title).stem
-    return Dataset(csv_cell(name), None, "", tuple(_numbered(found)), str(place), lost)
+    return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost)
 
 
 def _unlabelled(place: str | os.PathLike[str]) -> Dataset | None:
@@ -260,8 +245,8 @@ def _unlabelled(place: str | os.PathLike[str]) -> Dataset | None:
     if not files:
         raise DatasetError("holds no prints, nor folders of them", path=root, code="empty folder")
     own = cache(lambda folder: read_dataset_info(folder).dpi)
-    found = [
+    impressions = [
         Impression(file.name, 1, file.path, file.name, own(file.path.parent) or info.dpi)
         for file in files
     ]
-    return _described(root, found, str(place))
+    return _described(root, impressions, str(place))

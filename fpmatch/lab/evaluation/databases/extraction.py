@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.image.io.read import GreyImage
     from fpmatch.lab.evaluation.databases.dataset import Dataset
-    from fpmatch.lab.evaluation.impression import Impression
+    from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.templates.minutiae import Template
 
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
@@ -146,8 +146,8 @@ def dataset_reader(
     paths = [impression.path for dataset in files for impression in dataset.impressions]
     each = map if engine is None else partial(results_of_each, engine)
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
-    found = find_polarities(paths, reader=reader, each=each, places=places)
-    return PolarityReader(reader, found)
+    polarities = find_polarities(paths, reader=reader, each=each, places=places)
+    return PolarityReader(reader, polarities)
 
 
 def extract_datasets(
@@ -161,27 +161,17 @@ def extract_datasets(
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases; failures are kept as such.
 
-    The templates of a gallery are taken as they are, whatever the extractor.
-
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
-    extractor : callable, optional
-        A function at the top of a module that makes a template from a path and a resolution (None:
-        the file's own), alone or in an `ExtractedPrint` with notes. By default it is
-        `extract_image`, the images of a folder read with one polarity.
-    workers, engine, progress, stage
-        As for `fpmatch.gallery.engine.workers.attempt_all`, in images.
-
-    Returns
-    -------
-    list of ExtractedSet
-        Each database with its templates, CPU times and reasons of failures.
+    The templates of a gallery are taken as they are, whatever the extractor. `datasets`: the
+    databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`. `extractor`: a function at
+    the top of a module that makes a template from a path and a resolution (None: the file's own),
+    alone or in an `ExtractedPrint` with notes. By default it is `extract_image`, the images of a
+    folder read with one polarity. `workers`, `engine`, `progress`, `stage`: as for
+    `fpmatch.gallery.engine.workers.attempt_all`, in images. The result is each database with its templates,
+    CPU times and reasons of failures.
     """
     work = extractor or partial(extract_image, reader=dataset_reader(datasets))
     files = [dataset for dataset in datasets if not dataset.in_gallery]
-    found = iter(
+    attempts = iter(
         attempt_each_image(
             files, work, stage=stage, workers=workers, engine=engine, progress=progress
         )
@@ -191,7 +181,7 @@ def extract_datasets(
             dataset,
             _stored(dataset)
             if dataset.in_gallery
-            else tuple(map(_extraction, dataset.impressions, next(found))),
+            else tuple(map(_extraction, dataset.impressions, next(attempts))),
         )
         for dataset in datasets
     ]
@@ -230,11 +220,11 @@ def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPri
     made, cpu_ms = attempt.result, attempt.cpu_ms
     if made is None:
         return Extraction(None, attempt.reason, cpu_ms)
-    found = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
-    beside = cpu_ms, found.dpi_assumed, found.notes, found.quality
-    if len(found.template.minutiae):
-        return Extraction(found.template, "", *beside)
-    why = found.why_empty or why_no_minutiae(None)
+    extracted = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
+    beside = cpu_ms, extracted.dpi_assumed, extracted.notes, extracted.quality
+    if len(extracted.template.minutiae):
+        return Extraction(extracted.template, "", *beside)
+    why = extracted.why_empty or why_no_minutiae(None)
     return Extraction(None, f"{impression.path}: {why}", *beside)
 
 
@@ -246,10 +236,10 @@ def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
     numbers = [i.entry for i in dataset.impressions if i.entry is not None]
     with open_gallery(dataset.place) as gallery:
         gallery.record("read templates", entries=ranges(numbers))
-        found = {number: Extraction(made, "", math.nan) for number, made in gallery.templates()}
+        stored = {number: Extraction(made, "", math.nan) for number, made in gallery.templates()}
         for number, why in gallery.damaged.items():
-            found[number] = Extraction(None, f"entry {number} is damaged: {why}", math.nan)
+            stored[number] = Extraction(None, f"entry {number} is damaged: {why}", math.nan)
         name = gallery.name
-    if missing := [i.name for i in dataset.impressions if i.entry not in found]:
+    if missing := [i.name for i in dataset.impressions if i.entry not in stored]:
         raise DatasetError(f"{missing[0]} has been removed meanwhile", path=name, code="changed")
-    return tuple(found[i.entry] for i in dataset.impressions if i.entry is not None)
+    return tuple(stored[i.entry] for i in dataset.impressions if i.entry is not None)

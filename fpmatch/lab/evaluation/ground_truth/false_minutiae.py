@@ -45,20 +45,20 @@ def false_minutiae(template: Template, truth: ImpressionTruth) -> dict[int, Caus
     """
     px = template.dpi / STANDARD_DPI
     radius = MAIN_TOLERANCE.distance_px * px
-    found = template.minutiae
+    minutiae = template.minutiae
     paired = assign_minutiae(
-        found, truth.minutiae, truth.visible, Tolerance(radius, MAIN_TOLERANCE.turn)
+        minutiae, truth.minutiae, truth.visible, Tolerance(radius, MAIN_TOLERANCE.turn)
     )
-    false = np.setdiff1d(np.arange(len(found)), paired[:, 0])
+    false = np.setdiff1d(np.arange(len(minutiae)), paired[:, 0])
     if not false.size:
         return {}
-    suspect = found.take(false)
+    suspect = minutiae.take(false)
     free = np.setdiff1d(np.arange(len(truth.minutiae)), paired[:, 1])
     turned = assign_minutiae(
         suspect, truth.minutiae.take(free), truth.visible[free], Tolerance(radius, math.pi)
     )
     is_turned = np.isin(np.arange(len(suspect)), turned[:, 0])
-    others, _ = differences(suspect, found)
+    others, _ = differences(suspect, minutiae)
     others[np.arange(len(suspect)), false] = np.inf
     applies = {
         Cause.DIRECTION: is_turned,

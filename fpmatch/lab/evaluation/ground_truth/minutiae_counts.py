@@ -75,7 +75,7 @@ class MinutiaeCounts:
 
 
 def count_minutiae(
-    found: Minutiae,
+    extracted: Minutiae,
     true: Minutiae,
     visible: NDArray[np.bool_],
     tolerance: Tolerance = MAIN_TOLERANCE,
@@ -83,18 +83,18 @@ def count_minutiae(
     with_kind: bool = False,
 ) -> MinutiaeCounts:
     """Count the minutiae of one print; arguments as in `assign_minutiae`."""
-    pairs = assign_minutiae(found, true, visible, tolerance, with_kind=with_kind)
+    pairs = assign_minutiae(extracted, true, visible, tolerance, with_kind=with_kind)
     assigned = int(np.count_nonzero(visible[pairs[:, 1]]))
     return MinutiaeCounts(
         true_positives=assigned,
         false_negatives=int(np.count_nonzero(visible)) - assigned,
-        false_positives=len(found) - len(pairs),
+        false_positives=len(extracted) - len(pairs),
         ignored=len(pairs) - assigned,
     )
 
 
 def assign_minutiae(
-    found: Minutiae,
+    extracted: Minutiae,
     true: Minutiae,
     visible: NDArray[np.bool_],
     tolerance: Tolerance = MAIN_TOLERANCE,
@@ -106,14 +106,14 @@ def assign_minutiae(
     The assignment has the most visible true minutiae, then the most invisible ones, then the least
     sum of squared distances and turns in units of their tolerances. `visible` marks the visible
     ones of `true`. The two of a pair are within the tolerance and, if `with_kind`, of one kind.
-    Returns indices into `found` and `true`, shape (K, 2), sorted by the first.
+    Returns indices into `extracted` and `true`, shape (K, 2), sorted by the first.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
 
-    distance, turn = differences(found, true)
+    distance, turn = differences(extracted, true)
     allowed = (distance <= tolerance.distance_px) & (turn <= tolerance.turn)
     if with_kind:
-        allowed &= found.kind[:, None] == true.kind[None]
+        allowed &= extracted.kind[:, None] == true.kind[None]
     apart = (distance / tolerance.distance_px) ** 2 + (turn / tolerance.turn) ** 2
     # One more pair is worth more than all of `apart`, a visible one more than all invisible ones.
     one_more = 2.0 * (min(allowed.shape) + 1)

@@ -174,8 +174,8 @@ def _measure_set(
 ) -> MinutiaeSetResult:
     names = [impression.name for impression in row.extracted.dataset.impressions]
     results = [
-        measure_print(found.template, truth)
-        for found, truth in zip(row.extracted.extractions, truths, strict=True)
+        measure_print(extraction.template, truth)
+        for extraction, truth in zip(row.extracted.extractions, truths, strict=True)
     ]
     errors = tuple(measure_transforms(row, truths, matcher))
     return MinutiaeSetResult(row.name, tuple(zip(names, results, strict=True)), row.genuine, errors)
@@ -190,11 +190,11 @@ def measure_print(template: Template | None, truth: ImpressionTruth) -> Minutiae
         missed = MinutiaeCounts(false_negatives=int(np.count_nonzero(truth.visible)))
         return MinutiaeResult((missed,) * len(TOLERANCES), (missed,) * len(TOLERANCES))
     factor = STANDARD_DPI / template.dpi
-    found, true = (
+    extracted, true = (
         replace(m, x=m.x * factor, y=m.y * factor) for m in (template.minutiae, truth.minutiae)
     )
     counts, with_kind = (
-        tuple(count_minutiae(found, true, truth.visible, t, with_kind=kind) for t in TOLERANCES)
+        tuple(count_minutiae(extracted, true, truth.visible, t, with_kind=kind) for t in TOLERANCES)
         for kind in (False, True)
     )
     return MinutiaeResult(counts, with_kind, Counter(false_minutiae(template, truth).values()))

@@ -46,7 +46,7 @@ class TransformError:
 
 
 def measure_transform(
-    found: Similarity | None,
+    measured: Similarity | None,
     probe: ImpressionTruth,
     reference: ImpressionTruth,
     *,
@@ -60,16 +60,16 @@ def measure_transform(
     p, q = common_minutiae(probe, reference)
     px = STANDARD_DPI / dpi
     least = px * _residual(Similarity.fit(p, q), p, q)
-    if found is None:
+    if measured is None:
         return TransformError(match, *(math.nan,) * 4, least)
     true = reference.transform.after(probe.transform.inverse())
     middle = p.mean(axis=0, keepdims=True)
     return TransformError(
         match=match,
-        rotation_deg=abs(Similarity(rotation=found.rotation - true.rotation).rotation_deg),
-        shift_px=px * float(np.hypot(*(found.apply(middle) - true.apply(middle))[0])),
-        scale=found.scale / true.scale,
-        residual_px=px * _residual(found, p, q),
+        rotation_deg=abs(Similarity(rotation=measured.rotation - true.rotation).rotation_deg),
+        shift_px=px * float(np.hypot(*(measured.apply(middle) - true.apply(middle))[0])),
+        scale=measured.scale / true.scale,
+        residual_px=px * _residual(measured, p, q),
         least_residual_px=least,
     )
 
@@ -101,10 +101,10 @@ def measure_transforms(
             continue
         outcome, reference = result.outcomes[k], templates[j]
         scale, degrees, tx, ty = (float(outcome[m]) for m in ("scale", "rotation_deg", "tx", "ty"))
-        found = None if math.isnan(scale) else Similarity(scale, math.radians(degrees), tx, ty)
+        transform = None if math.isnan(scale) else Similarity(scale, math.radians(degrees), tx, ty)
         dpi = STANDARD_DPI if reference is None else reference.dpi
-        match = found is not None and bool(decided[k])
-        errors.append(measure_transform(found, truths[i], truths[j], match=match, dpi=dpi))
+        match = transform is not None and bool(decided[k])
+        errors.append(measure_transform(transform, truths[i], truths[j], match=match, dpi=dpi))
     return errors
 
 

@@ -21,7 +21,7 @@ from fpmatch.lab.evaluation.databases.extraction import (
     extract_datasets,
     extractor_of,
 )
-from fpmatch.lab.evaluation.impression import finger_numbers
+from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.lab.evaluation.open_set.searches import Background
 
@@ -84,14 +84,9 @@ def load_background(
     Prints that cannot be read are left out. None may be of the databases `apart_from`. `labels` are
     the parameters `pattern` and `by_folder` of `load_dataset`; `enhance` names the ridge
     enhancement of images, as for `extract_image`. The stages of `progress` are "extract
-    background", and "prepare" for a gallery.
-
-    Raises
-    ------
-    DatasetError, GalleryError
-        If there is no such place, it cannot be read, or a print is one that is searched for.
-    TemplateError
-        If a gallery cannot store a template.
+    background", and "prepare" for a gallery. Raises a `DatasetError` or a `GalleryError` if there
+    is no such place, it cannot be read, or a print is one that is searched for; a `TemplateError`
+    if a gallery cannot store a template.
     """
     how: dict[str, Any] = {"engine": engine, "progress": progress}
     probes = {os.path.realpath(one.path) for dataset in apart_from for one in dataset.impressions}

@@ -10,8 +10,13 @@ from fpmatch.base.output import atomic_write_bytes
 from fpmatch.base.text_table import count
 from fpmatch.lab.evaluation.open_set.searches import LIST_LENGTH
 from fpmatch.lab.evaluation.report.curves import writable_files, write_files
-from fpmatch.lab.plots.style import figure_bytes, plain_style
-from fpmatch.lab.points.plot import check_plot
+from fpmatch.lab.plots.style import (
+    PLOT_DPI,
+    SERIES_COLOURS,
+    check_plot,
+    figure_bytes,
+    plain_style,
+)
 
 if TYPE_CHECKING:
     import os
@@ -37,10 +42,7 @@ HEADS: Final = {
 }
 """The files and their columns."""
 _PANEL_INCHES: Final = (5.2, 4.2)
-_DPI: Final = 150
 _RANK_TICKS: Final = (1, 2, 5, 10, 20, 50, 100)
-# Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
-_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 
 def prepare_identification_curves(folder: str | os.PathLike[str]) -> list[Path]:
@@ -94,7 +96,7 @@ def save_identification_plot(
         det, ranks = (figure := Figure(figsize=size, layout="constrained")).subplots(1, 2)
         most = 1
         for k, report in enumerate(reports):
-            colour = _COLOURS[k % len(_COLOURS)]
+            colour = SERIES_COLOURS[k % len(SERIES_COLOURS)]
             name = count(report.fingers, "finger")
             if len({one.matcher for one in reports}) > 1:
                 name = f"{report.matcher}, {name}"
@@ -113,7 +115,7 @@ def save_identification_plot(
         det.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
         ranks.minorticks_off()
         ranks.set_xticks(shown := [r for r in _RANK_TICKS if r <= most], map(str, shown))
-        atomic_write_bytes(path, figure_bytes(figure, path, _DPI))
+        atomic_write_bytes(path, figure_bytes(figure, path, PLOT_DPI))
 
 
 def _det(axes: Axes, rates: OpenSetRates, colour: str, name: str) -> None:

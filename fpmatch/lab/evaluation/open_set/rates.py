@@ -115,20 +115,11 @@ def open_set_rates(
 ) -> OpenSetRates:
     """Compute the error rates of searches.
 
-    Parameters
-    ----------
-    searches : Searches
-        The searches, or those for presentations of one database.
-    subject : ndarray of intp, shape (P,)
-        The subject of each presentation.
-    calibration : Calibration
-        That of the scores.
-    fpirs : sequence of float
-        The FPIRs of the points, between 0 and 1.
-    draws : ndarray of int, shape (D, S), optional
-        How often each subject was drawn in each replicate of the bootstrap; without draws there
-        are no intervals, with fewer than five subjects that are drawn only those of rates of 0 or
-        1, where a subject is one trial.
+    `searches`: the searches, or those for presentations of one database. `subject` (P,): the
+    subject of each presentation. `calibration`: that of the scores. `fpirs`: the FPIRs of the
+    points, between 0 and 1. `draws` (D, S): how often each subject was drawn in each replicate of
+    the bootstrap; without draws there are no intervals, with fewer than five subjects that are
+    drawn only those of rates of 0 or 1, where a subject is one trial.
 
     Examples
     --------
@@ -251,6 +242,6 @@ def _drawn_rates(
             draws[rows][:, trials.probe[ranked.genuine]],
             draws[rows][:, trials.probe[ranked.impostor]],
         )
-        found, _ = ranked.rates(weights, weights[1].sum(axis=1), fpirs)
-        rates[rows] = found[:, 1:]
+        drawn, _ = ranked.rates(weights, weights[1].sum(axis=1), fpirs)
+        rates[rows] = drawn[:, 1:]
     return rates

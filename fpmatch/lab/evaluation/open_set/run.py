@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.base.text_table import count
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.lab.evaluation.impression import finger_numbers
+from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.background import no_background
 from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
 from fpmatch.lab.evaluation.open_set.report import IdentificationReport, IdentificationRow
@@ -59,32 +59,17 @@ def evaluate_identification(
 ) -> IdentificationReport:
     """Search for the prints of databases in one gallery, a third of them with a mate there.
 
-    Parameters
-    ----------
-    sets : sequence of ExtractedSet
-        The databases, of different fingers, and their templates; see `extract_datasets`.
-    background : Background, optional
-        Prints of further fingers that are in the gallery; see `load_background`.
-    matcher : str or Matcher
-        The matcher, or its name.
-    test : IdentificationTest
-        How it is tested.
-    progress : callable
-        Called with stage "search" and numbers of searches.
-
-    Raises
-    ------
-    DatasetError
-        If no subject has two impressions, or there are fewer than three subjects.
-    MatcherError
-        If the matcher is unknown or not calibrated.
-    TemplateError
-        If a gallery cannot store a template.
+    `sets`: the databases, of different fingers, and their templates; see `extract_datasets`.
+    `background`: prints of further fingers that are in the gallery; see `load_background`.
+    `matcher`: the matcher, or its name. `test`: how it is tested. `progress`: called with stage
+    "search" and numbers of searches. Raises a `DatasetError` if no subject has two impressions, or
+    there are fewer than three subjects; a `MatcherError` if the matcher is unknown or not
+    calibrated; a `TemplateError` if a gallery cannot store a template.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = load_calibration(chosen.name)
-    found = [load_subjects(one, test.fingers) for one in sets]
-    sizes = [[len(shown) for shown in of_set] for of_set in found]
+    loaded = [load_subjects(one, test.fingers) for one in sets]
+    sizes = [[len(shown) for shown in of_set] for of_set in loaded]
     for one, of_set in zip(sets, sizes, strict=True):
         if not of_set:
             raise DatasetError(f"{one.dataset.name}: has fewer than {test.fingers} fingers")
@@ -95,7 +80,7 @@ def evaluate_identification(
     if roles.turns < MIN_IMPRESSIONS:
         raise DatasetError("identification needs a subject with two impressions")
     searches = search_all(
-        [one for of_set in found for shown in of_set for one in shown],
+        [one for of_set in loaded for shown in of_set for one in shown],
         roles,
         background or no_background(chosen),
         calibration,

@@ -39,19 +39,11 @@ ROUNDING: Final = 1e-9
 class Rates:
     """The error rates of a test, as fractions; None where the pairs do not allow one.
 
-    Parameters
-    ----------
-    eer : float or None
-        Equal error rate; None without genuine or without impostor scores.
-    fmr100, fmr1000, fmr10000 : float or None
-        FNMR at the lowest threshold whose FMR is at most 1 %, 0.1 %, 0.01 %; None under 100, 1,000,
-        10,000 impostor scores.
-    zero_fmr : float or None
-        FNMR at the lowest threshold that no impostor score reaches.
-    zero_fnmr : float or None
-        FMR at the highest threshold that every genuine score reaches.
-    d_prime : float or None
-        Decidability; no rate, see `d_prime`.
+    `eer`: equal error rate; None without genuine or without impostor scores. `fmr100`, `fmr1000`,
+    `fmr10000`: FNMR at the lowest threshold whose FMR is at most 1 %, 0.1 %, 0.01 %; None under
+    100, 1,000, 10,000 impostor scores. `zero_fmr`: FNMR at the lowest threshold that no impostor
+    score reaches. `zero_fnmr`: FMR at the highest threshold that every genuine score reaches.
+    `d_prime`: decidability; no rate, see `d_prime`.
     """
 
     eer: float | None
@@ -81,15 +73,8 @@ class ErrorCurves:
 def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     """Compute the error rates of genuine and impostor scores.
 
-    Parameters
-    ----------
-    genuine, impostor : array_like of float, shapes (G,) and (I,)
-        Scores, greater for more similar prints; either may be empty.
-
-    Raises
-    ------
-    DatasetError
-        If a score is not a finite number.
+    `genuine`, `impostor` (G,): scores, greater for more similar prints; either may be empty. Raises
+    a `DatasetError` if a score is not a finite number.
 
     Examples
     --------
@@ -153,15 +138,8 @@ def fnmr_at_fmr(genuine: ArrayLike, impostor: ArrayLike, fmr: float) -> float | 
 def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
     """Compute FMR and FNMR at every threshold where one of them changes.
 
-    Parameters
-    ----------
-    genuine, impostor : array_like of float, shapes (G,) and (I,), neither empty
-        Scores, greater for more similar prints.
-
-    Raises
-    ------
-    DatasetError
-        If a score is not a finite number, or a side has none.
+    `genuine`, `impostor` (G,): scores, greater for more similar prints. Raises a `DatasetError` if
+    a score is not a finite number, or a side has none.
 
     Examples
     --------

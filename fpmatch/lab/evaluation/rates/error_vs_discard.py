@@ -34,18 +34,9 @@ FMR: Final = 0.001
 class DiscardCurve:
     """The error-versus-discard curve of one database.
 
-    Parameters
-    ----------
-    name : str
-        The database.
-    prints : int
-        Its prints.
-    below : tuple of int
-        For each share, the quality below which all prints are discarded.
-    genuine : tuple of int
-        The genuine pairs that remain.
-    lost : tuple of int
-        Those of them that do not exceed the threshold, which is the same for all shares.
+    `name`: the database. `prints`: its prints. `below`: for each share, the quality below which all
+    prints are discarded. `genuine`: the genuine pairs that remain. `lost`: those of them that do
+    not exceed the threshold, which is the same for all shares.
     """
 
     name: str
@@ -66,18 +57,9 @@ class DiscardCurve:
 class QualitySample:
     """The quality of a database's prints, and the similarities of their pairs.
 
-    Parameters
-    ----------
-    name : str
-        The database.
-    quality : ndarray of float, shape (prints,)
-        Quality of each print.
-    pairs : ndarray of int, shape (N, 2)
-        The two prints of each genuine pair.
-    genuine, impostor : ndarray of float, shapes (N,) and (M,)
-        Similarities.
-    reasons : mapping of str to int
-        Number of prints with each reason for low quality.
+    `name`: the database. `quality` (prints,): quality of each print. `pairs` (N, 2): the two prints
+    of each genuine pair. `genuine`, `impostor` (N,): similarities. `reasons`: number of prints with
+    each reason for low quality.
     """
 
     name: str
@@ -94,12 +76,7 @@ def discard_curve(
     """Discard increasing shares of the worst prints, and count the genuine pairs that are lost.
 
     A pair is discarded with either of its prints. The threshold is that of a false match rate on
-    all impostor pairs.
-
-    Raises
-    ------
-    DatasetError
-        If there are too few impostor pairs for the rate.
+    all impostor pairs. Raises a `DatasetError` if there are too few impostor pairs for the rate.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""95 % intervals of the rates of an evaluation.
+"""95 % intervals of rates.
 
 They come from the bootstrap over fingers. Without an error every draw has none, which limits
 nothing: the limit is then that of Clopper and Pearson, one-sided, where each finger is one trial,
@@ -15,26 +15,17 @@ Probability 20 (1992), for the number of pairs that may be taken as independent.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 
-from fpmatch.lab.evaluation.rates.bootstrap import (
-    BOOTSTRAPPED,
-    DEFAULT_BOOTSTRAP,
-    bootstrap_rates,
-    draw_fingers,
-)
-
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.rates.error_rates import Rates
     from fpmatch.lab.evaluation.rates.scores_set import Trials
-    from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 
 MIN_FINGERS: Final = 5  # of a database
 MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
@@ -73,65 +64,6 @@ class ExactBound:
         side: Literal["less", "greater"] = "greater" if rate else "less"
         test = binomtest(self.units if rate else 0, self.units, alternative=side)
         return Interval(*map(float, test.proportion_ci(CONFIDENCE, method="exact")))
-
-
-@dataclass(frozen=True, slots=True)
-class RateIntervals:
-    """The interval of each rate; None where there is no rate or no interval.
-
-    ZeroFMR and ZeroFNMR have none: each depends on one extreme score, which the bootstrap cannot
-    vary. `bounds` has the basis of those intervals that are not of the bootstrap, by rate.
-    """
-
-    eer: Interval | None = None
-    fmr100: Interval | None = None
-    fmr1000: Interval | None = None
-    fmr10000: Interval | None = None
-    rank_one: Interval | None = None
-    bounds: Mapping[str, ExactBound] = field(default_factory=dict)
-
-    def of(self, rate: str) -> tuple[Interval | None, ExactBound | None]:
-        """Return the interval of the rate of this name, and its basis where it has one limit."""
-        return getattr(self, rate, None), self.bounds.get(rate)
-
-
-@dataclass(frozen=True, slots=True)
-class ReportIntervals:
-    """The intervals of a `RatesReport`, and number and seed of bootstrap replicates."""
-
-    bootstrap: int
-    seed: int
-    sets: tuple[RateIntervals, ...]
-    mean: RateIntervals
-    pooled: RateIntervals
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the intervals as JSON values, pairs of limits by name."""
-        return {"confidence": CONFIDENCE, "method": "bootstrap", **asdict(self)}
-
-
-def rate_intervals(
-    report: RatesReport, *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
-) -> ReportIntervals:
-    """Estimate 95 % intervals of an evaluation's rates.
-
-    The interval leaves out 2.5 % of the bootstrap replicates on either side. It describes how the
-    rates scatter with other fingers on the same sensor. With ten fingers it is rough, and with
-    fewer than `MIN_FINGERS` in a database there is none. A rate of 0 or 1 has one limit, for any
-    number of fingers; see `exact_bound`. Where the fingers are not known, comparisons are drawn.
-    """
-    trials = [row.scores.trials for row in report.sets]
-    replicates = bootstrap_rates(trials, bootstrap, seed)
-    ranks = [_rank_one(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
-    sets = tuple(
-        _rate_intervals(row.rates, row.rank_one, [trials[k]], replicates.sets[k], ranks[k])
-        for k, row in enumerate(report.sets)
-    )
-    known = [rank for rank in ranks if rank is not None]
-    hits = np.sum(known, axis=0) if len(known) == len(ranks) else None
-    mean = _rate_intervals(report.mean, None, trials, replicates.mean, None, mean=True)
-    pooled = _rate_intervals(report.pooled, report.rank_one, trials, replicates.pooled, hits)
-    return ReportIntervals(bootstrap, seed, sets, mean, pooled)
 
 
 def exact_bound(rate: str, trials: Sequence[Trials], *, mean: bool = False) -> ExactBound:
@@ -189,47 +121,6 @@ def interval_of(draws: NDArray[np.float64]) -> Interval | None:
         return None
     low, high = np.quantile(known, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
     return Interval(float(low), float(high))
-
-
-def _rank_one(
-    row: SetRates, bootstrap: int, seed: int, set_index: int
-) -> NDArray[np.float64] | None:
-    """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
-    if row.identification is None:
-        return None
-    counts = draw_fingers(row.identification.fingers, bootstrap, seed, set_index)
-    weights = np.take(counts, row.identification.finger, axis=1)
-    first = row.identification.rank == 1
-    return np.stack([weights @ first, weights.sum(axis=1)]).astype(np.float64)
-
-
-def _rate_intervals(
-    rates: Rates,
-    rank_one: float | None,
-    trials: Sequence[Trials],
-    draws: NDArray[np.float64],
-    ranks: NDArray[np.float64] | None,
-    *,
-    mean: bool = False,
-) -> RateIntervals:
-    """Return the intervals of the rates of databases pooled, or of their mean."""
-    drawn: dict[str, Interval | None] = {}
-    if all(map(enough_for_interval, trials)):
-        drawn = {name: interval_of(draws[:, k]) for k, name in enumerate(BOOTSTRAPPED)}
-        if ranks is not None:
-            with np.errstate(invalid="ignore"):  # a draw without probes has no rate
-                drawn["rank_one"] = interval_of(ranks[0] / ranks[1])
-    found: dict[str, Interval | None] = {}
-    bounds = {}
-    for name in (*BOOTSTRAPPED, "rank_one"):
-        rate = rank_one if name == "rank_one" else getattr(rates, name)
-        if rate is None:
-            continue
-        exact = exact_bound(name, trials, mean=mean) if rate in {0.0, 1.0} else None
-        found[name], used = drawn_or_exact(rate, drawn.get(name), exact)
-        if used is not None:
-            bounds[name] = used
-    return RateIntervals(**found, bounds=bounds)
 
 
 def _fnmr_bound(trials: Trials) -> ExactBound:

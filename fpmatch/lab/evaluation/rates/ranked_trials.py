@@ -129,7 +129,7 @@ def _first(
     low, high = np.full(rows, -1, np.intp), np.full(rows, last, np.intp)
     while (high - low > 1).any():
         middle = np.maximum((low + high) // 2, 0)
-        found = holds(middle)
-        high = np.where(found, middle, high)
-        low = np.where(found, low, middle)
+        reached = holds(middle)
+        high = np.where(reached, middle, high)
+        low = np.where(reached, low, middle)
     return high

@@ -271,16 +271,16 @@ def _compare(
     from scipy.stats import rankdata  # noqa: PLC0415
 
     before, now, genuine = _pooled(common)
-    was, found = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
+    was, is_now = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
     same_order = np.array_equal(rankdata(before), rankdata(now))
     differences = []
     for column, rate in enumerate(BOOTSTRAPPED):
-        if getattr(found, rate) is not None:
+        if getattr(is_now, rate) is not None:
             interval, bound = _interval(draws, column), None
             if interval == NO_CHANGE and not same_order:
                 bound = exact_bound(rate, [c.after for c in common])
             differences.append(
-                _difference(rate, getattr(was, rate), getattr(found, rate), interval, bound)
+                _difference(rate, getattr(was, rate), getattr(is_now, rate), interval, bound)
             )
     return SetComparison(name, int(genuine.size), tuple(differences))
 
@@ -289,12 +289,12 @@ def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64] | None) -> S
     """Return the mean of each rate that all databases have; `draws` as for `_compare`."""
     differences = []
     for column, rate in enumerate(BOOTSTRAPPED):
-        found = [d for one in sets for d in one.differences if d.rate == rate]
-        if len(found) == len(sets):
-            before = float(np.mean([d.before for d in found]))
-            now = float(np.mean([d.now for d in found]))
+        of_sets = [d for one in sets for d in one.differences if d.rate == rate]
+        if len(of_sets) == len(sets):
+            before = float(np.mean([d.before for d in of_sets]))
+            now = float(np.mean([d.now for d in of_sets]))
             interval, bound = _interval(draws, column), None
-            bounds = [d.bound for d in found if d.bound]
+            bounds = [d.bound for d in of_sets if d.bound]
             if interval == NO_CHANGE and bounds:
                 bound = combined(bounds, mean=True)
             differences.append(_difference(rate, before, now, interval, bound))

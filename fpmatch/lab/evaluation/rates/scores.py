@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.batch.score_file import LABELS, ScoreTable, open_table
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, filled, unnamed_set
 
 if TYPE_CHECKING:
@@ -52,24 +52,12 @@ def read_scores(
     r"""Read a file of scores by matcher and database; docs/reference/scores.md has the formats.
 
     Comparisons of a print with itself are left out, and pairs that come in both orders count once
-    if both have the same score.
-
-    Parameters
-    ----------
-    path : path-like
-        CSV, columns separated by spaces or tabs, or Parquet; with or without names of columns.
-    name : str, optional
-        Name of the database where there is no column ``set`` (default: that of the file).
-    distances : bool
-        Whether lower is more similar; the similarities are then the distances, negative.
-    finger_of : callable
-        Returns the finger in the name of a print, None where it contains none.
-
-    Raises
-    ------
-    DatasetError
-        If the file is missing, no file of scores, or empty; for a malformed row, with its line and
-        column.
+    if both have the same score. `path`: CSV, columns separated by spaces or tabs, or Parquet; with
+    or without names of columns. `name`: name of the database where there is no column ``set``
+    (default: that of the file). `distances`: whether lower is more similar; the similarities are
+    then the distances, negative. `finger_of`: returns the finger in the name of a print, None where
+    it contains none. Raises a `DatasetError` if the file is missing, no file of scores, or empty;
+    for a malformed row, with its line and column.
 
     Examples
     --------

@@ -7,14 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.lab.evaluation.databases.comparison import NO_TEMPLATE
-from fpmatch.lab.evaluation.impression import finger_numbers
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.protocol import Pairs
 
     Numbers = NDArray[np.float64]
 
@@ -42,26 +36,13 @@ class Trials:
 class ScoresSet:
     """The comparisons of one database by one matcher ("" where it is not known).
 
-    Parameters
-    ----------
-    matcher, name : str
-        The matcher and the database.
-    prints : tuple of str
-        Names of the images; empty where they are not known.
-    probe, reference : ndarray of intp, shape (N,)
-        Indices into `prints`; shape (0,) where the names are not known.
-    trials : Trials
-        Similarities and fingers.
-    compared : ndarray of bool, shape (N,)
-        False where a side has no template; the similarity is then the lowest.
-    quality : ndarray of float, shape (number of prints,), optional
-        Quality of each print, 0 to 100; NaN where it is not known.
-    overlap : ndarray of float, shape (N,), optional
-        Overlap of the prints as placed, as a share of the smaller; NaN where it is not known.
-    distances : bool
-        Whether the similarities are distances, taken negatively.
-    note : str
-        How the file was understood, where that is not certain.
+    `matcher`, `name`: the matcher and the database. `prints`: names of the images; empty where they
+    are not known. `probe`, `reference` (N,): indices into `prints`; shape (0,) where the names are
+    not known. `trials`: similarities and fingers. `compared` (N,): False where a side has no
+    template; the similarity is then the lowest. `quality` (number of prints,): quality of each
+    print, 0 to 100; NaN where it is not known. `overlap` (N,): overlap of the prints as placed, as
+    a share of the smaller; NaN where it is not known. `distances`: whether the similarities are
+    distances, taken negatively. `note`: how the file was understood, where that is not certain.
     """
 
     matcher: str
@@ -94,32 +75,6 @@ class ScoresSet:
         """Return the similarities of genuine and of impostor pairs."""
         genuine = self.trials.genuine
         return self.trials.similarity[genuine], self.trials.similarity[~genuine]
-
-
-def scores_of_set(
-    matcher: str, extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.void]
-) -> ScoresSet:
-    """Return the comparisons of a database; its fingers are numbered from 0."""
-    impressions = extracted.dataset.impressions
-    finger = finger_numbers(impressions)
-    fingers = int(finger.max()) + 1
-    trials = Trials(outcomes["similarity"], finger[pairs.probe], finger[pairs.reference], fingers)
-    compared = outcomes["reason"] != NO_TEMPLATE
-    graded = [e.quality for e in extracted.extractions]
-    quality = None
-    if any(value is not None for value in graded):
-        quality = np.array([np.nan if value is None else value for value in graded])
-    return ScoresSet(
-        matcher=matcher,
-        name=extracted.dataset.name,
-        prints=tuple(i.name for i in impressions),
-        probe=pairs.probe,
-        reference=pairs.reference,
-        trials=trials,
-        compared=compared,
-        quality=quality,
-        overlap=np.where(compared, outcomes["overlap"], np.nan),
-    )
 
 
 def unnamed_set(

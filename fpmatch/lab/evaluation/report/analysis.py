@@ -1,6 +1,6 @@
 """Analysis of an evaluation: rates, their intervals, and the comparison with other runs.
 
-It is the report as text and JSON; `fpmatch.lab.evaluation.report.page` makes the page of the same.
+`Report` is the value that is written as text, JSON and page.
 """
 
 from __future__ import annotations
@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.text_table import text_table
 from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.lab.evaluation.operating_points import operating_points
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
-from fpmatch.lab.evaluation.rates.intervals import rate_intervals
 from fpmatch.lab.evaluation.rates.run_comparison import (
     DECISION_FMRS,
     compare_runs,
     have_common_pairs,
 )
 from fpmatch.lab.evaluation.rates.scores import choose_matcher
+from fpmatch.lab.evaluation.report.operating_points import operating_points, rate_intervals
 from fpmatch.lab.evaluation.report.quality import analyse_quality
 from fpmatch.lab.evaluation.report.rate_text import (
     INTERVAL_TITLES,
@@ -40,10 +39,10 @@ from fpmatch.lab.evaluation.report.results import scores_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from fpmatch.lab.evaluation.operating_points import OperatingPoint
-    from fpmatch.lab.evaluation.rates.intervals import ExactBound, ReportIntervals
+    from fpmatch.lab.evaluation.rates.intervals import ExactBound
     from fpmatch.lab.evaluation.rates.run_comparison import ChangedPair, RunComparison
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.report.operating_points import OperatingPoint, ReportIntervals
     from fpmatch.lab.evaluation.report.quality import QualityAnalysis
     from fpmatch.lab.evaluation.report.results import RatesReport
 
@@ -84,7 +83,7 @@ class Analysis:
 
     def as_text(self) -> str:
         """Return everything as tables of text."""
-        return text_of([self])
+        return Report((self,)).as_text()
 
     def tables(self) -> str:
         """Return the tables without the note on what bounds of intervals are."""
@@ -129,59 +128,78 @@ def analyse(
     return Analysis(report, intervals, comparison, baseline_name, tuple(points), quality)
 
 
-def compare_matchers(
-    analyses: Sequence[Analysis], *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
-) -> list[RunComparison]:
-    """Compare the first matcher's run, as the earlier one, with that of each other matcher.
+@dataclass(frozen=True, slots=True)
+class Report:
+    """The report of a run: analyses, one a matcher, and the first compared with each other one.
 
-    Matchers without pairs in common with it, or without names of prints, are left out, and all
-    where a kind of pair is missing.
+    It is written as text, as JSON, and as a page by `fpmatch.lab.evaluation.report.page`.
     """
-    if analyses[0].report.pooled.eer is None:
-        return []
-    first, *others = (scores_of(one.report) for one in analyses)
-    return [
-        compare_runs(first, other, bootstrap=bootstrap, seed=seed)
-        for other in others
-        if have_common_pairs(first, other)
-    ]
 
+    analyses: tuple[Analysis, ...]
+    comparisons: tuple[RunComparison, ...] = ()
 
-def document_of(
-    analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
-) -> dict[str, Any]:
-    """Return analyses, one a matcher, and `compare_matchers` of them as one JSON object."""
-    if len(analyses) == 1:
-        return analyses[0].as_json()
-    return {
-        "matchers": [{"matcher": one.report.matcher, **one.as_json()} for one in analyses],
-        "against_first": [comparison.as_json() for comparison in comparisons],
-    }
+    @classmethod
+    def of(
+        cls,
+        results: Sequence[RatesReport],
+        *,
+        bootstrap: int = DEFAULT_BOOTSTRAP,
+        seed: int = 0,
+        **options: Any,
+    ) -> Report:
+        """Analyse evaluations as `analyse` does, and compare the first with the others.
 
+        Matchers without pairs in common with it, or without names of prints, are not compared, and
+        none where a kind of pair is missing.
+        """
+        draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
+        analyses = tuple(analyse(one, **draws, **options) for one in results)
+        if results[0].pooled.eer is None:
+            return cls(analyses)
+        first, *others = map(scores_of, results)
+        return cls(
+            analyses,
+            tuple(
+                compare_runs(first, other, **draws)
+                for other in others
+                if have_common_pairs(first, other)
+            ),
+        )
 
-def text_of(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()) -> str:
-    """Return the same as tables; several matchers are side by side at the end."""
-    first = analyses[0].report.matcher
-    parts = [analyses[0].tables()]
-    if len(analyses) > 1:
-        parts = [f"matcher {one.report.matcher}\n{one.tables()}" for one in analyses]
-        parts.append(_format_matchers([one.report for one in analyses]))
-        parts += [format_comparison(comparison, first) for comparison in comparisons]
-    parts.append(bounds_note(bounds_of(analyses, comparisons)))
-    return "\n\n".join(filter(None, parts))
+    def as_json(self) -> dict[str, Any]:
+        """Return the report as one JSON object."""
+        if len(self.analyses) == 1:
+            return self.analyses[0].as_json()
+        return {
+            "matchers": [{"matcher": one.report.matcher, **one.as_json()} for one in self.analyses],
+            "against_first": [comparison.as_json() for comparison in self.comparisons],
+        }
 
+    def as_text(self) -> str:
+        """Return the report as tables; several matchers are side by side at the end."""
+        first = self.analyses[0]
+        parts = [first.tables()]
+        if len(self.analyses) > 1:
+            parts = [f"matcher {one.report.matcher}\n{one.tables()}" for one in self.analyses]
+            parts.append(_format_matchers([one.report for one in self.analyses]))
+            parts += [format_comparison(one, first.report.matcher) for one in self.comparisons]
+        return "\n\n".join(filter(None, [*parts, self.note_on_bounds]))
 
-def bounds_of(
-    analyses: Sequence[Analysis], comparisons: Sequence[RunComparison]
-) -> Iterator[ExactBound | None]:
-    """Yield the bases of the intervals of analyses and comparisons, None those of the bootstrap."""
-    for one in analyses:
-        if one.intervals is not None:
-            for rates in (*one.intervals.sets, one.intervals.mean, one.intervals.pooled):
-                yield from rates.bounds.values()
-        yield from (point.bound for point in one.points)
-    for comparison in (*comparisons, *(one.baseline for one in analyses if one.baseline)):
-        yield from (d.bound for _, differences in comparison.shown() for d in differences)
+    @property
+    def note_on_bounds(self) -> str:
+        """What the limits of intervals are that are not of the bootstrap; "" without any."""
+        return bounds_note(self._bounds())
+
+    def _bounds(self) -> Iterator[ExactBound | None]:
+        """Yield the bases of all intervals, None those of the bootstrap."""
+        for one in self.analyses:
+            if one.intervals is not None:
+                for rates in (*one.intervals.sets, one.intervals.mean, one.intervals.pooled):
+                    yield from rates.bounds.values()
+            yield from (point.bound for point in one.points)
+        baselines = (one.baseline for one in self.analyses if one.baseline)
+        for comparison in (*self.comparisons, *baselines):
+            yield from (d.bound for _, differences in comparison.shown() for d in differences)
 
 
 def _format_matchers(reports: Sequence[RatesReport]) -> str:

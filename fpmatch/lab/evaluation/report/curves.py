@@ -56,17 +56,8 @@ def writable_files(folder: str | os.PathLike[str], names: Iterable[str]) -> list
 def write_curves(folder: str | os.PathLike[str], analyses: Sequence[Analysis]) -> list[Path]:
     """Write the points of all curves into a folder, made if missing; return the files of `HEADS`.
 
-    Parameters
-    ----------
-    folder : path-like
-        Where to write.
-    analyses : sequence of Analysis
-        One a matcher.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot be written.
+    `folder`: where to write. `analyses`: one a matcher. Raises an `OutputError` if a file cannot be
+    written.
     """
     rows = {DET: _det_rows, HISTOGRAM: _histogram_rows, DISCARD: _discard_rows}
     return write_files(folder, HEADS, rows, analyses)

@@ -9,7 +9,8 @@ import numpy as np
 
 from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.rates.error_rates import error_curves
-from fpmatch.lab.evaluation.report.results import split_scores, svg
+from fpmatch.lab.evaluation.report import svg
+from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -63,9 +64,9 @@ def det_plot(curves: Sequence[Curve], name: str) -> str:
         low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
         low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
         for index, curve in enumerate(curves):
-            found = error_curves(curve.genuine, curve.impostor)
-            x = ndtri(np.clip(found.fmr, low_x / 2, 1 - low_x / 2))
-            y = ndtri(np.clip(found.fnmr, low_y / 2, 1 - low_y / 2))
+            errors = error_curves(curve.genuine, curve.impostor)
+            x = ndtri(np.clip(errors.fmr, low_x / 2, 1 - low_x / 2))
+            y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
             _line(axes, x, y, index, curve)
         unsure = _RULE_OF_30 / curves[-1].impostor.size
         axes.axvspan(ndtri(low_x), ndtri(max(unsure, low_x)), color=svg.SHADE, zorder=0)
@@ -85,10 +86,10 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
         figure, axes = new_axes()
         lowest = 1.0
         for index, curve in enumerate(curves):
-            found = error_curves(curve.genuine, curve.impostor)
-            _line(axes, found.fmr, 1 - found.fnmr, index, curve)
-            shown = found.fmr >= _ROC_LOWEST_FMR
-            lowest = min(lowest, float(1 - found.fnmr[shown].max()))
+            errors = error_curves(curve.genuine, curve.impostor)
+            _line(axes, errors.fmr, 1 - errors.fnmr, index, curve)
+            shown = errors.fmr >= _ROC_LOWEST_FMR
+            lowest = min(lowest, float(1 - errors.fnmr[shown].max()))
         axes.set_xscale("log")
         ticks = [1e-4, 1e-3, 1e-2, 1e-1, 1.0]
         axes.set_xticks(ticks, [in_percent(t) for t in ticks])
@@ -121,16 +122,16 @@ def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = Non
         return svg.inline_svg(figure, name, "distributions of scores")
 
 
-def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> str:
+def rank_plot(shares: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> str:
     """Draw the shares of probes whose own finger is at rank 1, 2, … or before, each with a name."""
     with svg.settings():
         figure, axes = new_axes()
-        ranks = min(_MOST_RANKS, max(share.size for _, share in found))
-        for index, (_, share) in enumerate(found):
+        ranks = min(_MOST_RANKS, max(share.size for _, share in shares))
+        for index, (_, share) in enumerate(shares):
             shown = share[:ranks]
             look = svg.series_look(index)
             axes.plot(np.arange(1, shown.size + 1), shown, marker="o", markersize=3.5, **look)
-        lowest = min(float(share[0]) for _, share in found)
+        lowest = min(float(share[0]) for _, share in shares)
         axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.005)
         axes.set_xticks(range(1, ranks + 1))
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
@@ -191,8 +192,8 @@ def matcher_figures(report: RatesReport, number: int) -> Figures:
         (roc_plot(lines, f"roc-{number}"), "ROC: genuine pairs that match, against FMR."),
         (_scores(report, number), "Scores of genuine pairs (green) and impostors (orange)."),
     ]
-    found = [(row.name, row.identification) for row in report.sets]
-    ranks = [(name, one.match_characteristic()) for name, one in found if one is not None]
+    identified = [(row.name, row.identification) for row in report.sets]
+    ranks = [(name, one.match_characteristic()) for name, one in identified if one is not None]
     if ranks:
         caption = "CMC: how far down the list of all fingers a print’s own comes."
         drawings.append((rank_plot(ranks, f"cmc-{number}"), caption))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.io.read import GreyImage
     from fpmatch.lab.evaluation.databases.extraction import Extraction
-    from fpmatch.lab.evaluation.impression import Impression
+    from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
     from fpmatch.lab.evaluation.report.results import RatesReport
     from fpmatch.matching.result import Verification
@@ -79,7 +79,7 @@ def hardest_pairs(
     similarity = np.concatenate(
         [one.trials.similarity[pairs] for one, pairs in zip(every, usable, strict=True)]
     )
-    found: list[HardPair] = []
+    hardest: list[HardPair] = []
     seen: set[tuple[int, int]] = set()
     for n in np.argsort(similarity if genuine else -similarity, kind="stable"):
         of, k = places[n]
@@ -92,10 +92,10 @@ def hardest_pairs(
                 if isinstance(row, SetResult)
                 else _named(row.scores, k)
             )
-            found.append(explained)
-        if len(found) >= count:
+            hardest.append(explained)
+        if len(hardest) >= count:
             break
-    return found
+    return hardest
 
 
 def _named(scores: ScoresSet, k: int) -> HardPair:
@@ -166,50 +166,50 @@ def _picture(
 def explain_false_non_match(verification: Verification) -> tuple[str, ...]:
     """Return likely causes of a low score of two prints of one finger, as short phrases."""
     v = verification
-    found = _poor_prints(v)
+    causes = _poor_prints(v)
     if v.reason:
-        found.append(v.reason)
+        causes.append(v.reason)
     if v.transform is None:
-        return tuple(found)
+        return tuple(causes)
     odd = _odd_placement(v)
     if odd:  # measures under a wrong placement do not describe the prints
-        return (*found, *(f"placed wrongly, it seems: {words}" for words in odd))
+        return (*causes, *(f"placed wrongly, it seems: {words}" for words in odd))
     if v.overlap < SMALL_OVERLAP:
-        found.append(f"as placed they overlap by only {v.overlap:.0%} of the smaller print")
+        causes.append(f"as placed they overlap by only {v.overlap:.0%} of the smaller print")
     if v.agreement < LOW_AGREEMENT:
-        found.append(
+        causes.append(
             f"only {v.agreement:.0%} of the minutiae in the overlap are paired: "
             "found in one print and not in the other, or wrongly placed"
         )
-    found += _stretch(v)
-    return tuple(found) or (f"{count(len(v.pairs), 'pair')} of minutiae; nothing stands out",)
+    causes += _stretch(v)
+    return tuple(causes) or (f"{count(len(v.pairs), 'pair')} of minutiae; nothing stands out",)
 
 
 def explain_false_match(verification: Verification) -> tuple[str, ...]:
     """Return evidence for and against prints of different fingers with a high score."""
     v = verification
-    found = [
+    evidence = [
         f"{count(len(v.pairs), 'pair')}, {v.agreement:.0%} of the minutiae where they overlap, "
         "agree by chance"
     ]
     if v.overlap < SMALL_OVERLAP:
-        found.append(
+        evidence.append(
             f"they overlap by only {v.overlap:.0%} of the smaller print, which leaves little "
             "to disagree"
         )
     odd = [f"only {words}" for words in _odd_placement(v)]
-    return (*found, *_stretch(v), *odd, *_poor_prints(v))
+    return (*evidence, *_stretch(v), *odd, *_poor_prints(v))
 
 
 def _poor_prints(v: Verification) -> list[str]:
-    found = []
+    poor = []
     for name, side in (("probe", v.probe), ("reference", v.reference)):
         if len(side.minutiae) < FEW_MINUTIAE:
             few = count(len(side.minutiae), "minutia", "minutiae")
-            found.append(f"the {name} has only {few}")
+            poor.append(f"the {name} has only {few}")
         elif (quality := float(np.median(side.minutiae.quality))) < POOR_QUALITY:
-            found.append(f"the {name} is poor: its minutiae have a median quality of {quality:.0f}")
-    return found
+            poor.append(f"the {name} is poor: its minutiae have a median quality of {quality:.0f}")
+    return poor
 
 
 def _stretch(v: Verification) -> list[str]:
@@ -222,10 +222,10 @@ def _stretch(v: Verification) -> list[str]:
 def _odd_placement(v: Verification) -> list[str]:
     if v.transform is None:
         return []
-    found = []
+    odd = []
     if abs(v.transform.rotation_deg) > ODD_ROTATION_DEG:
-        found.append(f"after a turn by {abs(v.transform.rotation_deg):.0f}°")
+        odd.append(f"after a turn by {abs(v.transform.rotation_deg):.0f}°")
     factor = v.transform.scale * v.probe.dpi / v.reference.dpi
     if max(factor, 1 / factor) > ODD_SCALE:
-        found.append(f"after a change of size by {factor - 1:+.0%}")
-    return found
+        odd.append(f"after a change of size by {factor - 1:+.0%}")
+    return odd

@@ -13,13 +13,11 @@ from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
 from fpmatch.base.printable import printable_lines
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
-from fpmatch.lab.evaluation.report.analysis import bounds_of
 from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
 from fpmatch.lab.evaluation.report.quality_figures import quality_drawings
 from fpmatch.lab.evaluation.report.rate_text import (
     RATE_TITLES,
-    bounds_note,
     change_limits,
     decidability,
     decisions_sentence,
@@ -34,10 +32,8 @@ from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
 
-    from fpmatch.lab.evaluation.rates.run_comparison import RunComparison
-    from fpmatch.lab.evaluation.report.analysis import Analysis
+    from fpmatch.lab.evaluation.report.analysis import Analysis, Report
     from fpmatch.lab.evaluation.report.results import RatesReport
 
 PAGE_NAME: Final = "index.html"
@@ -63,23 +59,21 @@ def prepare_page(folder: str | os.PathLike[str]) -> Path:
 
 def write_page(
     folder: str | os.PathLike[str],
-    analyses: Sequence[Analysis],
-    comparisons: Sequence[RunComparison] = (),
+    report: Report,
 ) -> Path:
     """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
 
-    The images of the analyses, one a matcher over the same databases, are read again for the
-    overlays. `comparisons` are those of the first matcher with the others.
+    The images of the databases are read again for the overlays.
     """
     target = prepare_page(folder)
-    atomic_write_bytes(target, printable_lines(page(analyses, comparisons)).encode())
+    atomic_write_bytes(target, printable_lines(page(report)).encode())
     return target
 
 
-def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()) -> str:
+def page(report: Report) -> str:
     """Return the HTML that `write_page` writes."""
     environment = Environment(
-        loader=PackageLoader("fpmatch.lab.evaluation.html", "."),
+        loader=PackageLoader("fpmatch.lab.evaluation.report", "."),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -91,25 +85,25 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
         "thousands": lambda number: f"{number:,}",
         "title_of": RATE_TITLES.__getitem__,
     }
-    reports = [one.report for one in analyses]
-    first = reports[0]
+    results = [one.report for one in report.analyses]
+    first = results[0]
     html = environment.get_template("page.html.j2").render(
-        analyses=analyses,
-        comparisons=comparisons,
+        analyses=report.analyses,
+        comparisons=report.comparisons,
         first=first,
         fingers=sum(row.scores.trials.fingers for row in first.sets),
         timed=any(math.isfinite(row.extract_ms) for row in first.sets),
         totals=[first.prints, len(first.failures), first.genuine, first.impostor],
         impostor_pairs=_IMPOSTOR_PAIRS.get(first.protocol, ""),
         version=__version__,
-        rates_of_all=defined_rates(report.pooled for report in reports),
-        figures_of_all=pooled_figures(reports) if len(reports) > 1 else None,
-        matchers=[_section(one, number) for number, one in enumerate(analyses)],
+        rates_of_all=defined_rates(one.pooled for one in results),
+        figures_of_all=pooled_figures(results) if len(results) > 1 else None,
+        matchers=[_section(one, number) for number, one in enumerate(report.analyses)],
         failures_shown=50,
         tones={"better": "good", "worse": "bad"},
         several=len(first.sets) > 1,
         limits_of=lambda rates, name: rates.of(name) if rates else (None, None),
-        bounds_note=bounds_note(bounds_of(analyses, comparisons)),
+        bounds_note=report.note_on_bounds,
     )
     return html.lstrip() + "\n"
 

@@ -103,24 +103,24 @@ def analyse_quality(
         for scores in (row.scores for row in report.sets)
         if scores.overlap is not None
     ]
-    found = QualityAnalysis(
+    analysis = QualityAnalysis(
         fmr=fmr,
         curves=tuple(discard_curve(one, fmr=fmr) for one in usable),
         by_quality=_bins(qualities, QUALITY_EDGES, threshold),
         by_overlap=_bins(overlaps, OVERLAP_EDGES, threshold),
     )
-    return found if found.curves or found.by_quality or found.by_overlap else None
+    return analysis if analysis.curves or analysis.by_quality or analysis.by_overlap else None
 
 
 def _bins(
-    found: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
     edges: Sequence[float],
     threshold: float | None,
 ) -> tuple[ErrorBin, ...]:
     """Count genuine pairs, and those lost, by their values; pairs without a value are left out."""
-    if not found or threshold is None:
+    if not samples or threshold is None:
         return ()
-    values, similarity = (np.concatenate(part) for part in zip(*found, strict=True))
+    values, similarity = (np.concatenate(part) for part in zip(*samples, strict=True))
     counts, _ = np.histogram(values[np.isfinite(values)], edges)
     lost, _ = np.histogram(values[np.isfinite(values) & (similarity <= threshold)], edges)
     if not counts.sum():

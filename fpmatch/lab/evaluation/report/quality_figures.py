@@ -8,8 +8,8 @@ import numpy as np
 
 from fpmatch.lab.evaluation.rates.error_rates import POOLED
 from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
+from fpmatch.lab.evaluation.report import svg
 from fpmatch.lab.evaluation.report.figures import in_percent, new_axes
-from fpmatch.lab.evaluation.report.results import svg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,36 +17,38 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.report.quality import ErrorBin, QualityAnalysis
 
 
-def quality_drawings(found: QualityAnalysis | None, number: int) -> list[tuple[str, str]]:
+def quality_drawings(analysis: QualityAnalysis | None, number: int) -> list[tuple[str, str]]:
     """Return the drawings with their captions; `number` makes identifiers unique."""
-    if found is None:
+    if analysis is None:
         return []
-    at = f"at an FMR of {100 * found.fmr:g} %"
+    at = f"at an FMR of {100 * analysis.fmr:g} %"
     drawings = []
-    if found.curves:
+    if analysis.curves:
         caption = (
             f"Error versus discard: FNMR {at} where the prints of lowest quality are discarded. A "
             "curve that falls means that quality predicts errors."
         )
-        if len(found.curves) > 1:
+        if len(analysis.curves) > 1:
             caption += " Lines as above."
-        drawings.append((_discard_plot(found, f"discard-{number}"), caption))
-    if found.by_quality:
-        plot = _bar_plot(found.by_quality, f"quality-{number}", "quality of the worse print", 1)
+        drawings.append((_discard_plot(analysis, f"discard-{number}"), caption))
+    if analysis.by_quality:
+        plot = _bar_plot(analysis.by_quality, f"quality-{number}", "quality of the worse print", 1)
         drawings.append((plot, f"FNMR {at} by the quality of the worse print of a pair."))
-    if found.by_overlap:
-        plot = _bar_plot(found.by_overlap, f"overlap-{number}", "overlap, % of smaller print", 100)
+    if analysis.by_overlap:
+        plot = _bar_plot(
+            analysis.by_overlap, f"overlap-{number}", "overlap, % of smaller print", 100
+        )
         caption = "by how much of the smaller print overlaps, as the matcher placed the two"
         drawings.append((plot, f"FNMR {at} {caption}."))
     return drawings
 
 
-def _discard_plot(found: QualityAnalysis, name: str) -> str:
+def _discard_plot(analysis: QualityAnalysis, name: str) -> str:
     with svg.settings():
         figure, axes = new_axes()
         highest = 0.0
-        for index, curve in enumerate(found.curves):
-            pooled = curve.name == POOLED and len(found.curves) > 1
+        for index, curve in enumerate(analysis.curves):
+            pooled = curve.name == POOLED and len(analysis.curves) > 1
             look = {"color": svg.INK, "linewidth": 2.4} if pooled else svg.series_look(index)
             left = np.array(curve.genuine) > 0
             fnmr = np.array(curve.fnmr)[left]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.protocol import Pairs
+    from fpmatch.lab.evaluation.databases.protocol import Pairs
     from fpmatch.lab.evaluation.rates.error_rates import Rates
     from fpmatch.lab.evaluation.rates.identification import Identification
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
@@ -44,20 +44,11 @@ _IDENTICAL: Final = {
 class SetRates:
     """The error rates of one database.
 
-    Parameters
-    ----------
-    scores : ScoresSet
-        Its comparisons.
-    rates : Rates
-        Error rates as fractions.
-    identification : Identification or None
-        Ranks of a search of every print among all others; None where not all were compared.
-    failures : tuple of (Path, str)
-        Images that gave no template (failures to extract), and why; they score lowest in all pairs.
-    extract_ms : float
-        Median CPU time to extract an image, in milliseconds; NaN where it is not known.
-    match_us : float
-        Median CPU time of a comparison of prepared templates, in microseconds; the same.
+    `scores`: its comparisons. `rates`: error rates as fractions. `identification`: ranks of a
+    search of every print among all others; None where not all were compared. `failures`: images
+    that gave no template (failures to extract), and why; they score lowest in all pairs.
+    `extract_ms`: median CPU time to extract an image, in milliseconds; NaN where it is not known.
+    `match_us`: median CPU time of a comparison of prepared templates, in microseconds; the same.
     """
 
     scores: ScoresSet = field(repr=False)
@@ -112,18 +103,10 @@ class SetRates:
 class SetResult(SetRates):
     """The results on one database whose images were compared.
 
-    Parameters
-    ----------
-    scores, rates, identification, failures, extract_ms, match_us
-        As for `SetRates`.
-    extracted : ExtractedSet
-        The database and its templates.
-    pairs : Pairs
-        The pairs compared.
-    outcomes : ndarray of OUTCOME, shape (number of pairs,)
-        The comparisons; see `fpmatch.lab.evaluation.databases.comparison`.
-    identical : tuple of int
-        Pairs whose prints have the same frame and minutiae, copies of one impression, as indices.
+    `scores`, `rates`, `identification`, `failures`, `extract_ms`, `match_us`: as for `SetRates`.
+    `extracted`: the database and its templates. `pairs`: the pairs compared. `outcomes` (number of
+    pairs,): the comparisons; see `fpmatch.lab.evaluation.databases.comparison`. `identical`: pairs
+    whose prints have the same frame and minutiae, copies of one impression, as indices.
     """
 
     extracted: ExtractedSet = field(repr=False)
@@ -153,16 +136,9 @@ class SetResult(SetRates):
 class RatesReport:
     """The error rates of one matcher on some databases.
 
-    Parameters
-    ----------
-    matcher, protocol : str
-        Names of the matcher and the protocol; of scores from a file, the latter is "".
-    sets : tuple of SetRates
-        A row a database.
-    mean : Rates
-        The mean over the databases of each rate; None where a database lacks it.
-    pooled : Rates
-        The rates of all databases' scores together, one threshold for all.
+    `matcher`, `protocol`: names of the matcher and the protocol; of scores from a file, the latter
+    is "". `sets`: a row a database. `mean`: the mean over the databases of each rate; None where a
+    database lacks it. `pooled`: the rates of all databases' scores together, one threshold for all.
     """
 
     matcher: str
@@ -279,11 +255,11 @@ class EvaluationReport(RatesReport):
         """How many pairs compare copies of one impression, and the first of them; "" for none."""
         notes = []
         for genuine, words in _IDENTICAL.items():
-            found = [names for row in self.sets for names in row.identical_pairs(genuine=genuine)]
-            if found:
-                first = ", ".join(map(" with ".join, found[:IDENTICAL_SHOWN]))
-                more = " and others" * (len(found) > IDENTICAL_SHOWN)
-                notes.append(f"{words.format(count(len(found), 'pair'))}: {first}{more}")
+            pairs = [names for row in self.sets for names in row.identical_pairs(genuine=genuine)]
+            if pairs:
+                first = ", ".join(map(" with ".join, pairs[:IDENTICAL_SHOWN]))
+                more = " and others" * (len(pairs) > IDENTICAL_SHOWN)
+                notes.append(f"{words.format(count(len(pairs), 'pair'))}: {first}{more}")
         return "\n".join(notes)
 
     @property

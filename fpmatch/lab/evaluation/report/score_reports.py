@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.listing.entry import NamePattern
+from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
 from fpmatch.lab.evaluation.rates.identification import identify_all
 from fpmatch.lab.evaluation.rates.scores import (
@@ -23,7 +25,7 @@ from fpmatch.lab.evaluation.rates.scores import (
     read_genuine_and_impostor,
     read_scores,
 )
-from fpmatch.lab.evaluation.rates.scores_set import scores_of_set
+from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
 from fpmatch.lab.evaluation.report.results import (
     EvaluationReport,
     RatesReport,
@@ -40,8 +42,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.protocol import Pairs
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.databases.protocol import Pairs
 
     AnyPath = str | os.PathLike[str]
 
@@ -60,7 +61,7 @@ def summarise_set(
 ) -> SetResult:
     """Summarise the comparisons of one database."""
     cpu_us = outcomes["cpu_us"][np.isfinite(outcomes["cpu_us"])]
-    scores = scores_of_set(matcher, extracted, pairs, outcomes)
+    scores = _scores_of_set(matcher, extracted, pairs, outcomes)
     return SetResult(
         scores=scores,
         rates=error_rates(*scores.split()),
@@ -72,6 +73,32 @@ def summarise_set(
         pairs=pairs,
         outcomes=outcomes,
         identical=_find_identical(extracted, pairs),
+    )
+
+
+def _scores_of_set(
+    matcher: str, extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.void]
+) -> ScoresSet:
+    """Return the comparisons of a database; its fingers are numbered from 0."""
+    impressions = extracted.dataset.impressions
+    finger = finger_numbers(impressions)
+    fingers = int(finger.max()) + 1
+    trials = Trials(outcomes["similarity"], finger[pairs.probe], finger[pairs.reference], fingers)
+    compared = outcomes["reason"] != NO_TEMPLATE
+    graded = [e.quality for e in extracted.extractions]
+    quality = None
+    if any(value is not None for value in graded):
+        quality = np.array([np.nan if value is None else value for value in graded])
+    return ScoresSet(
+        matcher=matcher,
+        name=extracted.dataset.name,
+        prints=tuple(i.name for i in impressions),
+        probe=pairs.probe,
+        reference=pairs.reference,
+        trials=trials,
+        compared=compared,
+        quality=quality,
+        overlap=np.where(compared, outcomes["overlap"], np.nan),
     )
 
 
@@ -125,26 +152,14 @@ def evaluate_scores(
 ) -> list[RatesReport]:
     r"""Compute the error rates of scores in files, one report a matcher.
 
-    Parameters
-    ----------
-    files : sequence of path-like
-        Files of scores, see `fpmatch.lab.evaluation.rates.scores.read_scores`. Without a column ``matcher``,
-        or where files have scores of the same matcher and database, the matcher is named after the
-        file. Without a column ``set`` the database is the only one that other files name, if any.
-    genuine_and_impostor : sequence of (path-like, path-like)
-        Files of genuine, and of impostor scores of a matcher, which is named after the first.
-    distances : bool
-        As for `fpmatch.lab.evaluation.rates.scores.read_scores`.
-    pattern : str, optional
-        Finds the fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by
-        default prints are named FFF_M.
-
-    Raises
-    ------
-    DatasetError
-        If there is no file, one cannot be read, or a matcher comes twice.
-    GalleryError
-        If the pattern is none.
+    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores.read_scores`. Without a column
+    ``matcher``, or where files have scores of the same matcher and database, the matcher is named
+    after the file. Without a column ``set`` the database is the only one that other files name, if
+    any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher, which is
+    named after the first. `distances`: as for `fpmatch.lab.evaluation.rates.scores.read_scores`.
+    `pattern`: finds the fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by
+    default prints are named FFF_M. Raises a `DatasetError` if there is no file, one cannot be read,
+    or a matcher comes twice; a `GalleryError` if the pattern is none.
 
     Examples
     --------

@@ -77,8 +77,8 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
     text = stream.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    text = _COLOUR.sub(lambda found: f"var(--{colour_name(found[0])})", text)
-    text = _IDENTIFIER.sub(lambda found: f"{found[1]}{name}-", text)
+    text = _COLOUR.sub(lambda match: f"var(--{colour_name(match[0])})", text)
+    text = _IDENTIFIER.sub(lambda match: f"{match[1]}{name}-", text)
     box = re.match(r'<svg[^>]*viewBox="([^"]*)"[^>]*>', text)
     if box is None:
         raise OutputError("matplotlib wrote no SVG")

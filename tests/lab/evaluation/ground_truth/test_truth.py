@@ -8,8 +8,8 @@ from truth_files import truth_document, write_truth
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
-from fpmatch.lab.evaluation.impression import Impression
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master

@@ -12,7 +12,7 @@ from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.impression import Impression
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.lab.evaluation.open_set.background import load_background, no_background
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles
 from fpmatch.lab.evaluation.open_set.run import (

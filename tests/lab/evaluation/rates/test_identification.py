@@ -4,8 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.impression import Impression
-from fpmatch.lab.evaluation.protocol import choose_pairs
+from fpmatch.lab.evaluation.databases.protocol import Impression, choose_pairs
 from fpmatch.lab.evaluation.rates.identification import identify_all
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
 

@@ -1,8 +1,5 @@
 """`fpmatch.lab.evaluation.rates.scores`: what files of scores are understood, and which are refused."""
 
-import math
-
-import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -279,16 +276,3 @@ def test_what_is_written_is_read_whatever_the_names(tmp_path_factory, prints, da
     lowest = min([0.0, *(row[3] for row in rows if row[3] is not None)])
     assert pairs_of(found) == [(*row[:3], lowest if row[3] is None else row[3]) for row in rows]
     assert found.trials.fingers == len(set(fingers.values()))
-
-
-def test_large_numbers_of_rows_are_read_soon(tmp_path):
-    rng = np.random.default_rng(1)
-    lines = [
-        f"{a}_1 {b}_2 {s:.6f}\n"
-        for a, b, s in zip(
-            rng.permutation(20_000), rng.permutation(20_000), rng.random(20_000), strict=True
-        )
-    ]
-    (found,) = read_scores(write(tmp_path, "".join(lines)))
-    assert found.trials.similarity.size == 20_000
-    assert math.isclose(found.trials.similarity.mean(), 0.5, abs_tol=0.02)

@@ -1,15 +1,15 @@
-"""`fpmatch.lab.evaluation.operating_points`: the FNMR at chosen false match rates."""
+"""`fpmatch.lab.evaluation.report.operating_points`: the FNMR at chosen false match rates."""
 
 import json
 
 import numpy as np
 import pytest
 
-from fpmatch.lab.evaluation.operating_points import operating_points
 from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_rates
 from fpmatch.lab.evaluation.rates.intervals import ExactBound
 from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
 from fpmatch.lab.evaluation.report.analysis import analyse
+from fpmatch.lab.evaluation.report.operating_points import operating_points
 from fpmatch.lab.evaluation.report.score_reports import summarise_scores
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from fpmatch.errors import OutputError
 from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
-from fpmatch.lab.evaluation.report.analysis import analyse, compare_matchers
+from fpmatch.lab.evaluation.report.analysis import Report
 from fpmatch.lab.evaluation.report.page import page as page_of
 from fpmatch.lab.evaluation.report.page import prepare_page, write_page
 from fpmatch.lab.evaluation.report.results import scores_of
@@ -52,7 +52,7 @@ def database(make_database):
 def test_a_page_closes_what_it_opens_and_loads_nothing(options, database, tmp_path):
     report = evaluate([database], **options)
     baseline = scores_of(report)
-    target = write_page(tmp_path / "out", [analyse(report, bootstrap=30, baseline=baseline)])
+    target = write_page(tmp_path / "out", Report.of([report], bootstrap=30, baseline=baseline))
     read = Reader(target.read_text(encoding="utf-8"))
     assert all(value.startswith(("data:", "#")) for value in read.loaded)
     words = "".join(read.words)
@@ -73,8 +73,7 @@ def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options,
     reports = evaluate_matchers(
         [database], [bench.MATCHER, Other()], extractor=bench.extractor, workers=1
     )
-    analyses = [analyse(report, bootstrap=30) for report in reports]
-    page = page_of(analyses, compare_matchers(analyses, bootstrap=30))
+    page = page_of(Report.of(reports, bootstrap=30))
     words = "".join(Reader(page).words)
     assert "Matchers side by side" in words
     assert "other against fake, pair by pair" in words
@@ -91,7 +90,7 @@ def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options,
     ],
 )
 def test_the_decisions_are_those_of_verify(report, name, rule):
-    page = page_of([analyse(replace(report, matcher=name), bootstrap=0)])
+    page = page_of(Report.of([replace(report, matcher=name)], bootstrap=0))
     words = "".join(Reader(page).words)
     assert "<small>" not in page  # no intervals
     assert ("genuine pairs do not match" in words) == bool(rule)
@@ -99,19 +98,19 @@ def test_the_decisions_are_those_of_verify(report, name, rule):
 
 
 def test_a_database_of_genuine_pairs_alone(options, make_database):
-    found = analyse(evaluate([make_database("db", 1, 3)], **options), bootstrap=10)
-    assert "No curves" in page_of([found])
-    assert compare_matchers([found, found]) == []
-    assert "side by side" in page_of([found, found])
+    alone = evaluate([make_database("db", 1, 3)], **options)
+    assert "No curves" in page_of(Report.of([alone], bootstrap=10))
+    twice = Report.of([alone, alone], bootstrap=10)
+    assert twice.comparisons == ()
+    assert "side by side" in page_of(twice)
 
 
 def test_no_error_has_a_limit_on_the_page_and_its_method_is_named(report):
     scores = unnamed_set(np.ones(50), np.linspace(0.0, 0.5, 99))
-    found = analyse(summarise_scores([scores]), bootstrap=10)
-    words = "".join(Reader(page_of([found])).words)
+    words = "".join(Reader(page_of(Report.of([summarise_scores([scores])], bootstrap=10))).words)
     assert "0.00 %at most 5.82 % (0 of 50)" in words
     assert "95 % bound by Clopper-Pearson, one-sided; n counts comparisons as if" in words
-    assert "Clopper-Pearson" not in page_of([analyse(report, bootstrap=10)])
+    assert "Clopper-Pearson" not in page_of(Report.of([report], bootstrap=10))
 
 
 def test_a_page_that_cannot_be_is_refused(tmp_path, monkeypatch):

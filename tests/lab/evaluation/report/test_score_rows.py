@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.gallery.batch import decision, score_file
-from fpmatch.gallery.batch.score_file import COLUMNS, DETAILS, write_scores
+from fpmatch.gallery.batch import decision
+from fpmatch.gallery.batch.score_file import COLUMNS, DETAILS
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
+from fpmatch.lab.evaluation.report import score_rows
+from fpmatch.lab.evaluation.report.score_rows import write_scores
 from fpmatch.matching.calibration import Calibration
 
 
@@ -50,7 +52,7 @@ def test_a_calibration_makes_scores_and_a_match_has_no_reason(
     report, scores, tmp_path, monkeypatch
 ):
     calibration = Calibration(((0.0, 0.0), (0.01, 40.0)), tail_scale=1.0)
-    monkeypatch.setattr(score_file, "calibration_of", lambda name: calibration)
+    monkeypatch.setattr(score_rows, "calibration_of", lambda name: calibration)
     monkeypatch.setattr(decision, "calibration_of", lambda name: calibration)
     write_scores(tmp_path / "after.csv", report)
     before, after = rows_of(scores), rows_of(tmp_path / "after.csv")
@@ -74,7 +76,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(score_file, "_rows", fail)
+    monkeypatch.setattr(score_rows, "_rows", fail)
     with pytest.raises((OutputError, KeyboardInterrupt)) as caught:
         write_scores(path, report)
     assert caught.type is KeyboardInterrupt or str(caught.value).endswith("no space left on device")

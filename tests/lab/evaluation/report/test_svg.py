@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from fpmatch.lab.evaluation.report import svg
 from fpmatch.lab.evaluation.report.figures import Curve, det_plot, rank_plot, roc_plot, score_plot
-from fpmatch.lab.evaluation.report.results import svg
 
 pytest.importorskip("matplotlib")
 STYLE = Path(svg.__file__).with_name("style.css.j2").read_text(encoding="utf-8")

@@ -1,1 +1,0 @@
-"""An evaluation as one page for a browser: tables, curves, and the hardest pairs."""

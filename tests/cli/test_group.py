@@ -62,8 +62,8 @@ WRONG_USAGE = {
     "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
     "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
-    "--impostors y | --enrol-seed 1 | --enhance gabor | --background y | --fingers 2 | --fpir 0.1 | "
-    "--plot det.svg",
+    "--impostors y | --enrol-seed 1 | --enhance gabor | --background y | --fingers 2 | "
+    "--fpir 0.1 | --plot det.svg",
     "evaluate x --protocol identification": "--crop 100 | --scores s.csv | --fmr 0.1",
     "evaluate --scores-in s.csv": "--matcher paper | prints | --crop 100 | --fmr 0",
     "evaluate --genuine-scores": "g.txt",

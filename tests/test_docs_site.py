@@ -63,17 +63,13 @@ def test_every_stage_of_an_extraction_is_shown(fingers):
     assert drawn == [f"{n:02}_{name}.png" for n, name in enumerate(recorder.stages, start=1)]
 
 
-PATHS = re.findall(
-    r"^\|.*`([\w/.]+\.py)` \(`(\w+)`\) \|$",
-    (DOCS / "reference" / "where_is_what.md").read_text(encoding="utf-8"),
-    re.MULTILINE,
-)
-
-
-@pytest.mark.parametrize(("file", "name"), PATHS)
-def test_a_path_to_code_ends_at_a_file_with_the_name(file, name):
-    text = (ROOT / file).read_text(encoding="utf-8")
-    assert re.search(rf"^\s*(def |class )?{name}\b", text, re.MULTILINE)
+@every_page
+def test_a_path_to_code_ends_at_a_file_with_the_name(page):
+    paths = re.findall(r"`([\w/]+\.py)`\s\(`(\w+)`\)", page.read_text(encoding="utf-8"))
+    assert paths or page.stem not in {"where_is_what", "newcomer_tasks"}
+    for file, name in paths:
+        text = (ROOT / file).read_text(encoding="utf-8")
+        assert re.search(rf"^\s*(def |class )?{name}\b", text, re.MULTILINE), (file, name)
 
 
 @every_page

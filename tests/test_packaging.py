@@ -124,6 +124,9 @@ SERVE_OPTIONS = {option for parameter in serve.params for option in parameter.op
 
 def test_the_services_take_options_that_exist_and_are_not_open_to_the_network() -> None:
     services = read_yaml("compose.yaml")["services"]
+    required = re.findall(r"\$\{(\w+):\?", (ROOT / "compose.yaml").read_text("utf-8"))
+    guide = (ROOT / "docs/how-to/deploy.md").read_text("utf-8")
+    assert {*required} == {*re.findall(r"([A-Z_]+)=%s", guide)}
     command, *words = services["server"]["command"]
     assert command == serve.name
     assert {word.partition("=")[0] for word in words} <= SERVE_OPTIONS

@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 GUIDES = [path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("docs/how-to/*.md"))]
 NOT_HERE = re.compile(
-    r"\bfvc/|\b(probe|print|a|template|card)\.|\b(prints/\*|seized|hough|counted)"
+    r"\bfvc/|\b(probe|print|a|template|card)\.|\b(prints/\*|seized|hough|counted|(calibrate|fvc --baseline) theirs)"
 )
 """Files that are not part of the repository."""
 SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/cli/test_serve.py

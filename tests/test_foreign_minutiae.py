@@ -1,8 +1,6 @@
 """`foreign_minutiae.py` of the benchmarks: rates of folders of CSV minutiae, of own templates."""
 
 import json
-import shutil
-from pathlib import Path
 
 import foreign_minutiae
 import numpy as np
@@ -12,7 +10,6 @@ from click.testing import CliRunner
 from fpmatch.errors import DatasetError, TemplateError
 from fpmatch.minutiae import MinutiaKind
 
-ROOT = Path(__file__).resolve().parents[1]
 FINGERS, IMPRESSIONS, MINUTIAE = 4, 3, 30
 
 
@@ -74,19 +71,6 @@ def test_a_file_is_read_by_its_convention_or_named(tmp_path):
     assert [resolutions(given, 2) for given in ([], [600.0])] == [[None, None], [600, 600]]
     with pytest.raises(DatasetError, match="3 folders"):
         resolutions([500.0, 569.0], 3)
-
-
-def test_own_templates_are_converted_to_minutiae_alone(tmp_path):
-    folder = tmp_path / "prints"
-    folder.mkdir()
-    for name in ("101_1", "101_3", "102_1", "102_4"):
-        shutil.copy(ROOT / "sample_data" / f"{name}.tif", folder)
-    done = run("--templates", folder, "--json", tmp_path / "rates.json")
-    assert done.exit_code == 0, done.stderr
-    rates = json.loads((tmp_path / "rates.json").read_text())
-    assert rates["format"] == "iso2005"
-    assert (rates["sets"][0]["genuine"], rates["sets"][0]["impostor"]) == (2, 4)
-    assert rates["sets"][0]["eer"] == 0.0
 
 
 def test_bad_input_is_said_in_one_line(tmp_path):

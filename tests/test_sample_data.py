@@ -1,7 +1,6 @@
 """The sample prints and points: their truth is right, and they are still made as they are here."""
 
 import hashlib
-import itertools
 import json
 import tomllib
 from pathlib import Path
@@ -11,9 +10,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import load_truth
-from fpmatch.minutiae import MinutiaKind
 from fpmatch.pointset.match import match_points
 from fpmatch.pointset.points_csv import load_points
 from fpmatch.pointset.similarity import Similarity
@@ -58,45 +55,6 @@ def test_a_print_is_what_its_truth_says_of_the_picture(name):
         assert tuple(map(float, image.info["dpi"])) == (500.0, 500.0) == (said["dpi"],) * 2
     assert pixels_of(name).shape == SENSORS[said["sensor"]].shape
     assert 0.05 < (pixels_of(name) < 128).mean() < 0.5
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_the_warp_carries_the_masters_minutiae_to_those_of_the_picture(name):
-    truth, said = TRUTH[name], said_of(name)
-    columns = SAID[name.partition("_")[0]]["minutiae"]
-    master = np.column_stack([columns["x"], columns["y"]])[truth.master]
-    assert np.hypot(*(truth.from_master(master) - truth.minutiae.xy).T).max() < 0.1
-    off = truth.transform.apply(master) - truth.minutiae.xy
-    assert np.sqrt((off**2).sum(axis=1).mean()) < 3 * said["residual_rms_px"]
-    # On screen, the positive rotation of a y-down transform is clockwise.
-    turned = np.array(columns["angle_deg"])[truth.master] - truth.transform.rotation_deg
-    apart = (np.degrees(truth.minutiae.angle) - turned + 180) % 360 - 180
-    assert np.abs(apart).max() < 20
-    assert truth.minutiae.kind.tolist() == np.array(columns["kind"])[truth.master].tolist()
-
-
-@pytest.mark.parametrize("finger", FINGERS)
-def test_the_same_minutia_is_found_from_any_impression_in_any_other(finger):
-    names = [f"{finger}_{m}" for m in range(1, 5)]
-    for one, other in itertools.permutations(names, 2):
-        p, q = common_minutiae(TRUTH[one], TRUTH[other])
-        assert len(p) >= 7
-        assert np.hypot(*(TRUTH[other].from_master(TRUTH[one].to_master(p)) - q).T).max() < 0.1
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_ink_lies_where_the_truth_says_ridges_and_valleys_are(name):
-    """An ending is followed by a ridge in its direction, a bifurcation by a valley."""
-    minutiae = TRUTH[name].minutiae.take(TRUTH[name].visible)
-    ending = minutiae.kind == MinutiaKind.ENDING
-    heading = np.column_stack([np.cos(minutiae.angle), -np.sin(minutiae.angle)])
-    contrast = {}
-    for sense in (1, -1):
-        x, y = np.rint(minutiae.xy + sense * 5.0 * heading).astype(int).T
-        grey = pixels_of(name)[y, x].astype(float)
-        contrast[sense] = grey[~ending].mean() - grey[ending].mean()
-    assert contrast[1] > 0 > contrast[-1]
-    assert contrast[1] - contrast[-1] > 60
 
 
 def test_the_prints_are_made_as_they_are_here():

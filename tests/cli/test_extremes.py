@@ -13,6 +13,7 @@ from .conftest import assert_refused, copied
 
 DIGITS = "9" * 5_000
 NUMBERS = ("nan", "inf", "-inf", "-1", "0", "1e308", "1e999", "5e-324", DIGITS)
+RESOLUTIONS = (*NUMBERS, "99", "4001")
 CONTROLS = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028-\u202e\ud800-\udfff]")
 
 
@@ -27,7 +28,7 @@ def assert_one_line(result, reason=""):
     assert reason in result.stderr
 
 
-@pytest.mark.parametrize("value", NUMBERS)
+@pytest.mark.parametrize("value", RESOLUTIONS)
 def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path, value):
     one, new = prints / "1_1.png", tmp_path / "new"
     for words in (
@@ -41,7 +42,8 @@ def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path,
         ("score", "--references", prints, "--probes", prints, "-o", f"{new}.csv"),
     ):
         assert_one_line(run(*words, "--dpi", value), "dpi")
-    assert_one_line(run("verify", one, one, "--probe-dpi", value), "dpi")
+    for option in ("--probe-dpi", "--reference-dpi"):
+        assert_one_line(run("verify", one, one, option, value), "dpi")
     assert list(tmp_path.iterdir()) == []
 
 

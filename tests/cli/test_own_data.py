@@ -26,29 +26,6 @@ def scans(prints, tmp_path):
     return folder
 
 
-def evaluated(run, *words):
-    result = run("evaluate", "--workers", 1, "--bootstrap", 0, "--json", *words)
-    assert result.exit_code == 0, result.output
-    document = json.loads(result.stdout)
-    return [(row["genuine"], row["impostor"], row["eer"]) for row in document["sets"]], result
-
-
-def test_evaluate_takes_every_form(run, prints, scans, tmp_path):
-    expected, _ = evaluated(run, prints)
-    pattern = r"(?P<subject>\d)-(?P<finger>[a-z ]+)-(?P<impression>[ab])"
-    database = tmp_path / "own.db"
-    assert run("enrol", database, scans / "manifest.csv", "--workers", 1).exit_code == 0
-    for words in (
-        (scans / "manifest.csv",),
-        (scans, "--pattern", pattern),
-        (tmp_path / "people",),
-        (tmp_path / "people", "--by-folder"),
-        (database,),
-    ):
-        rates, result = evaluated(run, *words)
-        assert (rates, result.stderr) == (expected, "")
-
-
 def test_a_gallery_of_a_manifest_has_its_fingers_and_finds_its_probes(run, scans, tmp_path):
     database, manifest = tmp_path / "own.db", scans / "manifest.csv"
     document = json.loads(run("enrol", database, manifest, "--workers", 1, "--json").stdout)
@@ -81,15 +58,6 @@ def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, 
     rows = scored(prints, prints, "--pairs", listed)
     assert [(r["reference"], r["genuine"]) for r in rows] == [("2_1.png", "1"), ("1_2.png", "0")]
     assert {row["genuine"] for row in scored(scans, tmp_path / "people")} == {""}
-
-
-def test_a_list_of_pairs_with_labels_needs_no_fingers_in_names(run, scans, tmp_path):
-    listed = tmp_path / "list.txt"
-    names = "1-left index-a.png", "1-left index-b.png", "2-left index-a.png"
-    rows = ["probe;reference;genuine", f"{names[0]};{names[1]};1", f"{names[0]};{names[2]};0"]
-    listed.write_text("\n".join(rows))
-    (row,), _ = evaluated(run, scans, "--pairs", listed)
-    assert row[:2] == (1, 1)
 
 
 @pytest.mark.parametrize(

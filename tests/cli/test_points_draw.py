@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -121,12 +120,6 @@ def test_a_template_and_points_need_the_y_axis(draw, run, out, tmp_path):
     assert "one file is a template, the other is not" in refused.stderr
     rotation = draw(tmp_path / "p.csv", turned, "--y-axis", "down")["rotation_deg"]["sets"]
     assert rotation == pytest.approx(-np.degrees(0.4))  # clockwise on screen
-
-
-def test_without_matplotlib_one_line_says_what_to_install(run, out, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert_refused(run("points", "draw", "-o", out), "matplotlib")
-    assert not out.exists()
 
 
 def test_a_mirrored_set_is_drawn_mirrored_on_request(run, draw, tmp_path, out):

@@ -10,8 +10,6 @@ from fpmatch.formats.files import save_record
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.reading import ASSUMED_DPI
 
-from .conftest import assert_refused, copied, rows_of
-
 
 @pytest.fixture(scope="session")
 def templates(prints, tmp_path_factory):
@@ -57,12 +55,6 @@ def test_overlays_show_templates_on_white(run, prints, templates, tmp_path):
         assert picture.size[0] > 300
 
 
-def test_a_damaged_template_is_one_line(run, templates, tmp_path):
-    path = tmp_path / "cut.tif"
-    path.write_bytes((templates / "1_1.iso").read_bytes()[:60])
-    assert_refused(run("verify", path, templates / "1_1.iso"), f"{path}: cut short: ")
-
-
 def test_extract_takes_templates_and_writes_any_format(run, prints, templates, tmp_path):
     words = [templates / "1_1.iso", prints / "2_1.png", "-o", tmp_path]
     assert run("extract", *words, "--format", "iso2011").exit_code == 0
@@ -79,13 +71,3 @@ def test_galleries_are_filled_and_searched_with_templates(run, prints, templates
     searched = run("identify", gallery, templates / "1_2.ansi2009", prints / "2_1.png", *words)
     probes = json.loads(searched.stdout)["probes"]
     assert [probe["candidates"][0]["subject"] for probe in probes] == ["1", "2"]
-
-
-def test_scores_of_a_folder_of_templates(run, prints, templates, tmp_path):
-    images, out = copied(prints, tmp_path / "images", "1_1.png"), tmp_path / "scores.csv"
-    sides = ("--references", templates, "--probes", images, "-o", out)
-    assert run("score", *sides, "--workers", 1).exit_code == 0
-    scores = {row["reference"]: float(row["score"]) for row in rows_of(out)}
-    assert set(scores) == {"1_1.iso", "1_2.ansi2009", "2_1.xyt", "2_2.csv"}
-    assert min(scores["1_1.iso"], scores["1_2.ansi2009"]) > 40
-    assert max(scores["2_1.xyt"], scores["2_2.csv"]) < 40

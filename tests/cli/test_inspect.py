@@ -76,11 +76,3 @@ def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run, prints):
     for line, path in zip(result.stderr.splitlines(), bad, strict=True):
         assert line.startswith(f"fpmatch: error: {path}: ")
     assert run("inspect", *bad).exit_code == 2
-
-
-def test_a_line_is_a_line_whatever_the_name(run, tmp_path, small):
-    odd, bad = tmp_path / "two\nlines.iso", tmp_path / "bad\n.iso"
-    save_template(odd, small)
-    bad.write_bytes(odd.read_bytes()[:20])
-    result = run("inspect", odd, bad)
-    assert result.stdout.count("\n") == result.stderr.count("\n") == 1

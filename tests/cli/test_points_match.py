@@ -179,12 +179,6 @@ def test_a_search_that_ends_at_its_limit_says_so(match, tmp_path, rng):
     assert (result.exit_code, "200,000 proposals" in document["reason"]) == (1, True)
 
 
-def test_three_points_match_nothing_and_the_reason_says_so(match, stars, tmp_path, rng):
-    three = write(tmp_path / "three.csv", rng.uniform(0, 100, (3, 2)))
-    result, document = match(three, stars[1])
-    assert (result.exit_code, " 4 " in document["reason"]) == (1, True)
-
-
 def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
     words = (*stars, "--model", "affine", "--matcher", "paper")
     assert_refused(run("points", "match", *words), "triangles")

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from fpmatch.errors import OutputError
 from fpmatch.synthesis import database
 from fpmatch.synthesis.database import DatabaseMade
 from fpmatch.synthesis.presets import PRESETS
@@ -66,14 +65,6 @@ def test_help_tells_of_every_preset_and_sensor_in_words(run):
     for name, words in (module._PRESETS | module._SENSORS).items():
         assert f"  {name}  " in text
         assert words in text
-
-
-def test_a_full_disk_is_one_line(run, tmp_path, monkeypatch):
-    def full(path, _, *, public):
-        raise OutputError(f"{path}: full")
-
-    monkeypatch.setattr(database, "atomic_write_bytes", full)
-    assert_refused(run("synth", tmp_path, *SMALL), ": full")
 
 
 def test_a_gallery_of_templates_is_made_and_then_left_alone(run, tmp_path):

@@ -14,21 +14,20 @@ ROOT = Path(__file__).resolve().parents[1]
 SPEED = ROOT / "research" / "benchmarks" / "speed"
 sys.path.append(str(SPEED))
 
-from measures import MEASURES, TIMES_AS_FAST, in_words, measured  # noqa: E402
+from measures import MEASURES, TIMES_AS_FAST, measured  # noqa: E402
 
 
 def timed(group, side, *seconds, calls=1, **extra):
     """Return a benchmark as pytest-benchmark writes it."""
-    found = {"group": group, "params": {"side": side}, "stats": {"data": list(seconds)}}
-    return {**found, "extra_info": {"calls": calls, **extra}}
+    result = {"group": group, "params": {"side": side}, "stats": {"data": list(seconds)}}
+    return {**result, "extra_info": {"calls": calls, **extra}}
 
 
 def test_how_many_times_as_fast_is_a_ratio_of_medians():
     ours = [timed("extraction", "ours", 0.02, 9.0, 0.02), timed("extraction", "ours", 0.02)]
     (measure,) = measured([*ours, timed("extraction", "yardstick", 0.2, 0.2, 0.1)])
     assert measure["value"] == pytest.approx(10)
-    assert measure["ok"] is False
-    assert measure["target"] == ">= 12"
+    assert (measure["ok"], measure["target"]) == (False, ">= 12")
     assert (measure["ours"], measure["yardstick"].rpartition(": ")[2]) == ("20 ms", "200 ms")
 
 
@@ -57,9 +56,7 @@ def test_what_the_machine_gains_by_two_processes_stands_beside():
     group = [timed("two cores, enrol", *side[:2], **{"two processes": side[2]}) for side in sides]
     (measure,) = measured(group)
     assert measure["value"] == pytest.approx(1.6)
-    assert measure["yardstick"] == (
-        "one core: 8 s (two processes of plain arithmetic: 2 times as fast; 80%)"
-    )
+    assert measure["yardstick"].endswith("2 times as fast; 80%)")
 
 
 def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure():
@@ -75,11 +72,6 @@ def test_the_figures_shown_are_those_of_today():
     relation = {True: ">=", False: "<="}
     targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in MEASURES}
     assert {measure["name"]: measure["target"] for measure in shown["figures"]} == targets
-
-
-def test_a_time_has_a_unit_that_suits_it():
-    times = [in_words(seconds) for seconds in (42.1e-6, 0.9999e-3, 0.9, 12)]
-    assert times == ["42.1 µs", "1 ms", "900 ms", "12 s"]
 
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from fpmatch.base import kernels
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 ROOT = Path(__file__).resolve().parents[1]
 SUFFIX = EXTENSION_SUFFIXES[0]
@@ -93,21 +92,17 @@ def compiled(package):
     pretend_to_compile(package, "_sum_kernel", "_base_kernel.pxd")
 
 
-@pytest.mark.skipif(not COMPILED, reason="the kernels are not compiled")
-def test_the_kernels_that_are_tested_are_those_of_their_files():
-    assert kernels.outdated_kernels() == []
-    assert kernels.outdated_kernels_note() is None
-    assert kernels.kernels_text() == "kernels compiled"
+BASE, USER = "fpmatch._base_kernel", "fpmatch._sum_kernel"
 
 
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("changed", "names"),
     [
-        ("_sum_kernel.py", ["fpmatch._sum_kernel"]),
-        ("_base_kernel.py", ["fpmatch._base_kernel"]),
-        ("_base_kernel.pxd", ["fpmatch._base_kernel", "fpmatch._sum_kernel"]),
-        ("_sum_kernel.pxd", ["fpmatch._sum_kernel"]),  # which is new
+        ("_sum_kernel.py", [USER]),
+        ("_base_kernel.py", [BASE]),
+        ("_base_kernel.pxd", [BASE, USER]),
+        ("_sum_kernel.pxd", [USER]),  # which is new
     ],
 )
 def test_a_change_of_any_source_is_seen_whatever_its_time(package, outdated, changed, names):
@@ -119,23 +114,15 @@ def test_a_change_of_any_source_is_seen_whatever_its_time(package, outdated, cha
 
 
 @pytest.mark.usefixtures("compiled")
-def test_a_source_that_is_gone_is_seen(package, outdated):
-    (package / "_base_kernel.pxd").unlink()
-    assert outdated() == ["fpmatch._base_kernel", "fpmatch._sum_kernel"]
-
-
-@pytest.mark.usefixtures("compiled")
-def test_a_compiled_kernel_that_states_nothing_is_out_of_date(package, outdated):
+def test_files_that_are_gone_or_state_nothing_are_seen(package, outdated):
     (package / f"_sum_kernel{SUFFIX}").write_bytes(b"\x7fELF of an earlier version")
-    assert outdated() == ["fpmatch._sum_kernel"]
-
-
-@pytest.mark.usefixtures("compiled")
-def test_a_kernel_not_compiled_beside_others_is_so_in_a_source_tree(package, outdated):
+    assert outdated() == [USER]
     (package / f"_sum_kernel{SUFFIX}").unlink()
-    assert outdated() == ["fpmatch._sum_kernel"]
-    (package.parent / "scripts" / "build").unlink()
-    assert outdated() == []
+    assert outdated() == [USER]
+    (package / "_base_kernel.pxd").unlink()
+    assert outdated() == [BASE, USER]
+    (package.parent / "scripts" / "build").unlink()  # no source tree: it may be interpreted
+    assert outdated() == [BASE]
 
 
 def test_no_kernel_is_out_of_date_where_none_is_compiled(outdated):
@@ -170,13 +157,11 @@ def build(package):
 
 
 def total(package):
-    """Return what the second kernel computes, in a new process."""
-    code = "from fpmatch import _sum_kernel as k; print(k.total(), k.__file__.endswith('.py'))"
+    """Return what the second kernel computes, compiled, in a new process."""
+    code = "from fpmatch import _sum_kernel as k; print(k.total() * (k.__file__[-3:] != '.py'))"
     words = [sys.executable, "-c", code]
-    found = subprocess.run(words, cwd=package.parent, capture_output=True, text=True, check=True)
-    number, interpreted = found.stdout.split()
-    assert interpreted == "False"
-    return int(number)
+    done = subprocess.run(words, cwd=package.parent, capture_output=True, text=True, check=True)
+    return int(done.stdout)
 
 
 @pytest.mark.slow
@@ -192,13 +177,13 @@ def test_build_compiles_what_changed_and_nothing_else(package, outdated, build):
     source.write_text(source.read_text().replace("1", "2"))
     os.utime(source, (0, 0))
     user.write_bytes(b"\x7fELF of another version, newer than what was built")
-    assert outdated() == ["fpmatch._base_kernel", "fpmatch._sum_kernel"]
+    assert outdated() == [BASE, USER]
     assert build().stdout == "kernels compiled\n"
     assert (outdated(), total(package)) == ([], 12)
     assert user.stat().st_mtime_ns == compiled < base.stat().st_mtime_ns
 
     (package / "_base_kernel.pxd").write_text("cpdef int base()\n")
-    assert outdated() == ["fpmatch._base_kernel", "fpmatch._sum_kernel"]
+    assert outdated() == [BASE, USER]
     assert build().stdout == "kernels compiled\n"
     assert (outdated(), total(package)) == ([], 12)
     assert user.stat().st_mtime_ns > compiled
@@ -209,8 +194,8 @@ def test_build_says_that_there_is_no_compiler(package, build):
     refused = build(CC="no-such-compiler -O2")
     assert (refused.returncode, refused.stdout) == (1, "")
     reason, remedy = refused.stderr.splitlines()
-    assert reason == "scripts/build: no C compiler: no-such-compiler was not found"
-    assert "CC=... scripts/build" in remedy
+    assert "no-such-compiler" in reason
+    assert "CC=" in remedy
     assert not list(package.rglob(f"*{SUFFIX}"))
 
 

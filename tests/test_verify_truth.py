@@ -60,10 +60,10 @@ def centre_of(print_):
     return (np.array([[columns.mean(), rows.mean()]]) + 0.5) * print_.field.step
 
 
-def assert_near(found, expected, at, deg, px):
+def assert_near(transform, expected, at, deg, px):
     """Hold a transform to an expected rotation, and to where it takes the point `at`."""
-    assert abs(Similarity(rotation=found.rotation - expected.rotation).rotation_deg) <= deg
-    assert np.hypot(*(found.apply(at) - expected.apply(at))[0]) <= px
+    assert abs(Similarity(rotation=transform.rotation - expected.rotation).rotation_deg) <= deg
+    assert np.hypot(*(transform.apply(at) - expected.apply(at))[0]) <= px
 
 
 def placed(image, place, size):
@@ -98,24 +98,24 @@ def assert_change_is_recovered(name, changed, change):
 @pytest.mark.parametrize(("probe", "reference"), GENUINE[:: 1 if COMPILED else 4])
 def test_genuine_pair_matches_where_it_truly_lies(probe, reference):
     """The same minutia of the finger, by the truth of both impressions, meets to within 12 px."""
-    found = result_of(probe, reference)
-    assert found.match
-    assert found.reason == ""
+    result = result_of(probe, reference)
+    assert result.match
+    assert result.reason == ""
     p, q = common_minutiae(TRUTH[probe], TRUTH[reference])
     assert len(p) >= 7
     true = TRUTH[reference].transform.after(TRUTH[probe].transform.inverse())
-    assert_near(found.transform, true, p.mean(axis=0, keepdims=True), deg=3, px=4)
-    assert found.transform.scale == pytest.approx(true.scale, abs=0.05)
-    off = found.transform.apply(p) - q
+    assert_near(result.transform, true, p.mean(axis=0, keepdims=True), deg=3, px=4)
+    assert result.transform.scale == pytest.approx(true.scale, abs=0.05)
+    off = result.transform.apply(p) - q
     assert np.hypot(*off.T).max() < 12
     assert np.sqrt((off**2).sum(axis=1).mean()) < 6
 
 
 def test_no_impostor_pair_matches():
     for probe, reference in IMPOSTOR[::STRIDE]:
-        found = result_of(probe, reference)
-        assert not found.match, f"{probe} matches {reference} with {found.score:.1f}"
-        assert found.reason
+        result = result_of(probe, reference)
+        assert not result.match, f"{probe} matches {reference} with {result.score:.1f}"
+        assert result.reason
 
 
 @pytest.mark.parametrize("degrees", [-135, -90, -20, 4, 33, 180])
@@ -126,22 +126,14 @@ def test_turning_an_image_turns_the_transform_by_as_much(finger, degrees):
     assert_change_is_recovered(name, extract(image, dpi=500), change)
 
 
-@pytest.mark.parametrize("shift", [(40, 0), (-9, 23), (12.5, -7.25)])
+@pytest.mark.parametrize("shift", [(40, 0), (-9, 23), (12.5, -7.25), (250, 100)])
 @pytest.mark.parametrize("finger", FINGERS[:2])
 def test_shifting_an_image_shifts_the_transform_by_as_much(finger, shift):
     name = f"{finger}_3"
     change = Similarity(tx=shift[0], ty=shift[1])
     height, width = pixels_of(name).shape
-    image = placed(pixels_of(name), change, (width + 40, height + 40))
+    image = placed(pixels_of(name), change, (width + 260, height + 140))
     assert_change_is_recovered(name, extract(image, dpi=500), change)
-
-
-@pytest.mark.parametrize(("top", "left"), [(0, 0), (37, 5), (100, 250)])
-@pytest.mark.parametrize("finger", FINGERS[2:])
-def test_padding_an_image_shifts_the_transform_by_as_much(finger, top, left):
-    name = f"{finger}_1"
-    image = np.pad(pixels_of(name), ((top, 61), (left, 13)), constant_values=WHITE)
-    assert_change_is_recovered(name, extract(image, dpi=500), Similarity(tx=left, ty=top))
 
 
 @pytest.mark.parametrize("factor", [2.0, 569 / 500])
@@ -155,8 +147,7 @@ def test_a_finer_scan_scales_the_transform_by_as_much(finger, factor):
     change = Similarity(factor, 0.0, (factor - 1) / 2, (factor - 1) / 2)
     fine = extract(image, dpi=500 * factor)
     assert_change_is_recovered(name, fine, change)
-    found = verify(template_of(name), fine).transform
-    assert found.scale == pytest.approx(factor, rel=0.01)
+    assert verify(template_of(name), fine).transform.scale == pytest.approx(factor, rel=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -185,16 +176,15 @@ def test_score_is_symmetric_to_the_last_bit(all_templates):
 
 @pytest.mark.parametrize("name", IMPRESSIONS[::STRIDE])
 def test_every_print_matches_itself_where_it_lies(name):
-    found = result_of(name, name)
-    assert found.match
-    assert found.agreement == found.overlap == 1.0
-    assert_near(found.transform, Similarity(), centre_of(template_of(name)), deg=1e-6, px=1e-6)
+    result = result_of(name, name)
+    assert result.match
+    assert result.agreement == result.overlap == 1.0
+    assert_near(result.transform, Similarity(), centre_of(template_of(name)), deg=1e-6, px=1e-6)
 
 
 @pytest.mark.skipif(not FVC2002_DB1.is_dir(), reason="the FVC images are not beside the project")
 @pytest.mark.parametrize(("reference", "match"), [("101_2", True), ("102_1", False)])
 def test_real_prints_are_decided_rightly(reference, match):
     probe, other = (extract(FVC2002_DB1 / f"{name}.tif", dpi=500) for name in ("101_1", reference))
-    found = verify(probe, other)
-    assert found.match is match
-    assert bool(found.reason) is not match
+    result = verify(probe, other)
+    assert (result.match, result.reason == "") == (match, match)

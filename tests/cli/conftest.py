@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
@@ -88,3 +89,15 @@ def copied(prints: Path, folder: Path, *names: str, **renamed: str) -> Path:
     for stem, name in renamed.items():
         shutil.copy(prints / name, folder / f"{stem.removeprefix('_')}{Path(name).suffix}")
     return folder
+
+
+def leaves(command: click.Command, path: tuple[str, ...] = ()) -> Iterator[str]:
+    """Yield the full names of the commands below a group."""
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            below = command.get_command(context, name)
+            assert below is not None
+            yield from leaves(below, (*path, name))
+    else:
+        yield " ".join(path)

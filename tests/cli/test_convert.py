@@ -11,6 +11,8 @@ from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, written_formats
 from fpmatch.templates.minutiae import Minutiae, Template
 
+from .conftest import assert_refused
+
 
 @pytest.fixture
 def small():
@@ -44,32 +46,25 @@ def test_help_names_every_format(run):
 
 
 def test_losses_are_notes(run, prints, tmp_path):
-    n = 260
+    n, out = 260, tmp_path / "out.iso"
     many = Template(Minutiae(np.arange(n), np.arange(n), np.zeros(n)), 300, 300)
     save_template(tmp_path / "in.json", many)
-    result = run("convert", tmp_path / "in.json", tmp_path / "out.iso")
-    assert result.stderr == (
-        f"fpmatch: note: {tmp_path / 'out.iso'}: 5 minutiae of lowest quality dropped: 255 fit in\n"
-    )
-    assert len(load_template(tmp_path / "out.iso").minutiae) == 255
-    assert run("convert", prints / "1_1.png", tmp_path / "image.iso").exit_code == 0
-    extracted = extract(prints / "1_1.png").minutiae
-    assert len(load_template(tmp_path / "image.iso").minutiae) == len(extracted)
+    result = run("convert", tmp_path / "in.json", out)
+    assert result.stderr.startswith(f"fpmatch: note: {out}: 5 minutiae ")
+    assert len(load_template(out).minutiae) == 255
+    assert run("convert", prints / "1_1.png", out).exit_code == 0
+    assert len(load_template(out).minutiae) == len(extract(prints / "1_1.png").minutiae)
 
 
 def test_prints_stay_together_or_one_is_taken(run, tmp_path, small):
-    views = (View(small, finger=1), View(small, finger=2))
-    source = tmp_path / "in.iso"
-    save_record(source, TemplateRecord("", views))
-    assert run("convert", source, tmp_path / "out.ansi").stdout.endswith("2 prints, 4 minutiae\n")
-    assert [view.finger for view in load_record(tmp_path / "out.ansi").views] == [1, 2]
-    refused = run("convert", source, tmp_path / "out.csv")
-    assert refused.exit_code == 2
-    assert "one print a file, and there are 2; choose one" in refused.stderr
-    assert not (tmp_path / "out.csv").exists()
-    assert run("convert", source, tmp_path / "out.csv", "--view", 2).exit_code == 0
-    gone = run("convert", source, tmp_path / "out.csv", "--view", 3)
-    assert gone.stderr == f"fpmatch: error: {source}: holds 2 prints, not 3\n"
+    source, ansi, out = (tmp_path / name for name in ("in.iso", "out.ansi", "out.csv"))
+    save_record(source, TemplateRecord("", (View(small, finger=1), View(small, finger=2))))
+    assert run("convert", source, ansi).stdout.endswith("2 prints, 4 minutiae\n")
+    assert [view.finger for view in load_record(ansi).views] == [1, 2]
+    for view in ((), ("--view", 3)):
+        assert_refused(run("convert", source, out, *view), "2")
+        assert not out.exists()
+    assert run("convert", source, out, "--view", 2).exit_code == 0
 
 
 def test_the_format_may_be_named_against_content_and_suffix(run, tmp_path):
@@ -85,12 +80,8 @@ def test_the_format_may_be_named_against_content_and_suffix(run, tmp_path):
 def test_what_is_assumed_of_a_source_is_said(run, tmp_path):
     source, out = tmp_path / "in.xyt", tmp_path / "out.iso"
     source.write_text("22 16 281 16\n")
-    assert run("convert", source, out).stderr.splitlines() == [
-        f"fpmatch: note: {source}: angles taken for NIST: y up, degrees",
-        f"fpmatch: note: {source}: resolution unknown; 500 dpi assumed (--dpi sets it)",
-        f"fpmatch: note: {source}: size unknown; 23 x 16 px assumed, which the minutiae span "
-        "(--size sets it)",
-    ]
+    angles, dpi, size = run("convert", source, out).stderr.splitlines()
+    assert ("NIST" in angles, "500 dpi" in dpi, "23 x 16 px" in size) == (True, True, True)
     told = run("convert", source, out, "--size", "300x300", "--dpi", 569)
-    assert told.stderr.count("\n") == 1
+    assert told.stderr == f"{angles}\n"
     assert load_template(out).dpi == 569

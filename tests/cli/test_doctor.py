@@ -5,6 +5,7 @@ import json
 import re
 from importlib.metadata import PackageNotFoundError
 
+import numpy as np
 import pytest
 
 import fpmatch
@@ -15,25 +16,31 @@ from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 
 def test_kernels_are_compiled_where_they_are_loaded_so():
-    found = kernels.compiled_kernels()
-    assert len(found) > 20
-    assert set(found.values()) == {COMPILED}
-    for name, compiled in found.items():
+    states = kernels.compiled_kernels()
+    assert len(states) > 20
+    assert set(states.values()) == {COMPILED}
+    for name, compiled in states.items():
         assert str(importlib.import_module(name).__file__).endswith(".py") is not compiled
 
 
 @pytest.mark.parametrize(
-    ("states", "text"),
+    ("states", "version", "doctor"),
     [
-        ([True, True], "kernels compiled"),
-        ([False, False], "kernels not compiled: slow"),
-        ([True, False], "only 1 of 2 kernels compiled: slow"),
+        ([True, True], "kernels compiled", "2 of 2 compiled\n"),
+        ([True, False], "only 1 of 2 kernels compiled: slow", "1 of 2 compiled, not b: slow; "),
+        ([False, False], "kernels not compiled: slow", "0 of 2 compiled: slow; "),
     ],
 )
-def test_the_version_says_whether_they_are(run, monkeypatch, states, text):
-    found = dict(zip("ab", states, strict=True))
-    monkeypatch.setattr(kernels, "compiled_kernels", lambda: found)
-    assert run("--version").output == f"fpmatch {fpmatch.__version__} ({text})\n"
+def test_version_and_doctor_say_whether_they_are(run, monkeypatch, states, version, doctor):
+    for module in (kernels, installation):
+        monkeypatch.setattr(
+            module, "compiled_kernels", lambda: dict(zip("ab", states, strict=True))
+        )
+    monkeypatch.setattr(installation, "build_command", lambda: "make")
+    assert run("--version").output == f"fpmatch {fpmatch.__version__} ({version})\n"
+    text = one_space(installation.inspect_installation().as_text())
+    assert f"\nkernels {doctor}" in text
+    assert ("`make`" in text) == (False in states)
 
 
 def test_everything_that_is_installed_is_listed(run):
@@ -41,9 +48,7 @@ def test_everything_that_is_installed_is_listed(run):
     assert result.exit_code == 0
     lines = dict(line.split("  ", 1) for line in result.stdout.splitlines())
     assert lines["cores"].strip() == str(available_cores())
-    assert f"numpy {np_version()}" in lines["packages"]
-    count = len(kernels.compiled_kernels()) if COMPILED else 0
-    assert f"{count} of {len(kernels.compiled_kernels())} compiled" in lines["kernels"]
+    assert f"numpy {np.__version__}" in lines["packages"]
     document = json.loads(run("doctor", "--json").stdout)
     assert document["version"] == fpmatch.__version__
     assert document["engines"]["serial"] is document["engines"]["processes"] is True
@@ -51,51 +56,37 @@ def test_everything_that_is_installed_is_listed(run):
     assert set(document["extras"]) == set(installation.EXTRAS)
 
 
-@pytest.mark.parametrize(
-    ("states", "text"),
-    [
-        ([True, True], "2 of 2 compiled\n"),
-        ([True, False], "1 of 2 compiled, not b: slow; with a C compiler, `make` compiles them\n"),
-        ([False, False], "0 of 2 compiled: slow; with a C compiler, `make` compiles them\n"),
-    ],
-)
-def test_kernels_that_are_not_compiled_are_named(monkeypatch, states, text):
-    found = dict(zip("ab", states, strict=True))
-    monkeypatch.setattr(installation, "compiled_kernels", lambda: found)
-    monkeypatch.setattr(installation, "build_command", lambda: "make")
-    assert f"\nkernels {text}" in one_space(installation.inspect_installation().as_text())
-
-
 def one_space(text):
     """Return a table without the widths of its columns."""
     return re.sub(" +", " ", text)
 
 
-def np_version():
-    return importlib.import_module("numpy").__version__
+@pytest.fixture
+def without(monkeypatch):
+    """Return a function that lets packages be missing, and all others have version 9."""
+
+    def miss(*missing):
+        def version(name):
+            if name in missing:
+                raise PackageNotFoundError(name)
+            return "9"
+
+        monkeypatch.setattr(installation, "version", version)
+
+    return miss
 
 
-def test_a_missing_package_is_named(run, monkeypatch):
-    def version(name):
-        if name in {"scipy", "httpx"}:
-            raise PackageNotFoundError(name)
-        return "9"
-
-    monkeypatch.setattr(installation, "version", version)
+def test_a_missing_package_is_named(run, without):
+    without("scipy", "httpx")
     result = run("doctor")
     assert result.exit_code == 1
-    assert result.stderr == "fpmatch: error: scipy is not installed\n"
+    assert result.stderr.startswith("fpmatch: error: scipy ")
     assert "scipy missing" in result.stdout
     assert "extra client h11 9, httpx missing" in one_space(result.stdout)
 
 
-def test_opencv_has_several_names(monkeypatch):
-    def version(name):
-        if name == "opencv-python-headless":
-            raise PackageNotFoundError(name)
-        return "9"
-
-    monkeypatch.setattr(installation, "version", version)
+def test_opencv_has_several_names(without):
+    without("opencv-python-headless")
     assert installation.inspect_installation().packages["opencv-python-headless"] == "9"
 
 
@@ -107,7 +98,6 @@ def test_the_memory_of_a_container_is_shown_where_it_is_less(tmp_path, monkeypat
     file.write_text(text)
     monkeypatch.setattr(installation, "_MEMORY_LIMITS", (tmp_path / "absent", file))
     monkeypatch.setattr(installation, "_memory", lambda: 8 * 2**30)
-    found = installation.inspect_installation()
-    assert found.memory_limit == limit
-    shown = "8.0 GiB, of which this container may use 1.0 GiB" if limit else "8.0 GiB\n"
-    assert shown in found.as_text() + "\n"
+    installed = installation.inspect_installation()
+    assert installed.memory_limit == limit
+    assert ("1.0 GiB" in installed.as_text()) == (limit is not None)

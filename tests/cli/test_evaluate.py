@@ -43,10 +43,7 @@ def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database)
     result = evaluate(database)
     assert result.exit_code == 1
     rates, intervals = result.stdout.split("\n\n")
-    head, row = rates.splitlines()
-    assert head.startswith("database ")
-    assert row.split()[:4] == ["Five", "fingers", "30", "160"]
-    assert intervals.startswith("95 % intervals ")
+    assert rates.splitlines()[1].split()[:4] == ["Five", "fingers", "30", "160"]
     assert len(intervals.splitlines()) == 2
     assert result.stderr == f"fpmatch: note: no template: {database / '3_3.tif'}: broken\n"
     document = json.loads(evaluate(database, "--json").stdout)
@@ -55,8 +52,8 @@ def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database)
     low, high = document["intervals"]["pooled"]["eer"]
     assert low <= document["pooled"]["eer"] <= high
     assert 0 < document["pooled"]["eer"] < 1
-    assert document["sets"][0]["name"] == "Five fingers"
-    assert document["sets"][0]["failures"] == 1
+    row = document["sets"][0]
+    assert (row["name"], row["failures"]) == ("Five fingers", 1)
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -70,18 +67,14 @@ def test_squares_are_compared_with_whole_prints(evaluate, database, bench, monke
 
     monkeypatch.setattr(cropping, "crop_extractor_of", squares)
     (database / "3_3.tif").write_text("print")
-    result = evaluate(database, "--crop", 160)
+    result, whole = evaluate(database, "--crop", 160), evaluate(database)
     assert result.exit_code == 0
-    assert result.stdout.startswith("Probes: squares of 160 by 160 px at 500 dpi.\n\ndatabase ")
-    whole = evaluate(database)
     assert result.stdout.split("\n\n", 1)[1].split("\n")[2:] == whole.stdout.split("\n")[2:]
     document = json.loads(evaluate(database, "--crop", 128, "--json").stdout)
     assert document["crop"] == {"side_px": 128, "failures": []}
-    assert "crop" not in json.loads(evaluate(database, "--json").stdout)
     failed.append(database / "1_1.tif")
     bad = evaluate(database, "--crop", 64)
-    assert bad.exit_code == 1
-    assert bad.stderr == f"fpmatch: note: no template of the square: {failed[0]}\n"
+    assert (bad.exit_code, bad.stderr.count(f"{failed[0]}\n")) == (1, 1)
     assert sides == [160, 128, 64]
 
 
@@ -99,10 +92,8 @@ def test_several_impressions_are_enrolled_as_one_finger(evaluate, database, monk
     assert document["enrol"]["impressions"] == 3
     assert document["enrol"]["impostors"] == ["others"]
     assert [row["score"] for row in document["enrol"]["scores"]] == [20, 30, 40]
-    text = evaluate(*words, "--enrol-seed", 1).stdout
-    assert text.startswith("Enrolled: 3 impressions of each finger, drawn at random. ")
-    twice = evaluate(database, "--enrol", 3, "--impostors", database)
-    assert_refused(twice, "database given twice")
+    assert "at random" in evaluate(*words, "--enrol-seed", 1).stdout.partition("\n")[0]
+    assert_refused(evaluate(database, "--enrol", 3, "--impostors", database), "twice")
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -110,12 +101,9 @@ def test_report_is_one_page(evaluate, database, tmp_path):
     pytest.importorskip("matplotlib")
     folder = tmp_path / "made" / "report"
     result = evaluate(database, "--report", folder, "--bootstrap", 50)
-    assert result.exit_code == 1
+    assert (result.exit_code, f"{folder / 'index.html'}\n" in result.stderr) == (1, True)
     assert [path.name for path in folder.iterdir()] == ["index.html"]
-    assert f"fpmatch: note: report: {folder / 'index.html'}" in result.stderr
-    page = (folder / "index.html").read_text(encoding="utf-8")
-    assert "Five fingers" in page
-    assert "3_3.tif: broken" in page
+    assert "3_3.tif: broken" in (folder / "index.html").read_text(encoding="utf-8")
 
 
 def test_a_report_without_matplotlib_is_refused_before_any_work(evaluate, database, monkeypatch):
@@ -129,19 +117,15 @@ def test_a_report_without_matplotlib_is_refused_before_any_work(evaluate, databa
 def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
     path = tmp_path / "scores.csv"
     evaluate(database, "--scores", path)
-    result = evaluate(database, "--baseline", path, "--bootstrap", 100)
+    words = (database, "--baseline", path)
+    result = evaluate(*words, "--bootstrap", 100)
     assert result.exit_code == 1
-    _, _, paired = result.stdout.split("\n\n")
-    assert paired.startswith(f"fake compared with {path}: 190 pairs in both, 190 with the same")
-    assert "no change" in paired
-    as_json = evaluate(database, "--baseline", path, "--json")
-    assert json.loads(as_json.stdout)["baseline"]["pooled"]["pairs"] == 190
+    assert result.stdout.split("\n\n")[2].startswith(f"fake compared with {path}: 190 pairs")
+    document = json.loads(evaluate(*words, "--json").stdout)
+    assert document["baseline"]["pooled"]["pairs"] == 190
     path.write_text("set,probe,reference,genuine,similarity\nother,1_1,2_1,0,0.5\n")
-    other = evaluate(database, "--baseline", path)
-    assert other.exit_code == 2
-    assert other.stderr.splitlines()[-1] == (
-        "fpmatch: error: the two runs have no database in common: other; Five fingers"
-    )
+    other = evaluate(*words)
+    assert (other.exit_code, "other; Five fingers\n" in other.stderr) == (2, True)
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -159,11 +143,8 @@ def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkey
     path = tmp_path / "scores.csv"
     result = evaluate(database, "--matcher", "all", "--scores", path)
     assert result.exit_code == 1
-    fake, _, blind, _, both, against = result.stdout.split("\n\n")
-    assert fake.startswith("matcher fake\ndatabase ")
-    assert blind.startswith("matcher blind\ndatabase ")
+    _, _, _, _, both, against = result.stdout.split("\n\n")
     assert [line.split()[0] for line in both.splitlines()] == ["side", "fake", "blind"]
-    assert against.startswith("blind compared with fake: 190 pairs in both")
     assert "worse" in against
     assert [row["matcher"] for row in rows_of(path)] == ["fake"] * 190 + ["blind"] * 190
     words = ["--matcher", "fake", "--matcher", "blind", "--matcher", "fake", "--json"]
@@ -178,12 +159,10 @@ def test_what_was_noticed_on_reading_is_said_once(evaluate, database, bench, mon
     monkeypatch.setattr(extraction, "extractor_of", lambda *_, **__: bench.noting_extractor)
     (database / "dataset.toml").unlink()
     result = evaluate(database, "--workers", workers, "--json")
-    assert result.stderr.splitlines() == [
-        f"fpmatch: note: {database}/1_1.tif and 18 others: 500 dpi assumed; the resolution is "
-        "unknown (dpi in dataset.toml sets it)",
-        f"fpmatch: note: {database}/2_1.tif and 3 others: its ridges are green",
-        f"fpmatch: note: no template: {database}/3_3.tif: broken",
-    ]
+    assumed, green, broken = result.stderr.splitlines()
+    assert f"{database}/1_1.tif and 18 others: " in assumed
+    assert f"{database}/2_1.tif and 3 others: its ridges are green" in green
+    assert broken.endswith(f"{database}/3_3.tif: broken")
     document = json.loads(result.stdout)
     assert document["dpi_assumed"] == 19
     prints = [str(database / f"2_{number}.tif") for number in range(1, 5)]
@@ -206,21 +185,16 @@ def truth(database):
 
 @pytest.mark.usefixtures("known_answers")
 def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
-    result = evaluate(database, "--ground-truth", "--bootstrap", 0)
-    rates, minutiae, false, transforms = result.stdout.split("\n\n")
-    assert rates.startswith("database ")
-    assert minutiae.startswith("minutiae ")
-    assert len(minutiae.splitlines()) == 4
-    assert false.startswith("false positives within 12 px, 22.5° ")
-    assert transforms.startswith("transforms ")
+    tables = evaluate(database, "--ground-truth", "--bootstrap", 0).stdout.split("\n\n")
+    assert [table.split()[0] for table in tables[1:]] == ["minutiae", "false", "transforms"]
     # by the names of the options in 0.1.0
     document = json.loads(evaluate(database, "--minutiae", "--resamples", 9, "--json").stdout)
     assert list(document) == [*KEYS, "ground_truth"]
     assert document["intervals"]["bootstrap"] == 9
-    assert document["ground_truth"]["pooled"]["extracted"] == 19
-    assert document["ground_truth"]["pooled"]["true"] == 20
+    pooled = document["ground_truth"]["pooled"]
+    assert (pooled["extracted"], pooled["true"]) == (19, 20)
     truth.write_text("{")
-    assert_refused(evaluate(database, "--ground-truth"), f"{truth}: not a readable JSON file")
+    assert_refused(evaluate(database, "--ground-truth"), f"{truth}: ")
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -236,10 +210,7 @@ def test_written_scores_give_the_same_rates_without_images(evaluate, database, t
     for key in ("sets", "mean", "pooled", "intervals", "fnmr_at_fmr", "quality"):
         assert result[key] == first[key]
     (note,) = result["notes"]
-    assert note == {
-        "note": "19 of 190 comparisons have no score and count as the lowest",
-        "matcher": "fake",
-    }
+    assert (note["matcher"], note["note"].partition(" of")[0]) == ("fake", "19")
 
 
 def test_scores_of_other_matchers_stand_side_by_side(evaluate, tmp_path):
@@ -254,68 +225,24 @@ def test_scores_of_other_matchers_stand_side_by_side(evaluate, tmp_path):
     files = ("--scores-in", tmp_path / "good.txt", "--scores-in", tmp_path / "poor.txt")
     result = evaluate(*files, "--bootstrap", 100)
     assert result.exit_code == 0
-    assert "fpmatch: note: good: without a line of column names" in result.stderr
-    assert "side by side" in result.stdout
-    assert "poor compared with good: 496 pairs in both" in result.stdout
-    assert "pooled" not in result.stdout
+    assert "poor compared with good: 496 pairs" in result.stdout
     document = json.loads(evaluate(*files, "--bootstrap", 0, "--json").stdout)
     eers = [one["pooled"]["eer"] for one in document["matchers"]]
     assert eers[0] < eers[1]
-    wrong = evaluate(*files, "--distances")
-    assert "genuine scores are mostly lower than impostor scores" in wrong.stderr
-    assert_refused(evaluate(*files, "--scores-in", tmp_path / "good.txt"), "of the same name: good")
+    assert "lower" in evaluate(*files, "--distances").stderr
+    assert_refused(evaluate(*files, "--scores-in", tmp_path / "good.txt"), "same name: good")
 
 
-def test_genuine_and_impostor_files(evaluate, tmp_path):
-    genuine, impostor = tmp_path / "g.txt", tmp_path / "i.txt"
-    genuine.write_text("".join(f"{k}\n" for k in range(12)))
-    impostor.write_text("".join(f"a b {k}\n" for k in range(9, 40)))
-    files = ("--genuine-scores", genuine, "--impostor-scores", impostor, "--distances")
-    curves = tmp_path / "curves"
-    result = evaluate(*files, "--fmr", 0.1, "--curves", curves)
-    assert result.exit_code == 0
-    assert "g: its fingers are not known" in result.stderr
-    assert "FNMR at FMR" in result.stdout
-    det = (curves / "det.csv").read_text().splitlines()
-    assert det[1].startswith("g,scores,39.0,1.0,0.0")
-    assert "go together" in evaluate("--genuine-scores", genuine).stderr
-
-
-def test_a_report_of_scores_names_the_hardest_pairs(evaluate, tmp_path):
+def test_a_report_of_scores_names_the_hardest_pairs_where_they_have_names(evaluate, tmp_path):
     pytest.importorskip("matplotlib")
-    path = tmp_path / "theirs.csv"
-    path.write_text(
-        "probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\nann 2,bob,0,nan\n"
-    )
-    result = evaluate("--scores-in", path, "--report", tmp_path / "report")
-    assert result.exit_code == 0
-    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
-    assert "scores: ann&lt;1&gt; and ann 2, similarity 0.9" in page
-    assert "comparisons were read from files" in page
-    unnamed = tmp_path / "unnamed.csv"
-    unnamed.write_text("genuine,impostor\n0.9,0.1\n0.8,0.2\n")
-    assert evaluate("--scores-in", unnamed, "--report", tmp_path / "report").exit_code == 0
-    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
-    assert "the scores do not name the prints" in page
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        (["--matcher", "paper"], "go without --matcher"),
-        (["prints"], "go without DIR"),
-        (["--crop", 100], "go without --crop"),
-        (["--fmr", 0], "0.0 is not in the range"),
-    ],
-)
-def test_options_of_images_are_refused_with_scores(evaluate, tmp_path, words, reason):
-    path = tmp_path / "scores.txt"
-    path.write_text("0.9 1\n0.1 0\n")
-    refused = evaluate("--scores-in", path, *words)
-    assert (refused.exit_code, refused.stdout) == (2, "")
-    assert reason in refused.stderr
-    path.write_text("probe,reference,score\n1_1,1_2,high\n")
-    assert_refused(evaluate("--scores-in", path), "scores.txt: line 2, column 'score': 'high' is")
+    path, page = tmp_path / "theirs.csv", tmp_path / "report" / "index.html"
+    for text, shown in (
+        ("probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\n", True),
+        ("genuine,impostor\n0.9,0.1\n0.8,0.2\n", False),
+    ):
+        path.write_text(text)
+        assert evaluate("--scores-in", path, "--report", page.parent).exit_code == 0
+        assert ("ann&lt;1&gt; and ann 2" in page.read_text(encoding="utf-8")) == shown
 
 
 @pytest.fixture
@@ -339,14 +266,9 @@ def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
     outputs = ("--curves", tmp_path / "curves", "--plot", tmp_path / "det.svg")
     result = evaluate(*words, "--fingers", 2, *outputs)
     assert result.exit_code == 1, result.output
-    one, rates, intervals, predicted, two, *_ = result.stdout.split("\n\n")
-    assert one == "1 finger a subject, 2 subjects in the gallery"
-    assert two == "2 fingers a subject, 1 subject in the gallery"
-    head, row = rates.splitlines()
-    assert head.split()[:4] == ["FNIR", "at", "mated", "non-mated"]
-    assert row.split()[:3] == ["searched", "72", "144"]
-    assert intervals.startswith("95 % intervals ")
-    assert predicted.startswith("searched ")
+    one, rates, _, _, two, *_ = result.stdout.split("\n\n")
+    assert (one[0], two[0]) == ("1", "2")
+    assert rates.splitlines()[1].split()[:3] == ["searched", "72", "144"]
     assert "no template" in result.stderr
     head, *rows = (tmp_path / "curves" / "identification_rank.csv").read_text().splitlines()
     assert head == "matcher,set,fingers,rank,fnir,fnir_low,fnir_high"
@@ -360,36 +282,14 @@ def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
     assert test["pooled"]["mated"] == 72
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--protocol", "identification", "--crop", "100"),
-        ("--protocol", "identification", "--scores", "scores.csv"),
-        ("--protocol", "identification", "--fmr", "0.1"),
-        ("--protocol", "identification", "--plot", "det.doc"),
-        ("--protocol", "identification", "--background", "nowhere"),
-        ("--background", "prints.db"),
-        ("--fingers", "2"),
-        ("--fpir", "0.1"),
-        ("--plot", "det.svg"),
-    ],
-)
-def test_options_that_identification_excludes_or_needs(evaluate, database, words):
-    result = evaluate(database, *words)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr
-
-
 def test_the_background_contains_no_print_that_is_searched_for(evaluate, run, searched, tmp_path):
-    words = (searched, "--protocol", "identification", "--background")
-    result = evaluate(*words, searched)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert "a print that is searched for" in result.stderr
     gallery = tmp_path / "prints.db"
     run("enrol", gallery, searched, "--workers", 1)
-    result = evaluate(*words, gallery)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert "a print that is searched for" in result.stderr
+    for background in (searched, gallery):
+        words = (searched, "--protocol", "identification", "--background", background)
+        result = evaluate(*words)
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert "searched for" in result.stderr
 
 
 def test_identification_without_intervals_and_with_a_background(evaluate, searched, tmp_path):
@@ -398,14 +298,12 @@ def test_identification_without_intervals_and_with_a_background(evaluate, search
     (others / "3_3.xyt").unlink()
     words = (searched, "--protocol", "identification", "--fpir", "0.1", "--bootstrap", 0)
     result = evaluate(*words, "--background", others)
-    assert result.exit_code == 1, result.output
+    assert (result.exit_code, "95 %" in result.stdout) == (1, False)
     assert "6 of them background" in result.stdout
-    assert "95 %" not in result.stdout
     for path in searched.iterdir():
         path.write_text("broken")
     result = evaluate(*words)
-    assert result.exit_code == 1, result.output
-    assert "100.00 %" in result.stdout
+    assert (result.exit_code, "100.00 %" in result.stdout) == (1, True)
 
 
 def test_pairs_of_identical_prints_are_counted_and_named(run, prints, tmp_path):
@@ -415,16 +313,12 @@ def test_pairs_of_identical_prints_are_counted_and_named(run, prints, tmp_path):
         picture.save(folder / name, dpi=(500, 500))
     page = tmp_path / "report"
     words = ("evaluate", folder, "--bootstrap", 0, "--workers", 1)
-    text = run(*words).stdout
-    genuine, impostor = text.splitlines()[-2:]
-    assert genuine == (
-        "genuine: 1 pair of identical prints, which make the rates too low: 1_1.png with 1_2.bmp"
-    )
-    assert impostor == (
-        "impostor: 2 pairs of identical prints, whose labels contradict each other: 1_1.png with "
-        "3_1.bmp, 1_2.bmp with 3_1.bmp"
-    )
+    genuine, impostor = run(*words).stdout.splitlines()[-2:]
+    assert genuine.startswith("genuine: 1 pair of identical")
+    assert genuine.endswith("1_1.png with 1_2.bmp")
+    assert impostor.startswith("impostor: 2 pairs of identical")
+    assert impostor.endswith("1_1.png with 3_1.bmp, 1_2.bmp with 3_1.bmp")
     (row,) = json.loads(run(*words, "--json", "--report", page).stdout)["sets"]
     pairs = [["1_1.png", "1_2.bmp"], ["1_1.png", "3_1.bmp"], ["1_2.bmp", "3_1.bmp"]]
     assert row["identical"] == {"genuine": 1, "impostor": 2, "pairs": pairs}
-    assert "1 pair of identical prints" in (page / "index.html").read_text(encoding="utf-8")
+    assert "1 pair of identical" in (page / "index.html").read_text(encoding="utf-8")

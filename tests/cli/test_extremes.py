@@ -13,6 +13,7 @@ from .conftest import assert_refused, copied
 
 DIGITS = "9" * 5_000
 NUMBERS = ("nan", "inf", "-inf", "-1", "0", "1e308", "1e999", "5e-324", DIGITS)
+RESOLUTIONS = (*NUMBERS, "99", "4001")
 CONTROLS = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028-\u202e\ud800-\udfff]")
 
 
@@ -27,73 +28,61 @@ def assert_one_line(result, reason=""):
     assert reason in result.stderr
 
 
-@pytest.mark.parametrize("value", NUMBERS)
+@pytest.mark.parametrize("value", RESOLUTIONS)
 def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path, value):
-    one, other = prints / "1_1.png", prints / "1_2.png"
+    one, new = prints / "1_1.png", tmp_path / "new"
     for words in (
-        ("verify", one, other, "--dpi", value),
-        ("verify", one, other, "--probe-dpi", value),
-        ("stages", one, "-o", tmp_path / "stages", "--dpi", value),
-        ("extract", one, "-o", tmp_path / "templates", "--dpi", value),
-        ("convert", one, tmp_path / "one.iso", "--dpi", value),
-        ("inspect", one, "--dpi", value),
-        ("identify", tmp_path / "none.db", one, "--dpi", value),
-        ("enrol", tmp_path / "new.db", one, "--dpi", value),
-        (
-            "score",
-            "--references",
-            prints,
-            "--probes",
-            prints,
-            "-o",
-            tmp_path / "s.csv",
-            "--dpi",
-            value,
-        ),
+        ("verify", one, one),
+        ("stages", one, "-o", new),
+        ("extract", one, "-o", new),
+        ("convert", one, f"{new}.iso"),
+        ("inspect", one),
+        ("identify", f"{new}.db", one),
+        ("enrol", f"{new}.db", one),
+        ("score", "--references", prints, "--probes", prints, "-o", f"{new}.csv"),
     ):
-        assert_one_line(run(*words), "dpi")
+        assert_one_line(run(*words, "--dpi", value), "dpi")
+    for option in ("--probe-dpi", "--reference-dpi"):
+        assert_one_line(run("verify", one, one, option, value), "dpi")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("value", NUMBERS)
-def test_options_that_are_no_such_number_are_refused(run, prints, gallery, tmp_path, value):
+def test_options_that_are_no_such_number_are_refused(run, prints, gallery, value):
     one, other = prints / "1_1.png", prints / "1_2.png"
-    wrong = [("verify", one, other, "--fmr", value)]
-    if value != "0":
-        wrong.append(("gallery", "remove", gallery, "--", value))
-        wrong.append(("verify", one, other, "--threshold", value))
-    if value not in {"0", "5e-324"}:
-        wrong.append(("identify", gallery, one, "--threshold", value))
-    if value not in {DIGITS, "1e308"}:
-        wrong.append(("identify", gallery, one, "--candidate-list", value))
-    for words in wrong:
-        if words[0] == "verify" and value == "5e-324" and "--threshold" in words:
-            continue
-        assert_one_line(run(*words))
+    for words, usable in (
+        (("verify", one, other, "--fmr", value), ()),
+        (("gallery", "remove", gallery, "--", value), ("0",)),
+        (("verify", one, other, "--threshold", value), ("0", "5e-324")),
+        (("identify", gallery, one, "--threshold", value), ("0", "5e-324")),
+        (("identify", gallery, one, "--candidate-list", value), (DIGITS, "1e308")),
+    ):
+        if value not in usable:
+            assert_one_line(run(*words))
 
 
 def test_numbers_beyond_those_of_a_database(run, prints, gallery):
-    assert_refused(run("gallery", "remove", gallery, 10**20), "no entry has so large a number")
+    assert_refused(run("gallery", "remove", gallery, 10**20), "large")
     assert_one_line(run("gallery", "info", f"postgresql://{'a' * 5_000}/prints"))
-    found = run("identify", gallery, prints / "1_1.png", "-k", 10**20, "--workers", 1)
-    assert found.exit_code == 0
-    assert_one_line(run("identify", gallery, prints / "1_1.png", "--candidate-list", DIGITS))
+    words = ("identify", gallery, prints / "1_1.png")
+    assert run(*words, "-k", 10**20, "--workers", 1).exit_code == 0
+    assert_one_line(run(*words, "--candidate-list", DIGITS))
 
 
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("a = " + "[" * 20_000, "nested too deeply"),
-        ("dpi = " + DIGITS, "a number has too many digits"),
+        ("a = " + "[" * 20_000, "nested"),
+        ("dpi = " + DIGITS, "digits"),
         ("dpi = nan", "resolution of nan dpi"),
         ("dpi = 1e999", "resolution of inf dpi"),
         ("dpi = 5e-324", "resolution of 4.94066e-324 dpi"),
         ("dpi = true", "dpi must be a number"),
-        ('name = "\\u001b[2J"', "name must be text of one line"),
+        ('name = "\\u001b[2J"', "name"),
         ('name = "  "', "name is empty"),
         (b"\xff", "not text in UTF-8"),
-        (".".join("a" * 20_000) + " = 1", "a key with more than 1000 parts"),
-        ("# " + "x" * 2**20, "more than 1048576 bytes"),
+        (".".join("a" * 20_000) + " = 1", "1000"),
+        ("# " + "x" * 2**20, "1048576"),
     ],
     ids=range(11),
 )
@@ -129,17 +118,20 @@ def test_labels_in_a_manifest_are_short_text_of_one_line(run, prints, tmp_path, 
     assert not (tmp_path / "new.db").exists()
 
 
-@pytest.mark.parametrize("name", [" _1.png", "\t_1.png"])
-def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path, name):
-    folder = copied(prints, tmp_path / "set", "1_1.png")
+@pytest.mark.parametrize(
+    ("name", "pattern"),
+    [(" _1.png", r"(?P<subject>\s)_(?P<impression>.)"), ("\t_1.png", "(?P<subject>.*)_.")],
+    ids=["blank", "tab"],
+)
+def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path, name, pattern):
+    folder, gallery = copied(prints, tmp_path / "set", "1_1.png"), tmp_path / "new.db"
     (folder / "1_1.png").rename(folder / name)
-    pattern = r"(?P<subject>\s)_(?P<impression>.)" if name[0] == " " else "(?P<subject>.*)_."
-    result = run("enrol", tmp_path / "new.db", folder, "--pattern", pattern, "--workers", 1)
+    result = run("enrol", gallery, folder, "--pattern", pattern, "--workers", 1)
     if name[0] == " ":
         assert (result.exit_code, result.stderr.count("subject: is blank")) == (1, 1)
     else:  # printed as \t, which is a name like any other
         assert result.exit_code == 0
-        assert r"\t" in run("gallery", "list", tmp_path / "new.db").stdout
+        assert r"\t" in run("gallery", "list", gallery).stdout
 
 
 @pytest.fixture
@@ -150,26 +142,25 @@ def document(run, prints, tmp_path):
     return json.loads(path.read_text())
 
 
-def test_coordinates_that_overflow_are_refused_soon(run, document, prints, tmp_path):
-    """The coordinates of the report: 3e38 at 100 dpi, one of them and forty."""
-    for count in (1, 40):
-        document["dpi"] = 100
-        columns = document["minutiae"]
-        columns["x"] = [3e38] * min(count, len(columns["x"])) + columns["x"][count:]
-        path = tmp_path / "far.json"
-        path.write_text(json.dumps(document))
-        started = time.perf_counter()
-        for words in (
-            ("verify", path, prints / "1_1.png"),
-            ("verify", prints / "1_1.png", path, "--json"),
-            ("overlay", path, path, "-o", tmp_path / "overlay.svg"),
-            ("convert", path, tmp_path / "far.iso"),
-        ):
-            result = run(*words)
-            assert_one_line(result, "3e+38")
-            assert str(path) in result.stderr
-        assert time.perf_counter() - started < 5
-    assert not {"overlay.svg", "far.iso"} & {made.name for made in tmp_path.iterdir()}
+@pytest.mark.parametrize("count", [1, 40])
+def test_coordinates_that_overflow_are_refused_soon(run, document, prints, tmp_path, count):
+    document["dpi"] = 100
+    columns = document["minutiae"]
+    columns["x"] = [3e38] * min(count, len(columns["x"])) + columns["x"][count:]
+    path, print_, made = tmp_path / "far.json", prints / "1_1.png", tmp_path / "made"
+    path.write_text(json.dumps(document))
+    started = time.perf_counter()
+    for words in (
+        ("verify", path, print_),
+        ("verify", print_, path, "--json"),
+        ("overlay", path, path, "-o", f"{made}.svg"),
+        ("convert", path, f"{made}.iso"),
+    ):
+        result = run(*words)
+        assert_one_line(result, "3e+38")
+        assert str(path) in result.stderr
+    assert time.perf_counter() - started < 5
+    assert not list(tmp_path.glob("made*"))
 
 
 @pytest.mark.parametrize(

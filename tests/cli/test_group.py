@@ -1,6 +1,7 @@
 """`fpmatch` itself: its help, its errors on one line, its exit statuses."""
 
 import importlib
+import io
 import os
 import signal
 import subprocess
@@ -12,6 +13,8 @@ import pytest
 from PIL import Image
 
 from fpmatch.cli.group import SUMMARIES
+from fpmatch.cli.group import fpmatch as main
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
@@ -21,30 +24,22 @@ from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.pointset.match import POINT_MATCHERS
 from fpmatch.pointset.random_sets import POINT_MODELS
 
+from .conftest import assert_refused, leaves
+
 FPMATCH = [sys.executable, "-m", "fpmatch"]
 
 
 def test_help_lists_every_command_with_its_summary(run):
     output = run("--help").output
-    for name, summary in SUMMARIES.items():
-        assert name in output
-        assert summary in output
+    assert all(f"  {name} " in output and summary in output for name, summary in SUMMARIES.items())
 
 
-SUBCOMMANDS = {
-    "gallery": ["check", "export", "info", "list", "remove"],
-    "points": ["bench", "draw", "match"],
-}
-
-
-@pytest.mark.parametrize(
-    "words", [*([n] for n in SUMMARIES), *([n, s] for n in SUBCOMMANDS for s in SUBCOMMANDS[n])]
-)
-def test_every_command_has_help_with_examples(run, words):
-    result = run(*words, "--help")
+@pytest.mark.parametrize("command", sorted({*SUMMARIES, *leaves(main)}))
+def test_every_command_has_help_with_examples(run, command):
+    result = run(*command.split(), "--help")
     assert result.exit_code == 0
-    assert f"Usage: fpmatch {' '.join(words)} [OPTIONS]" in result.output
-    assert f"  fpmatch {' '.join(words)} " in result.output.split("Examples:")[1]
+    assert f"Usage: fpmatch {command} [OPTIONS]" in result.output
+    assert f"  fpmatch {command} " in result.output.split("Example")[1]
 
 
 @pytest.mark.parametrize(
@@ -69,7 +64,11 @@ WRONG_USAGE = {
     "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
     "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
-    "--impostors y | --enrol-seed 1 | --enhance gabor",
+    "--impostors y | --enrol-seed 1 | --enhance gabor | --background y | --fingers 2 | "
+    "--fpir 0.1 | --plot det.svg",
+    "evaluate x --protocol identification": "--crop 100 | --scores s.csv | --fmr 0.1",
+    "evaluate --scores-in s.csv": "--matcher paper | prints | --crop 100 | --fmr 0",
+    "evaluate --genuine-scores": "g.txt",
     "gallery": "remove x | list x --failures --subject 1",
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
     "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
@@ -99,25 +98,21 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
 @pytest.mark.parametrize(
     ("words", "suggestion"),
     [
-        ("verfy a b", "Error: No such command 'verfy'. Did you mean 'verify'?"),
-        ("points mach a b", "Error: No such command 'mach'. Did you mean 'match'?"),
+        ("verfy a b", "'verify'"),
+        ("points mach a b", "'match'"),
         ("verify a b --overly c", "--overlay"),
-        ("convert a b --format iso205", "Did you mean 'iso2005'?"),
-        ("convert a b --from xty", "Did you mean 'xyt'?"),
-        ("synth x --preset clen", "Did you mean 'clean'?"),
-        ("points match a b --matcher triangle", "Did you mean 'triangles'?"),
-        ("calibrate x -o c.json --matcher unit-circl", "Did you mean 'unit-circle'?"),
+        ("convert a b --format iso205", "'iso2005'"),
+        ("convert a b --from xty", "'xyt'"),
+        ("synth x --preset clen", "'clean'"),
+        ("points match a b --matcher triangle", "'triangles'"),
+        ("calibrate x -o c.json --matcher unit-circl", "'unit-circle'"),
+        ("zzz", "Error: No such command 'zzz'.\n"),
     ],
 )
 def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, suggestion):
     monkeypatch.chdir(tmp_path)
     result = run(*words.split())
-    assert result.exit_code == 2
-    assert suggestion in " ".join(result.stderr.split())
-
-
-def test_nothing_is_suggested_for_a_name_like_none(run):
-    assert "Error: No such command 'zzz'.\n" in run("zzz").stderr
+    assert (result.exit_code, suggestion in result.stderr.split("ean ")[-1]) == (2, True)
 
 
 def failing(monkeypatch, error):
@@ -133,15 +128,12 @@ def failing(monkeypatch, error):
 def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
     words = ("stages", "odd.png", "-o", "out")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
-    result = run(*words)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == "fpmatch: error: odd\\nname.png: no such file\n"
-    failing(monkeypatch, KeyboardInterrupt())
-    assert (run(*words).exit_code, run(*words).output) == (130, "")
+    assert_refused(run(*words), "odd\\nname.png: no such file\n")
     caused = FpmatchError("a worker ended")
     caused.__cause__ = KeyboardInterrupt()
-    failing(monkeypatch, caused)
-    assert (run(*words).exit_code, run(*words).output) == (130, "")
+    for interrupt in (KeyboardInterrupt(), caused):
+        failing(monkeypatch, interrupt)
+        assert (run(*words).exit_code, run(*words).output) == (130, "")
     failing(monkeypatch, ZeroDivisionError())
     assert isinstance(run(*words).exception, ZeroDivisionError)
 
@@ -167,8 +159,7 @@ def test_a_reader_that_leaves_is_met_in_silence():
     done = start([*FPMATCH, "extract", "no-such-file.png", "-o", "."], stdout=write_end)
     os.close(write_end)
     assert done.returncode == 128 + signal.SIGPIPE
-    assert "Traceback" not in done.stderr
-    assert "Exception" not in done.stderr
+    assert not any(word in done.stderr for word in ("Traceback", "Exception"))
 
 
 @pytest.mark.parametrize("closed", [False, True], ids=["stderr open", "stderr closed"])
@@ -181,23 +172,33 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     path.write_bytes(data)
     words = f"{sys.executable} -m fpmatch stages {path} -o {tmp_path}/out"
     done = start(["/bin/sh", "-c", f"{words} 2>&-" if closed else words])
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.count("\n") == (0 if closed else 1)
-    assert ("damaged TIFF image" in done.stderr) is not closed
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == done.stderr.count("damaged") == (0 if closed else 1)
 
 
 def test_the_module_runs_as_the_command(tmp_path):
     done = start([*FPMATCH, "verify", "gone.png", "gone.png"], cwd=tmp_path)
-    assert done.returncode == 2
+    assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "fpmatch: error: gone.png: no such file\n"
-    assert done.stdout == ""
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full here")
 def test_output_that_cannot_be_written_is_one_line_and_status_2():
+    points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
     with Path("/dev/full").open("w") as full:
-        points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
         done = start([*FPMATCH, "points", "match", str(points), str(points)], stdout=full)
-    assert done.returncode == 2
-    assert done.stderr.splitlines() == ["fpmatch: error: output: No space left on device"]
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.startswith("fpmatch: error: output: ")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_bar_tells_stage_share_and_rate_on_a_terminal(monkeypatch, terminal):
+    stream = io.StringIO()
+    stream.isatty = lambda: terminal
+    monkeypatch.setattr(sys, "stderr", stream)
+    with ProgressBars({"enrol": "enrolling"}) as bars:
+        for done in (0, 5, 10):
+            bars.show("enrol", done, 10)
+    shown = stream.getvalue()
+    assert all((words in shown) == terminal for words in ("enrolling", "100%", " a second"))
+    assert bool(shown) == terminal

@@ -48,13 +48,10 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
 
 
 def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
-    assert_refused(
-        run("verify", bare, prints / "1_1.png", "--raw", "100x100"),
-        f"{bare}: not an image of a known format; its 84000 bytes are no raw 100x100 (10000)",
-    )
-    wrong = run("verify", bare, bare, "--raw", "280")
-    assert wrong.exit_code == 2
-    assert "WIDTHxHEIGHT, as in 388x374, not '280'" in wrong.stderr
+    words = ("verify", bare, prints / "1_1.png", "--raw")
+    assert_refused(run(*words, "100x100"), "84000")
+    wrong = run(*words, "280")
+    assert (wrong.exit_code, "'280'" in wrong.stderr) == (2, True)
 
 
 def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
@@ -68,12 +65,10 @@ def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
     run("extract", prints / "1_2.png", "-o", tmp_path)
     double = tmp_path / "1_2.json"
     double.write_text(json.dumps(json.loads(double.read_text()) | {"dpi": 1000}))
-    twice = run("verify", double, prints / "1_1.png").stdout
-    assert twice.startswith("NO MATCH\n")
-    assert twice.endswith("not 500; at that scale they match\n")
-    found = json.loads(run("verify", double, prints / "1_1.png", "--json").stdout)["scale"]
-    assert found["ratio"] == pytest.approx(2, rel=0.03)
-    assert found["differs"] is True
+    document = json.loads(run("verify", double, prints / "1_1.png", "--json").stdout)
+    assert document["match"] is False
+    assert document["scale"]["ratio"] == pytest.approx(2, rel=0.03)
+    assert document["scale"]["differs"] is True
 
 
 @pytest.fixture
@@ -86,21 +81,22 @@ def darks(tmp_path, pressed):
     return folder
 
 
-@pytest.mark.parametrize("command", ["verify", "extract", "stages", "enrol", "score"])
-def test_the_polarity_asked_for_is_taken_and_said(run, darks, tmp_path, command):
-    image, output = darks / "1_1.png", tmp_path / "out"
-    words = {
-        "verify": (image, image),
-        "extract": (image, "-o", output),
-        "stages": (image, "-o", output),
-        "enrol": (output, image, "--workers", 1),
-        "score": ("--references", darks, "--probes", darks, "-o", tmp_path / "scores.csv"),
-    }[command]
-    asked = run(command, *words, "--polarity", "white")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "verify {one} {one}",
+        "extract {one} -o {out}",
+        "stages {one} -o {out}",
+        "enrol {out} {one} --workers 1",
+        "score --references {darks} --probes {darks} -o {out}.csv",
+    ],
+)
+def test_the_polarity_asked_for_is_taken_and_said(run, darks, tmp_path, words):
+    given = words.format(one=darks / "1_1.png", darks=darks, out=tmp_path / "out").split()
+    asked = run(*given, "--polarity", "white")
     assert asked.exit_code == 0, asked.stderr
     assert INVERTED in asked.stderr
-    if command in {"verify", "extract"}:
-        assert INVERTED not in run(command, *words).stderr
+    assert INVERTED not in run(*given).stderr
 
 
 def test_a_gallery_is_searched_with_the_polarity_asked_for(run, darks, tmp_path):
@@ -122,8 +118,7 @@ def test_a_folder_says_its_polarity(run, darks, tmp_path):
     assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": both}]
     (darks / "dataset.toml").write_text('polarity = "pink"\n')
     for words in (("enrol", tmp_path / "prints.db", darks), ("inspect", darks / "1_1.png")):
-        reason = f"{darks}/dataset.toml: no polarity 'pink': there are auto, dark, white"
-        assert_refused(run(*words), reason)
+        assert_refused(run(*words), f"{darks}/dataset.toml: no polarity 'pink'")
 
 
 def test_images_that_are_read_at_once_decide_together(run, tmp_path, pressed, stripes):
@@ -156,25 +151,25 @@ def asked(monkeypatch):
     return ways
 
 
-@pytest.mark.parametrize("words", [[], ["--enhance", "filters"], ["--enhance", "learned"]])
-@pytest.mark.parametrize("command", ["verify", "overlay", "extract", "stages", "evaluate"])
-def test_every_command_enhances_as_it_is_told(run, prints, tmp_path, asked, command, words):
-    print_, out = prints / "1_1.png", tmp_path / "out.png"
-    arguments = {
-        "verify": (print_, print_),
-        "overlay": (print_, print_, "-o", out),
-        "extract": (print_, "-o", out),
-        "stages": (print_, "-o", out),
-        "evaluate": ("--workers", 1, "--bootstrap", 0),
-    }[command]
-    if command == "evaluate":
-        folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png", "2_1.png")
-        arguments = (folder, *arguments)
-    result = run(command, *arguments, *words)
-    noted = "fpmatch: note: the two images have the same pixels\n" * (command == "overlay")
-    assert (result.exit_code, result.stderr) == (0, noted)
-    assert set(asked) == {words[1] if words else DEFAULT_ENHANCEMENT}
-    assert len(asked) == {"verify": 2, "overlay": 2, "evaluate": 3}.get(command, 1)
+@pytest.mark.parametrize("options", [[], ["--enhance", "filters"], ["--enhance", "learned"]])
+@pytest.mark.parametrize(
+    ("words", "extractions"),
+    [
+        ("verify {one} {other}", 2),
+        ("overlay {one} {other} -o {out}", 2),
+        ("extract {one} -o {out}", 1),
+        ("stages {one} -o {out}", 1),
+        ("evaluate {folder} --workers 1 --bootstrap 0", 3),
+    ],
+)
+def test_every_command_enhances_as_it_is_told(
+    run, prints, tmp_path, asked, words, extractions, options
+):
+    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png", "2_1.png")
+    named = {"one": folder / "1_1.png", "other": folder / "1_2.png", "out": tmp_path / "out.png"}
+    result = run(*words.format(folder=folder, **named).split(), *options)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert asked == [options[1] if options else DEFAULT_ENHANCEMENT] * extractions
 
 
 def test_enhancements_differ_and_a_template_is_taken_as_it_is(run, prints, tmp_path):

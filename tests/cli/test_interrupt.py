@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
 
@@ -47,6 +48,11 @@ def interrupted(words: list[str], after_s: float, folder: Path) -> tuple[int, st
     return process.returncode, output, errors
 
 
+def run(program: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", program]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
 @pytest.mark.parametrize("after_s", [0.15, 0.3, 0.5, 0.7, 0.9, 1.2])
 @pytest.mark.parametrize(
     "words",
@@ -70,49 +76,30 @@ def test_a_command_ends_at_once_and_says_no_more_than_how_to_resume(
         assert errors.removeprefix(kernels_line) in {"", how}
 
 
-def run(program: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", program]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-
-
-def test_an_interrupt_in_a_destructor_is_not_lost() -> None:
-    done = run(
-        "import signal, time\n"
-        "from fpmatch.cli.interrupt import repeat_swallowed_interrupts\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "repeat_swallowed_interrupts()\n"
-        "class Destroyed:\n"
-        "    def __del__(self):\n"
-        "        signal.raise_signal(signal.SIGINT)\n"
-        "Destroyed()\n"
-        "try:\n"
-        "    time.sleep(30)\n"
-        "except KeyboardInterrupt:\n"
-        "    print('interrupted')\n"
-    )
-    assert (done.stdout, done.stderr) == ("interrupted\n", "")
-
-
-SWALLOWED = """
-import signal, sys, time
+START = """
+import os, signal, time
 from fpmatch.cli.interrupt import repeat_swallowed_interrupts
+from fpmatch.base.threads import interrupt_deferred, interrupt_kept_from_children
 signal.signal(signal.SIGINT, signal.default_int_handler)
 repeat_swallowed_interrupts()
+handler = signal.getsignal(signal.SIGINT)
+"""
+DESTROYED = """
+class Destroyed:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+Destroyed()
+time.sleep(30)
+"""
+SWALLOWED = """
 try:
     signal.raise_signal(signal.SIGINT)
 except:
     pass
-try:
-    time.sleep(30)
-except KeyboardInterrupt:
-    print("interrupted")
+time.sleep(30)
 """
 CLEANED = """
-import signal, time
 from contextlib import closing
-from fpmatch.cli.interrupt import repeat_swallowed_interrupts
-signal.signal(signal.SIGINT, signal.default_int_handler)
-repeat_swallowed_interrupts()
 def work():
     try:
         yield
@@ -123,79 +110,55 @@ def work():
             time.sleep(0.3)
         time.sleep(0.3)
         print("cleaned")
-try:
-    with closing(work()) as stream:
-        next(stream)
-        try:
-            signal.raise_signal(signal.SIGINT)
-        finally:
-            time.sleep(0.3)
-            print("kept")
+with closing(work()) as stream:
+    next(stream)
+    try:
+        signal.raise_signal(signal.SIGINT)
+    finally:
+        time.sleep(0.3)
+        print("kept")
+"""
+DEFERRED = """
+with interrupt_deferred():
+    os.kill(os.getpid(), signal.SIGINT)
+    print("work")
+    raise EOFError
+"""
+RECEIVED = """
+with interrupt_kept_from_children():
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in range(300):
+        time.sleep(0.1)
+"""
+END = """
 except KeyboardInterrupt:
     time.sleep(0.3)
     print("interrupted")
-"""
-
-
-@pytest.mark.parametrize(
-    ("program", "output"), [(SWALLOWED, "interrupted\n"), (CLEANED, "kept\ncleaned\ninterrupted\n")]
-)
-def test_an_interrupt_is_repeated_where_it_is_ignored_and_not_where_work_is_ended(
-    program: str, output: str
-) -> None:
-    done = run(program)
-    assert (done.stdout, done.stderr) == (output, "")
-
-
-def test_other_errors_in_a_destructor_are_printed_as_usual() -> None:
-    done = run(
-        "from fpmatch.cli.interrupt import repeat_swallowed_interrupts\n"
-        "repeat_swallowed_interrupts()\n"
-        "class Destroyed:\n"
-        "    def __del__(self):\n"
-        "        raise ValueError('odd')\n"
-        "Destroyed()\n"
-    )
-    assert "ValueError: odd" in done.stderr
-
-
-DEFERRED = """
-import os, signal
-from fpmatch.base.threads import interrupt_deferred
-signal.signal(signal.SIGINT, signal.default_int_handler)
-try:
-    with interrupt_deferred():
-        os.kill(os.getpid(), signal.SIGINT)
-        print("work")
-        raise EOFError
-except KeyboardInterrupt:
-    print("interrupted")
-assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+assert signal.getsignal(signal.SIGINT) is handler
 assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
-"""
-RECEIVED = """
-import os, signal, time
-from fpmatch.base.threads import interrupt_kept_from_children
-signal.signal(signal.SIGINT, signal.default_int_handler)
-try:
-    with interrupt_kept_from_children():
-        os.kill(os.getpid(), signal.SIGINT)
-        for _ in range(300):
-            time.sleep(0.1)
-except KeyboardInterrupt:
-    print("interrupted")
 """
 
 
 # in processes of their own: another thread of this one may receive a signal, at any later time
 @pytest.mark.parametrize(
-    ("program", "output"), [(DEFERRED, "work\ninterrupted\n"), (RECEIVED, "interrupted\n")]
+    ("program", "output"),
+    [
+        (DESTROYED, ""),
+        (SWALLOWED, ""),
+        (CLEANED, "kept\ncleaned\n"),
+        (DEFERRED, "work\n"),
+        (RECEIVED, ""),
+    ],
+    ids=["destroyed", "swallowed", "cleaned", "deferred", "received"],
 )
-def test_an_interrupt_comes_at_the_end_of_a_start_and_reaches_a_server(
-    program: str, output: str
-) -> None:
-    done = run(program)
-    assert (done.stdout, done.stderr) == (output, "")
+def test_an_interrupt_comes_once_and_where_work_may_end(program: str, output: str) -> None:
+    done = run(f"{START}try:{textwrap.indent(program, '    ')}{END.lstrip()}")
+    assert (done.stdout, done.stderr) == (f"{output}interrupted\n", "")
+
+
+def test_other_errors_in_a_destructor_are_printed_as_usual() -> None:
+    program = "class Destroyed:\n    def __del__(self):\n        raise ValueError('odd')\n"
+    assert "ValueError: odd" in run(f"{START}{program}Destroyed()\n").stderr
 
 
 SLEEPS = [sys.executable, "-c", "import time; print('there', flush=True); time.sleep(0.5)"]

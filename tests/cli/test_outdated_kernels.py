@@ -17,11 +17,8 @@ from fpmatch.cli.group import SUMMARIES
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 NAMES = [f"fpmatch._{letter}_kernel" for letter in "abcde"]
-NOTE = (
-    "fpmatch: note: kernels out of date: fpmatch._a_kernel, fpmatch._b_kernel, fpmatch._c_kernel "
-    "and 2 more; results may be those of earlier files until `scripts/build` compiles them\n"
-)
-MENDED_BY = "kernels out of date: `scripts/build` compiles them"
+NOTE = "fpmatch: note: kernels out of date: fpmatch._a_kernel, fpmatch._b_kernel, "
+MENDED_BY = "`scripts/build`"
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +33,9 @@ def outdated(monkeypatch):
 
 @pytest.mark.parametrize("name", [name for name in SUMMARIES if name != "doctor"])
 def test_every_command_of_a_source_tree_notes_it_once(run, name):
-    assert run(name, "--help").stderr == NOTE
+    (note,) = run(name, "--help").stderr.splitlines()
+    assert note.startswith(NOTE)
+    assert MENDED_BY in note
 
 
 def test_results_are_as_they_were(run, prints):
@@ -53,19 +52,17 @@ def test_other_installations_do_not_look(run, monkeypatch):
 
 def test_doctor_names_each_and_the_command_that_mends_it(run):
     result = run("doctor")
-    assert result.exit_code == 1
+    assert (result.exit_code, MENDED_BY in result.stderr) == (1, True)
     (row,) = [line for line in result.stdout.splitlines() if line.startswith("kernels")]
-    assert row.endswith(f"; out of date: {', '.join(NAMES)}")
-    assert result.stderr == f"fpmatch: error: {MENDED_BY}\n"
+    assert row.endswith(", ".join(NAMES))
     document = json.loads(run("doctor", "--json").stdout)
     assert document["outdated_kernels"] == NAMES
-    assert document["problems"] == [MENDED_BY]
+    (problem,) = document["problems"]
+    assert result.stderr == f"fpmatch: error: {problem}\n"
 
 
 def test_the_version_says_how_many(run):
-    count = len(kernels.compiled_kernels())
-    text = f"5 of {count} kernels out of date: `scripts/build` compiles them"
-    assert run("--version").output == f"fpmatch {fpmatch.__version__} ({text})\n"
+    assert f"(5 of {len(kernels.compiled_kernels())} kernels " in run("--version").output
 
 
 def test_no_baseline_is_compared_with_them(run, prints, tmp_path):
@@ -73,16 +70,16 @@ def test_no_baseline_is_compared_with_them(run, prints, tmp_path):
     scores.write_text("probe,reference,score\n1_1,1_2,50\n1_1,2_1,1\n2_1,2_2,60\n1_2,2_2,2\n")
     result = run("evaluate", prints, "--baseline", scores)
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.startswith(f"{NOTE}fpmatch: error: --baseline: kernels are out of date")
-    assert "`scripts/build`" in result.stderr.removeprefix(NOTE)
+    note, error = result.stderr.splitlines()
+    assert note.startswith(NOTE)
+    assert "--baseline" in error
     given = run("evaluate", "--scores-in", scores, "--baseline", scores, "--bootstrap", 0)
     assert given.exit_code == 0, given.stderr
 
 
-def test_commands_of_research_note_it(run_research, tmp_path):
+def test_commands_of_research_note_it(run_research):
     result = run_research("fuzz", "--list")
-    assert result.exit_code == 0
-    assert result.stderr == NOTE
+    assert (result.exit_code, result.stderr.startswith(NOTE)) == (0, True)
 
 
 @pytest.mark.slow
@@ -93,23 +90,16 @@ def test_a_kernel_that_is_edited_is_noted_until_it_is_as_before(prints, tmp_path
     shutil.copytree(Path(fpmatch.__file__).parent, package)
     (tmp_path / "scripts").mkdir()
     (tmp_path / "scripts" / "build").touch()
-    kernel = package / "matching" / "pipeline" / "_kernels" / "_alignment_kernel.py"
+    (kernel,) = package.rglob("_alignment_kernel.py")
     as_before = kernel.read_bytes()
-    words = ["verify", *[str(prints / name) for name in ("1_1.png", "2_1.png")]]
-
-    def stderr():
-        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-        command = [sys.executable, "-m", "fpmatch", *words]
-        return subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-        ).stderr
-
-    assert stderr() == ""
-    kernel.write_bytes(as_before.replace(b"1.06", b"1.07"))
-    os.utime(kernel, (0, 0))
-    note = stderr()
-    name = "fpmatch.matching.pipeline._kernels._alignment_kernel"
-    assert note.startswith(f"fpmatch: note: kernels out of date: {name}; ")
-    assert note.count("\n") == 1
-    kernel.write_bytes(as_before)
-    assert stderr() == ""
+    command = [sys.executable, "-m", "fpmatch", "verify", prints / "1_1.png", prints / "2_1.png"]
+    options = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(tmp_path)}}
+    for text, noted in (
+        (as_before, False),
+        (as_before.replace(b"1.06", b"1.07"), True),
+        (as_before, False),
+    ):
+        kernel.write_bytes(text)
+        os.utime(kernel, (0, 0))
+        done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+        assert done.stderr.count("\n") == done.stderr.count("_alignment_kernel; ") == noted

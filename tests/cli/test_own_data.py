@@ -26,30 +26,6 @@ def scans(prints, tmp_path):
     return folder
 
 
-def evaluated(run, *words):
-    result = run("evaluate", "--workers", 1, "--bootstrap", 0, "--json", *words)
-    assert result.exit_code == 0, result.output
-    document = json.loads(result.stdout)
-    return [(row["genuine"], row["impostor"], row["eer"]) for row in document["sets"]], result
-
-
-def test_evaluate_takes_every_form(run, prints, scans, tmp_path):
-    expected, _ = evaluated(run, prints)
-    pattern = r"(?P<subject>\d)-(?P<finger>[a-z ]+)-(?P<impression>[ab])"
-    for words in (
-        (scans / "manifest.csv",),
-        (scans, "--pattern", pattern),
-        (tmp_path / "people",),
-        (tmp_path / "people", "--by-folder"),
-    ):
-        found, result = evaluated(run, *words)
-        assert found == expected
-        assert result.stderr == ""
-    database = tmp_path / "own.db"
-    assert run("enrol", database, scans / "manifest.csv", "--workers", 1).exit_code == 0
-    assert evaluated(run, database)[0] == expected
-
-
 def test_a_gallery_of_a_manifest_has_its_fingers_and_finds_its_probes(run, scans, tmp_path):
     database, manifest = tmp_path / "own.db", scans / "manifest.csv"
     document = json.loads(run("enrol", database, manifest, "--workers", 1, "--json").stdout)
@@ -66,93 +42,73 @@ def test_a_gallery_of_a_manifest_has_its_fingers_and_finds_its_probes(run, scans
 
 
 def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, tmp_path):
-    out, listed = tmp_path / "scores.csv", tmp_path / "list.txt"
-    words = ("-o", out, "--workers", 1)
-    copy = tmp_path / "copy.csv"
+    out, listed, copy = (tmp_path / name for name in ("scores.csv", "list.txt", "copy.csv"))
+
+    def scored(references, probes, *words):
+        given = ("--references", references, "--probes", probes, "-o", out, "--workers", 1)
+        assert run("score", *given, *words).exit_code == 0
+        return rows_of(out)
+
     copy.write_text((scans / "manifest.csv").read_text().replace("\n1-", "\nscans/1-"))
     copy.write_text("\n".join(line for line in copy.read_text().split("\n") if line[:1] != "2"))
-    assert (
-        run("score", "--references", scans / "manifest.csv", "--probes", copy, *words).exit_code
-        == 0
-    )
-    for row in rows_of(out):
+    for row in scored(scans / "manifest.csv", copy):
         assert row["probe"].startswith("scans/")
         assert row["genuine"] == str(int(row["reference"][0] == row["probe"][len("scans/")]))
     listed.write_text(f"1_1 2_1 1\n1_1 {prints.name}/1_2.png 0\n")
-    sides = ("--references", prints, "--probes", prints, "--pairs", listed)
-    assert run("score", *sides, *words).exit_code == 0
-    assert [(r["reference"], r["genuine"]) for r in rows_of(out)] == [
-        ("2_1.png", "1"),
-        ("1_2.png", "0"),
-    ]
-    sides = ("--references", scans, "--probes", tmp_path / "people")
-    assert run("score", *sides, *words).exit_code == 0
-    assert {row["genuine"] for row in rows_of(out)} == {""}
-
-
-def test_a_list_of_pairs_with_labels_needs_no_fingers_in_names(run, scans, tmp_path):
-    listed = tmp_path / "list.txt"
-    names = "1-left index-a.png", "1-left index-b.png", "2-left index-a.png"
-    listed.write_text(
-        f"probe;reference;genuine\n{names[0]};{names[1]};1\n{names[0]};{names[2]};0\n"
-    )
-    (row,), _ = evaluated(run, scans, "--pairs", listed)
-    assert row[:2] == (1, 1)
-    text = run("evaluate", scans, "--pairs", listed, "--workers", 1).stdout
-    assert text.splitlines()[1].split()[:3] == ["scans", "1", "1"]
+    rows = scored(prints, prints, "--pairs", listed)
+    assert [(r["reference"], r["genuine"]) for r in rows] == [("2_1.png", "1"), ("1_2.png", "0")]
+    assert {row["genuine"] for row in scored(scans, tmp_path / "people")} == {""}
 
 
 @pytest.mark.parametrize(
-    ("content", "reason"),
+    ("content", "place"),
     [
-        ("path,subject\ngone.png,1\n", "manifest.csv: line 2, column path: gone.png: no such file"),
-        (
-            "path,subject,dpi\n1_1.png,1,x\n",
-            "manifest.csv: line 2, column dpi: 'x' is not a number",
-        ),
-        ("path,subject\n1_1.png,1\n1_1.png,2\n", "line 3, column path: 1_1.png is on line 2, too"),
+        ("path,subject\ngone.png,1\n", "line 2, column path: gone.png"),
+        ("path,subject,dpi\n1_1.png,1,x\n", "line 2, column dpi: 'x'"),
+        ("path,subject\n1_1.png,1\n1_1.png,2\n", "line 3, column path: 1_1.png"),
     ],
 )
 def test_a_wrong_manifest_stops_every_command_before_any_work(
-    run, prints, tmp_path, content, reason
+    run, prints, tmp_path, content, place
 ):
     manifest = copied(prints, tmp_path / "some", "1_1.png") / "manifest.csv"
-    out = tmp_path / "out.csv"
     manifest.write_text(content)
+    out = tmp_path / "out.csv"
     for words in (
         ("evaluate", manifest, "--scores", out),
         ("calibrate", manifest, "-o", out),
         ("score", "--references", manifest, "--probes", prints, "-o", out),
         ("enrol", out, manifest),
     ):
-        assert_refused(run(*words), reason)
-        assert not out.exists()
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("out")] == []
+        assert_refused(run(*words), f"manifest.csv: {place}")
+    assert not list(tmp_path.glob("out*"))
 
 
 def test_options_that_exclude_each_other(run, prints, tmp_path):
     listed = tmp_path / "list.txt"
     listed.write_text("1_1 1_2\n")
     result = run("evaluate", prints, "--pairs", listed, "--enrol", 1)
-    assert (result.exit_code, "--enrol goes with none" in result.stderr) == (2, True)
-    assert_refused(run("evaluate", prints, prints, "--pairs", listed), "goes with one database")
+    assert (result.exit_code, "--enrol" in result.stderr) == (2, True)
+    assert_refused(run("evaluate", prints, prints, "--pairs", listed), "one database")
     assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
-    assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: no such folder")
+    assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: ")
 
 
-def test_resolutions_that_differ_are_noted_by_every_command(run, scans, tmp_path):
+@pytest.mark.parametrize(
+    "words",
+    [
+        "evaluate {list} --bootstrap 0",
+        "score --references {list} --probes {list} -o {out}.csv",
+        "enrol {out}.db {list}",
+    ],
+)
+def test_resolutions_that_differ_are_noted_by_every_command(run, scans, tmp_path, words):
     manifest = scans / "manifest.csv"
-    manifest.write_text(
-        manifest.read_text().replace("index-b.png,1,left index,500", "index-b.png,1,left index,480")
-    )
-    note = "480 dpi, where most prints have 500 dpi"
-    for words in (
-        ("evaluate", manifest, "--bootstrap", 0),
-        ("score", "--references", manifest, "--probes", manifest, "-o", tmp_path / "out.csv"),
-        ("enrol", tmp_path / "own.db", manifest),
-    ):
-        result = run(*words, "--workers", 1, "--json")
-        assert (result.exit_code, result.stderr.count(note)) == (0, 1)
-        (noted,) = json.loads(result.stdout)["notes"]
-        assert noted["note"] == note
-        assert noted["prints"][0].endswith("1-left index-b.png")
+    one, other = (f"index-b.png,1,left index,{dpi}" for dpi in (500, 480))
+    manifest.write_text(manifest.read_text().replace(one, other))
+    given = words.format(list=manifest, out=tmp_path / "out").split()
+    result = run(*given, "--workers", 1, "--json")
+    (noted,) = json.loads(result.stdout)["notes"]
+    assert (result.exit_code, result.stderr.count(noted["note"])) == (0, 1)
+    assert noted["note"].startswith("480 dpi")
+    assert noted["prints"][0].endswith("1-left index-b.png")

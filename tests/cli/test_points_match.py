@@ -85,38 +85,26 @@ def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
     assert document["transform"] is document["rms"] is document["chance"] is None
     assert (document["pairs"], document["matched_share"], document["tolerance"]) == ([], 0, 0.5)
     assert document["reason"]
-    assert "finds a match" not in document["reason"]
+    assert "--" not in document["reason"]
     assert (tmp_path / "pairs.csv").read_text() == "p,q,p_x,p_y,q_x,q_y,distance\n"
 
 
 def test_the_words_of_a_match_and_of_none(run, stars, unlike):
-    result = run("points", "match", *stars, "--text")
-    assert result.exit_code == 0
-    lines = result.stdout.splitlines()
-    assert lines[:4] == [
-        "MATCH",
-        f"  Points      30 in {stars[0]} and 32 in {stars[1]}",
-        "  Pairs       28, 93.3% of the smaller set",
-        "  Transform   scale 1.7, rotation 130.000° from y to x, shift +250, -40",
-    ]
-    assert [line.split()[0] for line in lines[4:]] == ["Residual", "Chance"]
-    none = run("points", "match", *unlike, "--text")
-    assert none.exit_code == 1
-    assert [line.split()[0] for line in none.stdout.splitlines()] == ["NO", "Points", "Reason"]
+    result, none = (run("points", "match", *files, "--text") for files in (stars, unlike))
+    assert (result.exit_code, none.exit_code) == (0, 1)
+    names = [[line.split()[0] for line in one.stdout.splitlines()] for one in (result, none)]
+    assert names[0] == ["MATCH", "Points", "Pairs", "Transform", "Residual", "Chance"]
+    assert names[1] == ["NO", "Points", "Reason"]
+    assert "scale 1.7, rotation 130.000° from y to x, shift +250, -40\n" in result.stdout
 
 
 @pytest.mark.parametrize(("rho", "status"), [("0.93", 0), ("0.94", 1)])
-def test_the_papers_method_decides_by_rho(match, run, stars, rho, status):
-    words = [*stars, "--matcher", "paper", "--rho", rho]
-    result, document = match(*words)
-    assert result.exit_code == status
-    assert document["match"] is (status == 0)
+def test_the_papers_method_decides_by_rho(match, stars, rho, status):
+    result, document = match(*stars, "--matcher", "paper", "--rho", rho)
+    assert (result.exit_code, document["match"]) == (status, status == 0)
     assert (document["transform"] is None) == bool(document["reason"]) == (status == 1)
     assert document["rho"] == float(rho)
-    text = run("points", "match", *words, "--text").stdout
-    assert text.startswith("NO MATCH\n" if status else "MATCH\n")
-    why = f"the best transform pairs 93.3% of the smaller set; a match needs more than {rho}"
-    assert (why in text) == (status == 1)
+    assert ("93.3%" in document["reason"]) == (rho in document["reason"]) == (status == 1)
 
 
 @pytest.fixture
@@ -137,25 +125,16 @@ def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
     words = (*views(truth), "--matcher", matcher)
     without = match(*words)[1]
     assert without["match"] is False
-    assert without["reason"].endswith("; --reflect finds a match") == (matcher == "triangles")
+    assert ("--reflect" in without["reason"]) == (matcher == "triangles")
     result, document = match(*words, "--reflect")
     assert result.exit_code == 0
     assert list(document) == [*KEYS[:-2], "reflect", "model", *KEYS[-2:]]
     transform = document["transform"]
     assert list(transform) == ["scale", "rotation_deg", "tx", "ty", "mirrored", "matrix"]
     assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])
-    assert transform["mirrored"] is True
+    assert transform["mirrored"] is document["reflect"] is True
     np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
-    assert (document["reflect"], document["model"]) == (True, "similarity")
-    text = run("points", "match", *words, "--reflect", "--text").stdout
-    shown = "mirrored (y to -y), scale 1.7, rotation 40.000° from x to y, shift +250, -40"
-    assert f"  Transform   {shown}\n" in text
-
-
-def test_an_unmirrored_set_is_said_to_be_so(match, stars):
-    _, document = match(*stars, "--reflect")
-    assert document["transform"]["mirrored"] is False
-    np.testing.assert_allclose(document["transform"]["matrix"], MOVE.matrix, atol=1e-6)
+    assert " mirrored (" in run("points", "match", *words, "--reflect", "--text").stdout
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -163,8 +142,7 @@ def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored
     truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=mirrored)
     words = (*views(truth), *["--reflect"] * mirrored)
     without = match(*words)[1]
-    assert without["match"] is False
-    assert without["reason"].endswith("; --model affine finds a match")
+    assert (without["match"], "--model affine" in without["reason"]) == (False, True)
     words += ("--model", "affine")
     result, document = match(*words, "--pairs", tmp_path / "pairs.csv")
     assert result.exit_code == 0
@@ -179,63 +157,34 @@ def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored
     assert document["pairs"] == [[i, i - 2] for i in range(2, 30)]
     rows = rows_of(tmp_path / "pairs.csv")
     assert max(float(row["distance"]) for row in rows) < 1e-6
-    lines = run("points", "match", *words, "--text").stdout.splitlines()
-    mirror = "mirrored (y to -y), " if mirrored else ""
-    assert lines[3] == f"  Stretch     {mirror}scale 3 along x and 1.2 along y, shear 0.5"
-    assert lines[4] == "  Transform   rotation 40.107° from x to y, shift +250, -40"
+    text = run("points", "match", *words, "--text").stdout
+    assert "scale 3 along x and 1.2 along y, shear 0.5\n" in text
+    assert ("  Stretch     mirrored " in text) == mirrored
 
 
-def test_both_options_are_named_where_both_are_needed(match, run, views):
+def test_both_options_are_named_where_both_are_needed(match, views):
     truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=True)
     words = views(truth)
     result, document = match(*words)
-    assert result.exit_code == 1
-    assert document["transform"] is None
-    assert document["reason"].endswith("; --model affine --reflect finds a match")
+    assert (result.exit_code, document["transform"]) == (1, None)
+    assert "--model affine --reflect" in document["reason"]
     reason = match(*words, "--model", "affine")[1]["reason"]
-    assert reason.endswith("expected by chance; --reflect finds a match")
-    text = run("points", "match", *words, "--text").stdout
-    assert "\n  Reason      no transform that was tried" in text
+    assert ("--reflect" in reason, "--model" in reason) == (True, False)
 
 
 @needs_compiled_kernels
 def test_a_search_that_ends_at_its_limit_says_so(match, tmp_path, rng):
     p, q = (write(tmp_path / name, rng.uniform(0, 100, (1500, 2))) for name in ("p.csv", "q.csv"))
     result, document = match(p, q)
-    assert result.exit_code == 1
-    assert document["reason"].endswith("; the search ended at its limit, after 200,000 proposals")
-
-
-def test_points_that_cannot_be_used_have_status_2(run, stars, tmp_path):
-    two = write(tmp_path / "two.csv", np.array([[0.0, 1.0], [2.0, 3.0]]))
-    assert_refused(run("points", "match", two, stars[1]), "too few points: 2 of at least 3")
-    equal = write(tmp_path / "equal.csv", np.ones((20, 2)))
-    assert_refused(run("points", "match", equal, stars[1]), "all points lie on one line")
-    assert "2 input that cannot be used" in run("points", "match", "--help").output
-
-
-def test_three_points_match_nothing_and_the_reason_says_so(match, stars, tmp_path, rng):
-    three = write(tmp_path / "three.csv", rng.uniform(0, 100, (3, 2)))
-    result, document = match(three, stars[1])
-    assert result.exit_code == 1
-    assert "fewer than 4 points" in document["reason"]
-
-
-@pytest.mark.parametrize("options", [["--model", "affine"], ["--model", "affine", "--reflect"]])
-def test_independent_sets_have_no_affine_map(match, unlike, options):
-    result, document = match(*unlike, *options)
-    assert result.exit_code == 1
-    assert document["transform"] is None
+    assert (result.exit_code, "200,000 proposals" in document["reason"]) == (1, True)
 
 
 def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
     words = (*stars, "--model", "affine", "--matcher", "paper")
-    assert_refused(run("points", "match", *words), "needs the matcher triangles")
+    assert_refused(run("points", "match", *words), "triangles")
     along = np.arange(9.0)
     near = write(tmp_path / "near.csv", np.column_stack([along, along**2 / 1e9]))
-    result = run("points", "match", near, stars[1], "--model", "affine")
-    assert_refused(result, "all points lie nearly on one line")
-    assert run("points", "match", *stars, "--model", "afine").exit_code == 2
+    assert_refused(run("points", "match", near, stars[1], "--model", "affine"), "line")
 
 
 def test_a_smaller_area_tolerance_follows_fewer_local_matches(match, stars):
@@ -275,21 +224,14 @@ def test_a_dash_reads_standard_input(match, run, stars):
     p, q = map(str, stars)
     for words, file in ((["-", q], stars[0]), ([p, "-"], stars[1])):
         _, document = match(*words, input=file.read_bytes())
-        assert document["match"] is True
-        assert [document["p"], document["q"]] == words
-    refused = run("points", "match", p, "-", input=b"1,2\n3,a\n")
-    assert_refused(refused, "standard input, line 2: ")
+        assert (document["match"], [document["p"], document["q"]]) == (True, words)
+    assert_refused(run("points", "match", p, "-", input=b"1,2\n3,a\n"), "standard input, line 2: ")
 
 
 def test_repeated_points_are_noted_once(run, stars):
     p, q = stars
-    first, second, third, *rest = p.read_text().splitlines()
-    p.write_text("\n".join([first, second, third, *rest, third, third, rest[5]]))
+    lines = p.read_text().splitlines()
+    p.write_text("\n".join([*lines, lines[2], lines[2], lines[8]]))
     result = run("points", "match", p, q)
     assert result.exit_code == 0
     assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"
-
-
-def test_help_names_the_members_of_the_object(run):
-    text = run("points", "match", "--help").output.split("JSON:")[1]
-    assert all(f" {key}" in text for key in KEYS)

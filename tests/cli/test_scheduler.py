@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import sqlite3
 from contextlib import closing
@@ -73,33 +74,25 @@ def test_enrolled_on_a_cluster_a_gallery_is_the_same(run, folder, tmp_path, clus
     assert entries(places[0]) == entries(places[1])
 
 
-def test_files_of_candidates_are_the_same(run, folder, gallery, tmp_path, cluster):
-    words = ("identify", gallery, "--probes", folder, "-k", 2)
-    near = run(*words, "-o", tmp_path / "near.csv", "--workers", 1)
-    far = run(*words, "-o", tmp_path / "far.csv", "--scheduler", cluster)
-    assert (near.exit_code, far.exit_code, near.stderr) == (1, 1, far.stderr)
-    assert (tmp_path / "near.csv").read_bytes() == (tmp_path / "far.csv").read_bytes()
-
-
-def test_candidates_that_are_shown_are_the_same(run, folder, gallery, cluster):
-    words = ("identify", gallery, folder, "-k", 2, "--transform", "--json")
-    near, far = (run(*words, *more) for more in (("--workers", 1), ("--scheduler", cluster)))
-    assert (near.exit_code, far.exit_code, near.stderr) == (1, 1, far.stderr)
-    documents = [json.loads(result.stdout) for result in (near, far)]
-    for document in documents:
-        assert len(document["probes"]) == 6
-        assert all(probe.pop("seconds") >= 0 for probe in document["probes"])
-    assert documents[0] == documents[1]
-
-
-def test_subjects_of_two_fingers_are_the_same(run, prints, gallery, cluster):
-    words = ("identify", gallery, prints / "1_1.png", "--with", prints / "2_1.png", "--json")
-    near, far = (run(*words, *more) for more in (("--workers", 1), ("--scheduler", cluster)))
-    assert (near.exit_code, far.exit_code, near.stderr) == (0, 0, far.stderr)
-    documents = [json.loads(result.stdout) for result in (near, far)]
-    assert all(document.pop("seconds") >= 0 for document in documents)
-    assert documents[0] == documents[1]
-    assert documents[0]["candidates"]
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        (("--probes", "{scans}", "-k", 2, "-o", "{out}"), 1),
+        (("{scans}", "-k", 2, "--transform", "--json"), 1),
+        (("{prints}/1_1.png", "--with", "{prints}/2_1.png", "--json"), 0),
+    ],
+    ids=["file", "shown", "two fingers"],
+)
+def test_candidates_are_the_same(run, folder, prints, gallery, tmp_path, cluster, words, status):
+    outputs = []
+    for number, engine in enumerate((("--workers", 1), ("--scheduler", cluster))):
+        out = tmp_path / f"{number}.csv"
+        given = [str(word).format(scans=folder, prints=prints, out=out) for word in words]
+        done = run("identify", gallery, *given, *engine)
+        shown = out.read_text() if out.exists() else re.sub(r'"seconds": [^,}]*', "", done.stdout)
+        outputs.append((done.exit_code, done.stderr, shown))
+    assert outputs[0] == outputs[1]
+    assert outputs[0][0] == status
 
 
 def test_workers_need_none_of_the_files(run, folder, gallery, tmp_path, cluster):
@@ -110,22 +103,24 @@ def test_workers_need_none_of_the_files(run, folder, gallery, tmp_path, cluster)
         patch.chdir(folder.parent)
         words = ("--scheduler", cluster, "--json")
         made = run("enrol", "g.db", folder.name, *words)
-        assert json.loads(made.stdout)["enrolled"] == 6
-        found = run("identify", "g.db", folder.name, "-o", "c.csv", *words)
-    assert json.loads(found.stdout)["failed"] == 1
+        searched = run("identify", "g.db", folder.name, "-o", "c.csv", *words)
+    assert json.loads(made.stdout)["enrolled"] == 6
+    assert json.loads(searched.stdout)["failed"] == 1
     assert Path(tmp_path, "c.csv").is_file()
 
 
-@pytest.mark.parametrize("command", ["enrol", "identify"])
+@pytest.mark.parametrize(
+    "words",
+    ["enrol {new}", "identify {old}", "identify {old} -o {new}", "identify {old} --with {print}"],
+)
 def test_without_a_scheduler_it_is_one_line_and_status_2(
-    run, gallery, prints, tmp_path, monkeypatch, command
+    run, gallery, prints, tmp_path, monkeypatch, words
 ):
     monkeypatch.setattr("fpmatch.gallery.engine.cluster.CONNECT_S", 0.3)
-    place = {"enrol": tmp_path / "new.db", "identify": gallery}[command]
-    more = {"enrol": (), "identify": ("-o", tmp_path / "c.csv")}[command]
-    words = (command, place, prints / "1_1.png", "--scheduler", "tcp://127.0.0.1:1")
-    fused = ("--with", prints / "2_1.png") if command == "identify" else ()
-    for each in (words, (*words, *more), (*words, *fused)):
-        assert_refused(run(*each), "tcp://127.0.0.1:1: no Dask scheduler answers")
-    assert run(*words, "--workers", 2).exit_code == 2
+    print_, address = prints / "1_1.png", "tcp://127.0.0.1:1"
+    named = {"old": gallery, "print": print_, "new": tmp_path / "new.csv"}
+    given = [word.format(**named) for word in words.split()]
+    given[2:2] = [print_, "--scheduler", address]
+    assert_refused(run(*given), f"{address}: ")
+    assert run(*given, "--workers", 2).exit_code == 2
     assert list(tmp_path.iterdir()) == []

@@ -8,6 +8,8 @@ import pytest
 from fpmatch.base import kernels
 from fpmatch.base.kernels import SLOWER, slow_kernels_note
 
+from .conftest import copied
+
 ROOT = Path(__file__).parents[2]
 NOTE = "fpmatch: note: 2 of 3 kernels are not compiled"
 BENCHMARK = "evaluate, kernels interpreted"
@@ -21,13 +23,21 @@ def some_interpreted(monkeypatch):
     monkeypatch.setattr(kernels, "slow_kernels_note", slow_kernels_note)
 
 
-@pytest.fixture
-def images(prints):
-    return [prints / name for name in ("1_1.png", "1_2.png", "2_1.png")]
-
-
-def assert_noted(result):
-    """Check that the note is the first line of stderr, stands there once, and not in stdout."""
+@pytest.mark.usefixtures("some_interpreted")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "extract {set}/1_1.png {set}/2_1.png -o {new}",
+        "enrol {new}.db {set}",
+        "identify {gallery} {set}/1_1.png",
+        "evaluate {set} --bootstrap 0 --workers 1",
+        "score --references {set} --probes {set} -o {new}.csv --workers 1",
+    ],
+)
+def test_batches_note_it_first(run, prints, gallery, tmp_path, words):
+    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png", "2_1.png")
+    given = words.format(set=folder, gallery=gallery, new=tmp_path / "new").split()
+    result = run(*given, "--json")
     assert result.exit_code == 0, result.stderr
     assert result.stderr.startswith(NOTE)
     assert result.stderr.count("kernels") == 1
@@ -35,23 +45,10 @@ def assert_noted(result):
 
 
 @pytest.mark.usefixtures("some_interpreted")
-def test_batches_note_it_first(run, images, gallery, tmp_path):
-    folder = tmp_path / "set"
-    folder.mkdir()
-    for image in images:
-        (folder / image.name).write_bytes(image.read_bytes())
-    assert_noted(run("extract", *images, "-o", tmp_path / "templates", "--json"))
-    assert_noted(run("enrol", tmp_path / "prints.db", folder, "--json"))
-    assert_noted(run("identify", gallery, images[0], "--json"))
-    assert_noted(run("evaluate", folder, "--bootstrap", 0, "--workers", 1, "--json"))
-    sides = "--references", folder, "--probes", folder
-    assert_noted(run("score", *sides, "-o", tmp_path / "s.csv", "--workers", 1, "--json"))
-
-
-@pytest.mark.usefixtures("some_interpreted")
-def test_two_prints_or_one_image_take_no_note(run, images, tmp_path):
-    assert "kernels" not in run("verify", *images[:2]).stderr
-    assert "kernels" not in run("extract", images[0], "-o", tmp_path).stderr
+def test_two_prints_or_one_image_take_no_note(run, prints, tmp_path):
+    image = prints / "1_1.png"
+    assert "kernels" not in run("verify", image, prints / "1_2.png").stderr
+    assert "kernels" not in run("extract", image, "-o", tmp_path).stderr
 
 
 def test_there_is_no_note_where_all_are_compiled(monkeypatch):

@@ -10,8 +10,6 @@ from fpmatch.formats.files import save_record
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.prints.reading import ASSUMED_DPI
 
-from .conftest import assert_refused, copied, rows_of
-
 
 @pytest.fixture(scope="session")
 def templates(prints, tmp_path_factory):
@@ -27,23 +25,17 @@ def templates(prints, tmp_path_factory):
 def test_verify_compares_templates_and_images(run, prints, templates, reference):
     other = (prints if reference.endswith("png") else templates) / reference
     same = run("verify", templates / "1_1.iso", other, "--json")
-    assert same.exit_code == 0
-    assert same.stderr == ""
-    found = json.loads(same.stdout)
-    assert found["transform"]["rotation_deg"] == pytest.approx(-90, abs=1)
+    assert (same.exit_code, same.stderr) == (0, "")
+    assert json.loads(same.stdout)["transform"]["rotation_deg"] == pytest.approx(-90, abs=1)
     assert run("verify", templates / "2_2.csv", other).exit_code == 1
 
 
 def test_what_a_template_does_not_tell_is_said(run, templates):
-    path = templates / "2_1.xyt"
-    result = run("verify", path, templates / "2_2.csv")
-    assert result.exit_code == 0
-    assert result.stderr.splitlines() == [
-        f"fpmatch: note: {path}: angles taken for NIST: y up, degrees",
-        f"fpmatch: note: {path}: {ASSUMED_DPI} (--dpi sets it)",
-    ]
-    told = run("verify", path, templates / "2_2.csv", "--probe-dpi", 500)
-    assert "assumed" not in told.stderr
+    words = ("verify", templates / "2_1.xyt", templates / "2_2.csv")
+    result = run(*words)
+    angles, dpi = result.stderr.splitlines()
+    assert (result.exit_code, "NIST" in angles, ASSUMED_DPI in dpi) == (0, True, True)
+    assert ASSUMED_DPI not in run(*words, "--probe-dpi", 500).stderr
 
 
 def test_of_several_prints_the_first_is_taken_and_said(run, prints, tmp_path):
@@ -51,11 +43,9 @@ def test_of_several_prints_the_first_is_taken_and_said(run, prints, tmp_path):
     views = tuple(View(extract(prints / name)) for name in ("1_1.png", "2_1.png"))
     save_record(path, TemplateRecord("", views))
     result = run("verify", path, prints / "1_1.png")
-    assert result.exit_code == 0
-    assert result.stderr == f"fpmatch: note: {path}: the first of its 2 prints is used\n"
+    assert (result.exit_code, result.stderr.count(f"{path}: ")) == (0, 1)
     enrolled = run("enrol", tmp_path / "x.db", path, "--pattern", "(?P<subject>two)")
-    assert enrolled.exit_code == 1
-    assert "contains 2 prints, and one is expected" in enrolled.stderr
+    assert (enrolled.exit_code, "2 prints" in enrolled.stderr) == (1, True)
 
 
 def test_overlays_show_templates_on_white(run, prints, templates, tmp_path):
@@ -63,12 +53,6 @@ def test_overlays_show_templates_on_white(run, prints, templates, tmp_path):
     assert run("overlay", templates / "1_1.iso", prints / "1_2.png", "-o", out).exit_code == 0
     with Image.open(out) as picture:
         assert picture.size[0] > 300
-
-
-def test_a_damaged_template_is_one_line(run, templates, tmp_path):
-    path = tmp_path / "cut.tif"
-    path.write_bytes((templates / "1_1.iso").read_bytes()[:60])
-    assert_refused(run("verify", path, templates / "1_1.iso"), f"{path}: cut short: ")
 
 
 def test_extract_takes_templates_and_writes_any_format(run, prints, templates, tmp_path):
@@ -81,43 +65,9 @@ def test_extract_takes_templates_and_writes_any_format(run, prints, templates, t
 
 def test_galleries_are_filled_and_searched_with_templates(run, prints, templates, tmp_path):
     gallery = tmp_path / "prints.db"
-    enrolled = run("enrol", gallery, templates, "--workers", 1, "--json")
-    assert enrolled.exit_code == 0
-    assert json.loads(enrolled.stdout)["enrolled"] == 4
-    assert json.loads(enrolled.stdout)["dpi_assumed"] == 1
+    enrolled = json.loads(run("enrol", gallery, templates, "--workers", 1, "--json").stdout)
+    assert (enrolled["enrolled"], enrolled["failed"], enrolled["dpi_assumed"]) == (4, 0, 1)
     words = ["--json", "-k", 1, "--workers", 1]
-    found = run("identify", gallery, templates / "1_2.ansi2009", prints / "2_1.png", *words)
-    assert found.exit_code == 0
-    probes = json.loads(found.stdout)["probes"]
+    searched = run("identify", gallery, templates / "1_2.ansi2009", prints / "2_1.png", *words)
+    probes = json.loads(searched.stdout)["probes"]
     assert [probe["candidates"][0]["subject"] for probe in probes] == ["1", "2"]
-
-
-def test_scores_of_a_folder_of_templates(run, prints, templates, tmp_path):
-    images, out = copied(prints, tmp_path / "images", "1_1.png"), tmp_path / "scores.csv"
-    sides = ("--references", templates, "--probes", images, "-o", out)
-    assert run("score", *sides, "--workers", 1).exit_code == 0
-    scores = {row["reference"]: float(row["score"]) for row in rows_of(out)}
-    assert set(scores) == {"1_1.iso", "1_2.ansi2009", "2_1.xyt", "2_2.csv"}
-    assert min(scores["1_1.iso"], scores["1_2.ansi2009"]) > 40
-    assert max(scores["2_1.xyt"], scores["2_2.csv"]) < 40
-
-
-def test_a_batch_lists_exactly_the_damaged_templates(run, templates, tmp_path):
-    folder, gallery = tmp_path / "prints", tmp_path / "prints.db"
-    folder.mkdir()
-    good = (templates / "1_1.iso").read_bytes()
-    contents = {3: good[:-30], 8: b"no template"}
-    for number in range(1, 11):
-        data = contents.get(number, good) + bytes(number)
-        (folder / f"{number}_1.iso").write_bytes(data)
-    result = run("enrol", gallery, folder, "--workers", 1)
-    assert result.exit_code == 1
-    assert result.stdout.startswith("enrolled 8 of 10 pictures, 2 failed")
-    failed = [line for line in result.stderr.splitlines() if "failed" in line]
-    for number, line in zip(contents, failed, strict=True):
-        assert f"{number}_1.iso: " in line
-    sides = ("--references", gallery, "--probes", folder, "-o", tmp_path / "s.csv")
-    scored = run("score", *sides, "--workers", 1, "--json")
-    assert scored.exit_code == 1
-    failures = json.loads(scored.stdout)["failures"]
-    assert {failure["name"] for failure in failures} == {"3_1.iso", "8_1.iso"}

@@ -58,9 +58,6 @@ def test_a_target_reads_its_good_files_and_some_damaged_ones(name):
 
 def _calls(path):
     """Return the names of what a module calls."""
-    tree = ast.parse(path.read_text("utf-8"))
-    functions = [node.func for node in ast.walk(tree) if isinstance(node, ast.Call)]
-    names = {one.attr for one in functions if isinstance(one, ast.Attribute)}
-    return names | {
-        ast.unparse(one) for one in functions if isinstance(one, (ast.Attribute, ast.Name))
-    }
+    nodes = ast.walk(ast.parse(path.read_text("utf-8")))
+    names = [ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)]
+    return {*names, *(name.rpartition(".")[2] for name in names)}

@@ -35,12 +35,10 @@ def test_two_prints_of_a_finger_match_and_two_fingers_do_not(run):
         protected(run, f"{name}.tif", f"{name}.rev") for name in ("101_1", "101_3", "102_1")
     )
     done = run("revocable", "compare", one, again)
-    assert done.exit_code == 0
-    assert done.output.startswith("MATCH\n")
+    assert (done.exit_code, done.output.startswith("MATCH\n")) == (0, True)
     done = run("revocable", "compare", one, other, "--json")
-    assert done.exit_code == 1
     document = json.loads(done.output)
-    assert document["match"] is False
+    assert (done.exit_code, document["match"]) == (1, False)
     assert document["score"] < document["threshold"] == 30
     assert set(document) == {"match", "score", "fmr", "threshold", "similarity", "key"}
 
@@ -49,35 +47,31 @@ def test_templates_of_two_keys_are_refused(run):
     a = protected(run, "101_1.tif", "a.rev")
     b = protected(run, "101_1.tif", "b.rev", key="b.key")
     done = run("revocable", "compare", a, b)
-    assert done.exit_code == 2
-    assert "templates of different keys" in done.output
-    assert done.output.count("\n") == 1
+    assert (done.exit_code, done.output.count("\n")) == (2, 1)
+    assert "different keys" in done.output
 
 
 def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path):
     a = protected(run, "101_1.tif", "a.rev")
     for words, why in [
-        (("compare", a, SAMPLES / "101_1.tif"), "101_1.tif: not a revocable template"),
-        (("compare", a, "none.rev"), "none.rev: no such file"),
-        (("protect", SAMPLES / "101_1.tif", "-o", "x.rev"), "no key was given"),
+        (("compare", a, SAMPLES / "101_1.tif"), "101_1.tif: "),
+        (("compare", a, "none.rev"), "none.rev: "),
+        (("protect", SAMPLES / "101_1.tif", "-o", "x.rev"), "no key"),
         (("protect", a, "-o", "x.rev", "--key", "file:a.key"), "a.rev: "),
         (("compare", a, a, "--fmr", "2"), "2"),
     ]:
         done = run("revocable", *words)
-        assert done.exit_code == 2, words
-        assert why in done.output.splitlines()[-1]
+        assert (done.exit_code, why in done.output.splitlines()[-1]) == (2, True), words
     assert not (tmp_path / "x.rev").exists()
 
 
 def test_the_matcher_takes_its_key_from_the_command(run):
     words = "--matcher", "revocable", "--calibration", CALIBRATION, "--json", "--fmr", 0.01
-    prints = [SAMPLES / f"{name}.tif" for name in ("101_1", "101_3")]
-    done = run("verify", *prints, *words)
-    assert done.exit_code == 2
-    assert "no key was given" in done.output
+    words = "verify", SAMPLES / "101_1.tif", SAMPLES / "101_3.tif", *words
+    done = run(*words)
+    assert (done.exit_code, "no key" in done.output) == (2, True)
     for key in ("file:a.key", "file:b.key"):
-        done = run("verify", *prints, *words, "--key", key)
-        assert json.loads(done.output)["match"] is True
+        assert json.loads(run(*words, "--key", key).output)["match"] is True
 
 
 def test_its_command_is_listed_with_its_package(run, installed):

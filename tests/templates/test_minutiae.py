@@ -1,9 +1,17 @@
-"""`fpmatch.templates.minutiae`: numbers beyond the range of minutiae and templates are refused."""
+"""Minutiae, templates and ridge fields: what they contain, refuse, and when two are equal."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from fpmatch.errors import MinutiaeError, ResolutionError
 from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
+
+MASK = np.array([[True, False, True], [True, True, False]])
+ORIENTATION = np.full(MASK.shape, 0.5, np.float32)
+RIDGES = np.arange(1, 7, dtype=np.uint64).reshape(MASK.shape) << np.uint64(60)
 
 
 @pytest.mark.parametrize("value", [10**400, float("inf"), float("nan"), 1e39, -1e308])
@@ -17,11 +25,64 @@ def test_numbers_beyond_float32_are_refused(name, value):
 def test_positions_that_overflow_at_500_dpi_are_refused():
     minutiae = Minutiae(x=[3e38], y=[1], angle=[0])
     assert len(Template(minutiae, 10, 10)) == 1
-    with pytest.raises(MinutiaeError, match=r"3e\+38 px is too large at 100 dpi"):
+    with pytest.raises(MinutiaeError, match=r"3e\+38 px"):
         Template(minutiae, 10, 10, dpi=100)
 
 
 @pytest.mark.parametrize("dpi", [10**400, -(10**400), float("inf"), float("nan"), 5e-324])
 def test_resolutions_beyond_a_scanner_are_refused(dpi):
-    with pytest.raises(ResolutionError, match="outside the usable range"):
+    with pytest.raises(ResolutionError, match="range"):
         Template(Minutiae.empty(), 10, 10, dpi=dpi)
+
+
+def some_field(ridges=RIDGES):
+    return RidgeField(16.0, ORIENTATION, MASK, ridges)
+
+
+def test_ridges_are_a_copy_cleared_outside_the_mask_that_cannot_be_written():
+    mine = RIDGES.copy()
+    field = some_field(mine)
+    mine[:] = 0
+    assert field.ridges.dtype == np.uint64
+    assert field.ridges.tolist() == (RIDGES * MASK).tolist()
+    with pytest.raises(ValueError, match="read-only"):
+        field.ridges[0, 0] = 1
+    nothing = np.zeros((0, 4))
+    assert RidgeField(16.0, nothing, nothing, nothing).ridges is not None
+
+
+def test_ridges_may_be_of_another_memory_order_or_type():
+    assert some_field(np.asfortranarray(RIDGES)) == some_field()
+    small = RIDGES >> np.uint64(60)
+    assert some_field(small.astype(np.uint8)) == some_field(small) == some_field(small.tolist())
+
+
+def test_fields_are_equal_whose_ridges_are():
+    field = some_field()
+    assert field == some_field(RIDGES * MASK)
+    assert field != replace(field, ridges=None)
+    assert replace(field, ridges=None) != field
+    assert replace(field, ridges=None) == RidgeField(16.0, ORIENTATION, MASK)
+    other = RIDGES.copy()
+    other[0, 1] ^= np.uint64(1)  # outside the mask
+    assert field == some_field(other)
+    other[0, 0] ^= np.uint64(1)
+    assert field != some_field(other)
+    assert replace(field, ridges=np.zeros_like(RIDGES)) != replace(field, ridges=None)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 3), (2, 1), (3,), (), (3, 2), (2, 4), (2, 2, 3)])
+def test_ridges_of_another_shape_are_refused(shape):
+    with pytest.raises(MinutiaeError, match="shape"):
+        some_field(np.ones(shape, np.uint64))
+
+
+@pytest.mark.parametrize("orientation", [np.nan, np.inf, 1e30])
+def test_orientations_that_are_no_angles_are_refused(orientation):
+    with pytest.raises(MinutiaeError, match="orientation"):
+        RidgeField(16.0, np.full(MASK.shape, orientation), MASK)
+
+
+def test_ridges_of_any_numbers_are_kept_as_bits_without_a_warning():
+    field = some_field(np.full(MASK.shape, np.nan))
+    assert field.ridges.dtype == np.uint64

@@ -44,10 +44,10 @@ def test_columns_are_read_as_they_were_written(
         whole += data.tobytes() + b"+"
         written.append(columns)
     start = np.cumsum([0, *(count for count, _ in several)], dtype=np.int64)
-    found = np.full((2, int(start[-1])), -1, np.int64)
+    read = np.full((2, int(start[-1])), -1, np.int64)
     of_each = np.array([widths for _, widths in several], np.int64).reshape(-1, 2)
-    read_columns(np.frombuffer(whole, np.uint8), np.array(at, np.int64), of_each, start, found)
-    np.testing.assert_array_equal(found, np.concatenate(written, axis=1))
+    read_columns(np.frombuffer(whole, np.uint8), np.array(at, np.int64), of_each, start, read)
+    np.testing.assert_array_equal(read, np.concatenate(written, axis=1))
 
 
 masks = st.tuples(st.integers(0, 7), st.integers(1, 11), st.floats(0, 1), st.integers(0, 1))
@@ -65,42 +65,29 @@ def test_cells_are_read_as_numpy_reads_them(
         mask = rng.random((rows, columns)) < share
         steps = rng.integers(0, 16, np.count_nonzero(mask))
         at.append(len(whole))
-        whole += (
-            np.packbits(mask).tobytes() + to_bits(steps, 4).tobytes() + b"-" * each * len(steps)
-        )
+        whole += np.packbits(mask).tobytes() + to_bits(steps, 4).tobytes()
+        whole += b"-" * each * len(steps)
         end.append(len(whole))
         inside.append(len(steps))
-        tight.append(
-            mask.any(axis=0)[[0, -1]].all() and mask.any(axis=1)[[0, -1]].all() if rows else 0
-        )
+        ends = [mask.any(axis=axis)[[0, -1]].all() for axis in (0, 1)] if rows else [False]
+        tight.append(int(all(ends)))
         given_masks += mask.ravel().tolist()
         given_steps += steps.tolist()
     start = np.cumsum([0, *shapes.prod(axis=1)], dtype=np.int64)
     each = np.array([each for *_, each in several], np.int64)
-    places = np.array(at, np.int64), np.array(end, np.int64), start, shapes[:, 1].copy(), each
+    first, last = np.array(at, np.int64), np.array(end, np.int64)
+    layout = start, shapes[:, 1].copy(), each
     cells, orientation = np.full((2, int(start[-1])), 77, np.uint8)
-    after, found_tight = np.empty(len(several), np.int64), np.empty(len(several), np.uint8)
-    data = np.frombuffer(whole, np.uint8)
-    found = read_cells(data, *places, cells, orientation, after, found_tight)
-    assert found == sum(inside)
+    after, is_tight = np.empty(len(several), np.int64), np.empty(len(several), np.uint8)
+    data, into = np.frombuffer(whole, np.uint8), (cells, orientation, after, is_tight)
+    count = read_cells(data, first, last, *layout, *into)
+    assert count == sum(inside)
     assert cells.tolist() == given_masks
-    assert orientation[:found].tolist() == given_steps
-    assert after.tolist() == (places[1] - each * np.array(inside, np.int64)).tolist()
-    assert found_tight.tolist() == [int(one) for one in tight]
+    assert orientation[:count].tolist() == given_steps
+    assert after.tolist() == (last - each * np.array(inside, np.int64)).tolist()
+    assert is_tight.tolist() == tight
     if any(inside):  # of another length: nothing is read
-        assert (
-            read_cells(
-                data,
-                places[0],
-                places[1] - 1,
-                *places[2:],
-                *cells[None],
-                orientation,
-                after,
-                found_tight,
-            )
-            == 0
-        )
+        assert read_cells(data, first, last - 1, *layout, *into) == 0
         assert (after == -1).all()
 
 

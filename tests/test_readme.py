@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.cli.group import SUMMARIES, fpmatch
+from fpmatch.cli.group import fpmatch, summaries
 from fpmatch.gallery.store.audit_log import AuditLog
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from research import outputs
@@ -98,7 +98,7 @@ def test_the_python_example_says_match_and_draws_the_overlay(clone):
 
 
 def test_every_command_has_its_example():
-    assert {command.split()[1] for command in commands(README)} == set(SUMMARIES)
+    assert {command.split()[1] for command in commands(README)} == set(summaries())
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -12,31 +12,21 @@ import click
 from fpmatch._version import __version__
 from fpmatch.base.printable import message_text
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
+from fpmatch.cli.wings import from_wing, registered, wing_of
 from fpmatch.errors import FpmatchError, did_you_mean
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
-# runs: `fpmatch --help` imports none of them.
-SUMMARIES: Final = {
+# runs: `fpmatch --help` imports none of them. Other commands are registered by the wings.
+CORE: Final = {
     "verify": "Decide whether two images show the same finger.",
     "overlay": "Draw two prints, aligned, one over the other.",
     "extract": "Write the templates of images as files.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
     "inspect": "Show what files contain: format, size, minutiae, quality.",
     "stages": "Write every stage of an extraction as a picture.",
-    "enrol": "Enrol prints in a gallery, a database of templates.",
-    "identify": "Rank the subjects of a gallery by how well they match a probe.",
-    "gallery": "Show and change a gallery: info, list, check, remove, export.",
     "key": "Make and list the keys of encrypted galleries and templates.",
-    "score": "Compare all probes with all references, scores into a file.",
-    "serve": "Serve a web interface to compare prints, and an HTTP API.",
-    "evaluate": "Measure error rates on databases of prints.",
-    "synth": "Make databases of synthetic prints with ground truth.",
-    "calibrate": "Fit scores to the false match rates of your own prints.",
-    "points": "Match, benchmark and draw bare point sets.",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
-MODULES: Final = {"serve": "fpmatch.server.cli.serve"}
-"""Modules of commands that are not in this folder."""
 ELSEWHERE: Final = {"revocable": "fpmatch-revocable, in examples/revocable of the sources"}
 """Commands of packages that fpmatch comes without."""
 
@@ -62,10 +52,20 @@ def _made_printable(error: click.ClickException) -> click.ClickException:
     return error
 
 
-class LazyGroup(click.Group):
-    """Import a sub-command, the object ``<prefix><name>`` of its module, when it runs."""
+def summaries() -> dict[str, str]:
+    """Return the summaries of all commands, of the core and of the wings that are installed."""
+    return CORE | {
+        name: text for wing in registered().values() for name, text in wing.commands.items()
+    }
 
-    def __init__(self, *, summaries: dict[str, str], prefix: str = "", **attrs: Any) -> None:
+
+class LazyGroup(click.Group):
+    """Import a sub-command, the last part of its module's name, when it runs.
+
+    The module is `prefix`, as ``package.`` or ``package.group_``, with the sub-command's name.
+    """
+
+    def __init__(self, *, summaries: dict[str, str], prefix: str, **attrs: Any) -> None:
         super().__init__(**attrs)
         self._summaries, self._prefix = summaries, prefix
 
@@ -77,17 +77,17 @@ class LazyGroup(click.Group):
         """Import the sub-command `cmd_name`, if there is one."""
         if cmd_name not in self._summaries:
             return None
-        name = f"{self._prefix}{cmd_name}"
-        module = import_module(MODULES.get(name, f"fpmatch.cli.{name}"))
-        return cast("click.Command", getattr(module, name))
+        module = f"{self._prefix}{cmd_name}"
+        return cast("click.Command", getattr(import_module(module), module.rpartition(".")[2]))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the sub-command that is named first; suggest one for a name that is unknown."""
         name = click.utils.make_str(args[0])
-        if not ctx.resilient_parsing and name not in self._summaries and name[:1].isalpha():
-            ctx.fail(f"No such command {name!r}.{did_you_mean(name, self._summaries)}")
+        known = self.list_commands(ctx) if name not in self._summaries else [name]
+        if not ctx.resilient_parsing and name not in known and name[:1].isalpha():
+            ctx.fail(f"No such command {name!r}.{did_you_mean(name, known)}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -99,23 +99,36 @@ class LazyGroup(click.Group):
 class _Fpmatch(LazyGroup):
     """The whole command: sub-commands return the exit status, errors are shown on one line.
 
-    Other packages may add sub-commands as entry points of `fpmatch.base.plugins.COMMANDS`.
+    The wings add theirs; other packages may, as entry points of `fpmatch.base.plugins.COMMANDS`.
     """
 
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names, the core's first."""
+        return list(summaries())
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the sub-command `cmd_name`, of fpmatch or of another package, if there is one."""
-        if cmd_name in self._summaries or cmd_name not in _added():
+        """Import the sub-command `cmd_name`, of the core, a wing or another package."""
+        if cmd_name in CORE:
             return super().get_command(ctx, cmd_name)
+        if wing := wing_of(cmd_name):
+            command = from_wing(wing, f"cli.{cmd_name}", cmd_name, used_by=cmd_name)
+            return cast("click.Command", command)
+        if cmd_name not in _added():
+            return None
         from fpmatch.base.plugins import COMMANDS, load_plugin
 
         return cast("click.Command", load_plugin(COMMANDS, cmd_name))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the summaries, then the commands of other packages."""
+        """List the summaries, then those of the wings and the commands of other packages."""
         super().format_commands(ctx, formatter)
-        if added := [(name, of) for name, of in _added().items() if name not in self._summaries]:
-            with formatter.section("Commands of other packages"):
-                formatter.write_dl(added)
+        sections = {wing.title: wing.commands for wing in registered().values()}
+        known = summaries()
+        sections["Of other packages"] = {k: of for k, of in _added().items() if k not in known}
+        for title, commands in sections.items():
+            if commands:
+                with formatter.section(title):
+                    formatter.write_dl(list(commands.items()))
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
         """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
@@ -132,9 +145,10 @@ class _Fpmatch(LazyGroup):
         """Return the sub-command that is named first; note kernels out of date before it runs."""
         resolved: tuple[str | None, click.Command | None, list[str]]
         name = click.utils.make_str(args[0])
-        if name not in self._summaries and name in _added():
+        known = name in CORE or wing_of(name) is not None
+        if not known and name in _added():
             resolved = name, self.get_command(ctx, name), args[1:]
-        elif name in ELSEWHERE and not ctx.resilient_parsing:
+        elif not known and name in ELSEWHERE and not ctx.resilient_parsing:
             ctx.fail(f"{name!r} is a command of another package, {ELSEWHERE[name]}.")
         else:
             resolved = super().resolve_command(ctx, args)
@@ -187,7 +201,8 @@ def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> No
 @click.group(
     name="fpmatch",
     cls=_Fpmatch,
-    summaries=SUMMARIES,
+    summaries=CORE,
+    prefix="fpmatch.cli.",
     context_settings={
         "help_option_names": ["-h", "--help"],
         "max_content_width": 100,

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text
-from fpmatch.cli.notes import say_damaged, say_notes_on, show
+from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
     compare_files,
-    open_side,
     pair_options,
     pair_options_of,
     save_view,
     view_options,
 )
+from fpmatch.cli.wings import from_wing
+from fpmatch.base.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fpmatch.prints.pair import ComparedPair
 
 EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
-_OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
 
 
 @click.command(
@@ -106,7 +105,11 @@ def verify(
             raise click.UsageError("--overlay and --case-report cannot be combined with --gallery")
         if view is not None or warp or ridge_map:
             raise click.UsageError("--view, --warp and --ridge-map compare two files")
-        return _verify_claim(gallery, subject, finger, values, as_json=as_json)
+        if gallery is None or subject is None:
+            raise click.UsageError("--gallery and --subject must be given together")
+        verify_claim = from_wing("gallery", "cli.claim", "verify_claim", used_by="verify --gallery")
+        decision = verify_claim(gallery, subject, finger, values, as_json=as_json)
+        return EXIT_STATUS[decision]
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
     if overlay_file is None and (view is not None or (warp and case_report is None)):
@@ -149,58 +152,3 @@ def _write_case_report(
     settings = settings_of(pair_options_of(values), pair, *reading)
     html = case_report(pair, (probe, reference), settings=settings, **written)
     atomic_write_bytes(target, html.encode())
-
-
-def _verify_claim(
-    gallery: str | None,
-    subject: str | None,
-    finger: str | None,
-    values: Mapping[str, Any],
-    *,
-    as_json: bool,
-) -> int:
-    """Compare a probe with the impressions of a subject, print the decision, return the status."""
-    if gallery is None or subject is None:
-        raise click.UsageError("--gallery and --subject must be given together")
-    for name in _OF_TWO_FILES:
-        if values[name] is not None:
-            option = name.upper() if name == "reference" else f"--{name.replace('_', '-')}"
-            raise click.UsageError(f"{option} cannot be combined with --gallery")
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.tasks.claim import check_claim
-    from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.registry import matcher_name
-    from fpmatch.matching.verify import DEFAULT_THRESHOLD
-    from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
-
-    options = pair_options_of(values)
-    threshold = options.decision_score()
-    calibration = load_calibration(matcher_name(options.matcher), options.calibration)
-    with open_gallery(gallery) as opened:
-        probe = open_side(values, "probe")
-        checked = check_claim(
-            opened,
-            probe.template,
-            subject,
-            finger,
-            matcher=options.matcher,
-            threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
-            calibration=calibration,
-            dpi_assumed=probe.dpi_assumed,
-        )
-        decision, best = checked.result.verification, checked.best.id
-        claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}
-        opened.record("verify", probe=values["probe"], **claim)
-        name = opened.name
-        say_damaged(name, opened.damaged)
-    say_notes_on([probe])
-    verification, quality = checked.result.verification, {"probe": probe.quality}
-    if as_json:
-        report = as_dict(verification, probe.name, checked.best.source, quality=quality)
-        show(json_text({**report, "gallery": name, **checked.as_dict()}))
-    else:
-        text = as_text(verification, quality=quality, identical=checked.identical)
-        verdict, *rows = text.splitlines()
-        lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
-        show("\n".join(lines))
-    return EXIT_STATUS[verification.decision]

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.formats.angles import AngleConvention
-    from fpmatch.image.io.grey import RawSize
     from fpmatch.formats.record import TemplateRecord
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.io.limits import ImageLimits
     from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity

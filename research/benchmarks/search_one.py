@@ -27,7 +27,6 @@ from unittest.mock import patch
 
 from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
-from fpmatch.templates import stored_columns
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import segment
 from fpmatch.gallery.listing.entry import Label, NewEntry
@@ -38,6 +37,7 @@ from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.pipeline import match
 from fpmatch.matching.prints import bit_descriptors, candidate_list, ridge_samples
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
+from fpmatch.templates import stored_columns
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,8 +10,8 @@ import pytest
 
 import fpmatch
 from fpmatch.base import kernels
-from fpmatch.cli import doctor as installation
 from fpmatch.base.threads import available_cores
+from fpmatch.cli import doctor as installation
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.cli.group import SUMMARIES
+from fpmatch.cli.group import summaries
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
@@ -31,10 +31,10 @@ FPMATCH = [sys.executable, "-m", "fpmatch"]
 
 def test_help_lists_every_command_with_its_summary(run):
     output = run("--help").output
-    assert all(f"  {name} " in output and summary in output for name, summary in SUMMARIES.items())
+    assert all(f"  {name} " in output and summary in output for name, summary in summaries().items())
 
 
-@pytest.mark.parametrize("command", sorted({*SUMMARIES, *leaves(main)}))
+@pytest.mark.parametrize("command", sorted({*summaries(), *leaves(main)}))
 def test_every_command_has_help_with_examples(run, command):
     result = run(*command.split(), "--help")
     assert result.exit_code == 0

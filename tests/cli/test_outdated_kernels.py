@@ -13,7 +13,7 @@ import pytest
 import fpmatch
 from fpmatch.base import kernels
 from fpmatch.cli import doctor as installation
-from fpmatch.cli.group import SUMMARIES
+from fpmatch.cli.group import summaries
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 
 NAMES = [f"fpmatch._{letter}_kernel" for letter in "abcde"]
@@ -31,7 +31,7 @@ def outdated(monkeypatch):
     monkeypatch.setattr(kernels, "in_source_tree", lambda: True)
 
 
-@pytest.mark.parametrize("name", [name for name in SUMMARIES if name != "doctor"])
+@pytest.mark.parametrize("name", [name for name in summaries() if name != "doctor"])
 def test_every_command_of_a_source_tree_notes_it_once(run, name):
     (note,) = run(name, "--help").stderr.splitlines()
     assert note.startswith(NOTE)

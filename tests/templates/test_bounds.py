@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import decode_record
-from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.registry import get_matcher
 from fpmatch.templates.bounds import (

@@ -18,7 +18,7 @@ SUMMARIES: Final = {
 @click.group(
     cls=LazyGroup,
     summaries=SUMMARIES,
-    prefix="points_",
+    prefix="fpmatch.lab.cli.points_",
     epilog="""\b
 Examples:
   fpmatch points match stars.csv catalogue.csv

@@ -35,7 +35,6 @@ from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.prints.compact_template import (
     CompactTemplates,
     compact,
@@ -45,6 +44,7 @@ from fpmatch.matching.prints.compact_template import (
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
+from fpmatch.matching.registry import get_matcher
 from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import stored_template, use_key

@@ -38,10 +38,10 @@ from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.gallery.search.whole import WholeSearch, piece_size
-from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.prints.candidate_list import greatest, prefilter_scores
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.matching.registry import get_matcher
 from fpmatch.server import gallery as served
 
 SIZE = 60

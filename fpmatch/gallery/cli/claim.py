@@ -1,0 +1,69 @@
+"""`fpmatch verify --gallery`: the decision on a print and a claimed identity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.cli.notes import say_damaged, say_notes_on, show
+from fpmatch.cli.pair import open_side, pair_options_of
+from fpmatch.gallery.tasks.claim import check_claim
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.registry import matcher_name
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.base.printable import json_text
+from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
+
+
+def verify_claim(
+    gallery: str,
+    subject: str,
+    finger: str | None,
+    values: Mapping[str, Any],
+    *,
+    as_json: bool,
+) -> str:
+    """Compare a probe with the impressions of a subject, print the decision and return it."""
+    for name in _OF_TWO_FILES:
+        if values[name] is not None:
+            option = name.upper() if name == "reference" else f"--{name.replace('_', '-')}"
+            raise click.UsageError(f"{option} cannot be combined with --gallery")
+
+    options = pair_options_of(values)
+    threshold = options.decision_score()
+    calibration = load_calibration(matcher_name(options.matcher), options.calibration)
+    with open_gallery(gallery) as opened:
+        probe = open_side(values, "probe")
+        checked = check_claim(
+            opened,
+            probe.template,
+            subject,
+            finger,
+            matcher=options.matcher,
+            threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
+            calibration=calibration,
+            dpi_assumed=probe.dpi_assumed,
+        )
+        decision, best = checked.result.verification, checked.best.id
+        claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}
+        opened.record("verify", probe=values["probe"], **claim)
+        name = opened.name
+        say_damaged(name, opened.damaged)
+    say_notes_on([probe])
+    verification, quality = checked.result.verification, {"probe": probe.quality}
+    if as_json:
+        report = as_dict(verification, probe.name, checked.best.source, quality=quality)
+        show(json_text({**report, "gallery": name, **checked.as_dict()}))
+    else:
+        text = as_text(verification, quality=quality, identical=checked.identical)
+        verdict, *rows = text.splitlines()
+        lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
+        show("\n".join(lines))
+    return verification.decision

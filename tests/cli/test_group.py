@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.cli.group import summaries
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.cli.group import summaries
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
@@ -31,7 +31,9 @@ FPMATCH = [sys.executable, "-m", "fpmatch"]
 
 def test_help_lists_every_command_with_its_summary(run):
     output = run("--help").output
-    assert all(f"  {name} " in output and summary in output for name, summary in summaries().items())
+    assert all(
+        f"  {name} " in output and summary in output for name, summary in summaries().items()
+    )
 
 
 @pytest.mark.parametrize("command", sorted({*summaries(), *leaves(main)}))

@@ -17,7 +17,6 @@ from fpmatch.image.enhancement.orientation import (
     enhanced_orientation,
     orientation_at_pixels,
     ridge_orientation,
-    ridge_period,
 )
 from fpmatch.image.preprocess.blocks import blocks_to_pixels
 from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced

@@ -57,7 +57,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/listing/csv_rows.py": ("manifest", "pairs", "scores"),
     "gallery/store/audit_chain.py": ("audit-log",),
     "gallery/store/audit_log.py": ("audit-log",),
-    "gallery/store/compact.py": ("packed-template",),
     "gallery/store/database.py": ("gallery", "gallery-cells", "gallery-sealed"),
     "gallery/store/kept_files.py": "encrypts files without reading what they contain",
     "gallery/tasks/enrol.py": "hashes the files that are enrolled",

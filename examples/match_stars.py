@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fpmatch import match_points
-from fpmatch.pointset.points_csv import load_points
+from fpmatch.lab.points.points_csv import load_points
 
 SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
 

@@ -21,6 +21,7 @@ from .image.io.read import read_image as read_image
 from .image.preprocess.arrays import StageRecorder as StageRecorder
 from .image.quality.print_quality import PrintQuality as PrintQuality
 from .lab.evaluation.run import evaluate as evaluate
+from .lab.points.match import match_points as match_points
 from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.registry import matcher_names as matcher_names
@@ -29,7 +30,6 @@ from .matching.scale import find_scale as find_scale
 from .pointset.geometry.affine_transform import AffineTransform as AffineTransform
 from .pointset.geometry.point_match import PointMatch as PointMatch
 from .pointset.geometry.similarity import Similarity as Similarity
-from .pointset.match import match_points as match_points
 from .templates.minutiae import Minutia as Minutia
 from .templates.minutiae import Minutiae as Minutiae
 from .templates.minutiae import MinutiaKind as MinutiaKind

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fpmatch
-from fpmatch.lab.points.results import read_results
+from fpmatch.lab.points.bench.results import read_results
 from fpmatch.matching.registry import matcher_names
 from research.experiments.point_targets import missed_targets
 

@@ -23,7 +23,7 @@ PAGES = [README, *sorted(ROOT.glob("docs/how-to/*.md"))]
 LEFT_OUT = re.compile(
     r"\bfvc/|\b(probe|print|a|template|card)\.|\b(prints/\*|seized|hough|counted)"
     r"|\b(calibrate|fvc --baseline) theirs"  # these files are not part of the repository
-    r"|^fpmatch serve\b"  # until it is stopped: tests/cli/test_serve.py
+    r"|^fpmatch serve\b"  # until it is stopped: tests/server/cli/test_serve.py
     r"|101_1.tif sample_data/102_1.tif"  # no match: its output is compared below
 )
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif", *(() if COMPILED else ("101_2.tif",)))

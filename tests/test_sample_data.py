@@ -11,14 +11,14 @@ from PIL import Image
 
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
+from fpmatch.lab.points.match import match_points
+from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.match import match_points
-from fpmatch.pointset.points_csv import load_points
 from research.figures import sample_data
 
 ROOT = Path(__file__).resolve().parent.parent

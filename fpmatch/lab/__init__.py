@@ -1,1 +1,1 @@
-"""TODO."""
+"""The laboratory: error rates of databases, synthetic prints and bare point sets."""

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
+from fpmatch.lab.points.match import match_points
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
-from fpmatch.pointset.match import match_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -20,9 +20,9 @@ import time
 import click
 import numpy as np
 
+from fpmatch.lab.points.match import match_points
+from fpmatch.lab.points.triangles.matcher import TriangleParameters
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.match import match_points
-from fpmatch.pointset.triangles.matcher import TriangleParameters
 
 HOW_MANY = 100_000
 FEWEST, MOST = 4, 200

@@ -19,7 +19,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.match import match_points
+from fpmatch.lab.points.match import match_points
 from research.arrangements import ARRANGEMENTS, TASKS, UNIFORM, arranged_pair
 
 if TYPE_CHECKING:

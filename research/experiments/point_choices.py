@@ -18,8 +18,9 @@ from fpmatch.gallery.engine.engine import processes
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.lab.points.conditions import conditions, make_pair
-from fpmatch.lab.points.trials import is_recognised
+from fpmatch.lab.points.bench.conditions import conditions, make_pair
+from fpmatch.lab.points.bench.trials import is_recognised
+from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.matching.matchers.paper import matcher_with
 from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.paper.matcher import (
@@ -28,7 +29,6 @@ from fpmatch.pointset.paper.matcher import (
     similar_rings,
 )
 from fpmatch.pointset.paper.prepared_points import prepare_points
-from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from research.commands import PATH, Command, folders, write_json
 from research.tables.points import count_accepted
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from fpmatch.lab.points.conditions import Condition
+    from fpmatch.lab.points.bench.conditions import Condition
 
 AREA_TOLERANCES: Final = (0.1, 0.03, 0.01)
 EXITS: Final = (1, 4, 16, 64, 0)

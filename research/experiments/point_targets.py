@@ -20,16 +20,16 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.lab.points.conditions import PAPER_ROWS, Condition, conditions
-from fpmatch.lab.points.results import read_results
-from fpmatch.lab.points.summary import geometric_mean, speed_ups
+from fpmatch.lab.points.bench.conditions import PAPER_ROWS, Condition, conditions
+from fpmatch.lab.points.bench.results import read_results
+from fpmatch.lab.points.bench.summary import geometric_mean, speed_ups
 from research.commands import PATH, Command
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from fpmatch.lab.points.results import BenchResults, PointCell
+    from fpmatch.lab.points.bench.results import BenchResults, PointCell
 
 FEWEST_TRIALS: Final = 100
 FEWEST_INDEPENDENT: Final = 20

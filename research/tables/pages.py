@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError
-from fpmatch.lab.points.plot import save_bench_plot
-from fpmatch.lab.points.results import read_results
-from fpmatch.lab.points.table import format_bench_markdown
+from fpmatch.lab.points.bench.plot import save_bench_plot
+from fpmatch.lab.points.bench.results import read_results
+from fpmatch.lab.points.bench.table import format_bench_markdown
 from research.commands import ROOT, write_json
 from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms

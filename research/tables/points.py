@@ -6,8 +6,8 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.text_table import markdown_table
-from fpmatch.lab.points.conditions import TARGET_FACTORS
-from fpmatch.lab.points.summary import geometric_mean
+from fpmatch.lab.points.bench.conditions import TARGET_FACTORS
+from fpmatch.lab.points.bench.summary import geometric_mean
 from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
 
 if TYPE_CHECKING:

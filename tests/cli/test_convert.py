@@ -11,7 +11,7 @@ from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, written_formats
 from fpmatch.templates.minutiae import Minutiae, Template
 
-from .conftest import assert_refused
+from ..conftest import assert_refused
 
 
 @pytest.fixture

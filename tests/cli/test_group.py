@@ -19,12 +19,12 @@ from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
 from fpmatch.lab.evaluation.databases.protocol import PROTOCOLS
-from fpmatch.lab.points.matchers import MATCHER_NAMES
+from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
+from fpmatch.lab.points.match import POINT_MATCHERS
+from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.pointset.match import POINT_MATCHERS
-from fpmatch.pointset.random_sets import POINT_MODELS
 
-from .conftest import assert_refused, leaves
+from ..conftest import assert_refused, leaves
 
 FPMATCH = [sys.executable, "-m", "fpmatch"]
 

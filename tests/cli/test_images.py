@@ -15,7 +15,7 @@ from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.lab.evaluation.databases import extraction
 from fpmatch.prints import reading
 
-from .conftest import assert_refused, copied
+from ..conftest import assert_refused, copied
 
 
 def first_score(result):

@@ -2,7 +2,7 @@
 
 import json
 
-from fpmatch.lab.points.conditions import Condition, conditions
+from fpmatch.lab.points.bench.conditions import Condition, conditions
 from research.experiments import point_choices
 from research.experiments.point_choices import measure_exit, measure_paper
 

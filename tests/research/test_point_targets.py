@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from fpmatch.lab.points.conditions import Condition, conditions
-from fpmatch.lab.points.results import BenchResults, PointCell, write_results
+from fpmatch.lab.points.bench.conditions import Condition, conditions
+from fpmatch.lab.points.bench.results import BenchResults, PointCell, write_results
 from research.experiments.point_targets import missed_targets
 
 OURS = PointCell(Condition("patch", 0, 2), "triangles", "1" * 100, 0, 100, 1.0, 1.0, 1.0, 1.0)

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Commands of galleries and batches: enrol, identify, gallery, score."""

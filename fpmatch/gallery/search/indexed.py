@@ -18,9 +18,9 @@ from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
-from fpmatch.templates.stored_template import pack_template, unpack_template
-from fpmatch.matching.prepare_compact import prepare_compact
 from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE
+from fpmatch.matching.prints.compact_template import prepare_compact
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

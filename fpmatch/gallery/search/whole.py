@@ -12,9 +12,9 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
-from fpmatch.templates.stored_template import pack_template, unpack_template
 from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

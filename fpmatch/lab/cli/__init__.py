@@ -1,1 +1,1 @@
-"""TODO."""
+"""Commands of the laboratory: evaluate, synth, calibrate, points."""

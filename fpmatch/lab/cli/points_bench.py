@@ -15,10 +15,10 @@ from fpmatch.cli.progress import ProgressBars
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.lab.points.matchers import BenchMatcher
-    from fpmatch.lab.points.results import BenchResults
-    from fpmatch.lab.points.trials import TrialPlan
-    from fpmatch.pointset.random_sets import PointModel
+    from fpmatch.lab.points.bench.matchers import BenchMatcher
+    from fpmatch.lab.points.bench.results import BenchResults
+    from fpmatch.lab.points.bench.trials import TrialPlan
+    from fpmatch.lab.points.random_sets import PointModel
 
 _MATCHERS: Final = ("triangles", "paper", "van-wamelen", "astroalign")
 _MODELS: Final[tuple[PointModel, ...]] = ("patch", "clutter")
@@ -113,12 +113,12 @@ def points_bench(
     """
     from fpmatch.base.output import check_writable
     from fpmatch.lab.plots.style import check_plot
-    from fpmatch.lab.points.bench import run_bench
-    from fpmatch.lab.points.conditions import conditions
-    from fpmatch.lab.points.plot import save_bench_plot
-    from fpmatch.lab.points.results import write_results
-    from fpmatch.lab.points.table import format_bench, format_bench_markdown
-    from fpmatch.lab.points.trials import QUICK_LARGEST_M, QUICK_PLAN, TrialPlan
+    from fpmatch.lab.points.bench.bench import run_bench
+    from fpmatch.lab.points.bench.conditions import conditions
+    from fpmatch.lab.points.bench.plot import save_bench_plot
+    from fpmatch.lab.points.bench.results import write_results
+    from fpmatch.lab.points.bench.table import format_bench, format_bench_markdown
+    from fpmatch.lab.points.bench.trials import QUICK_LARGEST_M, QUICK_PLAN, TrialPlan
 
     if resume and json_file is None:
         raise click.UsageError("--resume needs the file of --json")
@@ -157,7 +157,7 @@ def points_bench(
 
 def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
     """Return the matchers of these names; of all, with a note, those that are installed."""
-    from fpmatch.lab.points.matchers import MATCHER_NAMES, is_installed, matcher_named
+    from fpmatch.lab.points.bench.matchers import MATCHER_NAMES, is_installed, matcher_named
 
     if names:
         return [matcher_named(name) for name in dict.fromkeys(names)]
@@ -169,8 +169,8 @@ def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
 
 def _results(plan: TrialPlan, workers: int, old: Path | None) -> BenchResults:
     """Return results to add to: those of the file `old`, where there is one."""
-    from fpmatch.lab.points.bench import check_same_settings, describe_settings
-    from fpmatch.lab.points.results import BenchResults, read_results
+    from fpmatch.lab.points.bench.bench import check_same_settings, describe_settings
+    from fpmatch.lab.points.bench.results import BenchResults, read_results
 
     settings = describe_settings(plan, workers)
     if old is None or not old.exists():

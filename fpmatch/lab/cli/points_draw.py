@@ -155,7 +155,7 @@ def _points(path: Path) -> tuple[NDArray[np.float64], bool]:
     import numpy as np
 
     from fpmatch.formats.files import is_template_file, load_template
-    from fpmatch.pointset.points_csv import load_points
+    from fpmatch.lab.points.points_csv import load_points
 
     if is_template_file(path):
         return load_template(path).minutiae.xy.astype(np.float64), True

@@ -18,7 +18,7 @@ from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.match import (
+from fpmatch.lab.points.match import (
     POINT_MATCHERS,
     TRANSFORM_MODELS,
     PointMatcher,
@@ -236,7 +236,7 @@ def _match(
 
 def _read(path: Path) -> _NamedPoints:
     """Return points that can be matched; say where some of them coincide."""
-    from fpmatch.pointset.points_csv import MAX_BYTES, decode_points, load_points
+    from fpmatch.lab.points.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
         name, points = printable(path), load_points(path)

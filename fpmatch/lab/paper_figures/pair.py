@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.lab.points.match import match_points
+from fpmatch.lab.points.random_sets import random_pair
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.match import match_points
 from fpmatch.pointset.paper.prepared_points import prepare_points
-from fpmatch.pointset.random_sets import random_pair
 from fpmatch.prints.words import degrees, rotated_and_scaled
 
 if TYPE_CHECKING:

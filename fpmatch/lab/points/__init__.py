@@ -1,1 +1,1 @@
-"""The paper's experiment on random point sets: matchers, trials, results, tables and targets."""
+"""Bare point sets: matchers of two sets, random sets, and the experiment of the paper."""

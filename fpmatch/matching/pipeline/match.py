@@ -19,7 +19,7 @@ from fpmatch.matching.pipeline.alignment import (
     make_aligner,
 )
 from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
-from fpmatch.matching.prints._template_view_kernel import TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.prints._encode_kernel import encode_neighbours, encode_orientations
-from fpmatch.matching.prints._prefilter_kernel import Prefilter
+from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
+from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.print_area import PrintAreas
 
 if TYPE_CHECKING:

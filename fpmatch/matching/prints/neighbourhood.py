@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.prints import _neighbourhood_kernel as kernel
-from fpmatch.matching.prints._preparation_kernel import round_weights
+from fpmatch.matching.prints._kernels import _neighbourhood_kernel as kernel
+from fpmatch.matching.prints._kernels._preparation_kernel import round_weights
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.prints._preparation_kernel import write_qualities
-from fpmatch.matching.prints._template_view_kernel import TemplateView
+from fpmatch.matching.prints._kernels._preparation_kernel import write_qualities
+from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.bit_descriptors import BitDescriptors, encode, encode_many
 from fpmatch.matching.prints.neighbourhood import (
     NeighbourhoodParameters,

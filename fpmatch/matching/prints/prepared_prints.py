@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.prints._template_view_kernel import PreparedView, TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel import PreparedView, TemplateView
 from fpmatch.matching.prints.bit_descriptors import (
     NEIGHBOUR_WORDS,
     ORIENTATION_WORDS,

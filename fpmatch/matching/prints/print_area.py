@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching.prints._preparation_kernel import box_of, write_codes
+from fpmatch.matching.prints._kernels._preparation_kernel import box_of, write_codes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES, restore
+from fpmatch.matching.prints._kernels._ridge_sample_kernel import SAMPLES, restore
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.prints._descriptor_kernel import DescriptorReader, DescriptorWriter
-from fpmatch.matching.prints._prefilter_kernel import Prefilter
+from fpmatch.matching.prints._kernels._descriptor_kernel import DescriptorReader, DescriptorWriter
+from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.bit_descriptors import (
     MAX_ENCODED,
     BitDescriptors,

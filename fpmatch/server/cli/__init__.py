@@ -1,1 +1,1 @@
-"""TODO."""
+"""The command of the server: serve."""

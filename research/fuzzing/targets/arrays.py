@@ -12,7 +12,7 @@ import numpy as np
 import fpmatch
 from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError
-from fpmatch.pointset.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
+from fpmatch.lab.points.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 from research.fuzzing.mutators.containers import doubles, npy_header, zip_member

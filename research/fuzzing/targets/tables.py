@@ -19,13 +19,13 @@ from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.report.score_reports import evaluate_scores
-from fpmatch.lab.points.results import read_results
+from fpmatch.lab.points.bench.results import read_results
+from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.check import fault
 from fpmatch.lab.synthesis.database import FIRST_FINGER, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
-from fpmatch.pointset.points_csv import load_points
 from fpmatch.server.settings import load_clients
 from research.fuzzing.mutators.containers import npy_header
 from research.fuzzing.mutators.text import JSON, TABLE, TOML, json_line, table_cell, toml_line

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from matching_prints import any_points, flow_of, seeds
 
-from fpmatch.matching.prints import _preparation_kernel
+from fpmatch.matching.prints._kernels import _preparation_kernel
 from fpmatch.matching.prints.neighbourhood import (
     ROOT_WEIGHTS,
     neighbourhoods,

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.matching.prints import ridge_samples as module
-from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
+from fpmatch.matching.prints._kernels._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.prints.ridge_samples import (
     ORIENTATIONS,
     _looked_up,

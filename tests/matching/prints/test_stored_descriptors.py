@@ -15,7 +15,7 @@ from matching_prints import (
 )
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.prints._descriptor_kernel import DescriptorReader
+from fpmatch.matching.prints._kernels._descriptor_kernel import DescriptorReader
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.candidate_list import prefilter_scores
 from fpmatch.matching.prints.prepare import prepare

@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.matching.prints._template_view_kernel cimport TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
 
 cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil

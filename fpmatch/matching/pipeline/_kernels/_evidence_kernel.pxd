@@ -1,6 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 from fpmatch.matching.pipeline._kernels._alignment_kernel cimport Aligner
-from fpmatch.matching.prints._template_view_kernel cimport TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
 
 cdef Py_ssize_t PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS

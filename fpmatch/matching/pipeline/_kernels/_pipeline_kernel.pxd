@@ -1,10 +1,10 @@
 # Types of the kernel.
 from fpmatch.matching.pipeline._kernels._alignment_kernel cimport Aligner
-from fpmatch.matching.prints._prefilter_kernel cimport Prefilter
+from fpmatch.matching.prints._kernels._prefilter_kernel cimport Prefilter
 from fpmatch.matching.pipeline._kernels._evidence_kernel cimport EvidenceScorer
 from fpmatch.matching.pipeline._kernels._local_kernel cimport NeighbourIndex
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
-from fpmatch.matching.prints._template_view_kernel cimport PreparedView, TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel cimport PreparedView, TemplateView
 
 
 cdef class Pipeline:

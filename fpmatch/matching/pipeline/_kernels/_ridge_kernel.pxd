@@ -1,6 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
-from fpmatch.matching.prints._template_view_kernel cimport TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
 
 cdef class RidgeCorrelator:

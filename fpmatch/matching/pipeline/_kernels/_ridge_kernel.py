@@ -9,7 +9,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
-from fpmatch.matching.prints._ridge_sample_kernel import SAMPLES
+from fpmatch.matching.prints._kernels._ridge_sample_kernel import SAMPLES
 
 FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
 SIDE = cython.declare(cython.int, 8)  # bits along a cell

@@ -1,5 +1,5 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.matching.prints._template_view_kernel cimport TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 from fpmatch.matching.pipeline._kernels._relaxation_kernel cimport Relaxation
 from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
 

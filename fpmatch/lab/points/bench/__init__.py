@@ -1,0 +1,1 @@
+"""Matchers compared on random point sets, as in the paper."""

@@ -1,0 +1,235 @@
+"""Match two point sets by any of the room's matchers."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
+
+from fpmatch.errors import PointSetError, unknown_name
+from fpmatch.lab.points.affine.matcher import AffineParameters, match_affine
+from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
+from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.lab.points.triangles.search import MAX_CHANCE
+from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
+from fpmatch.pointset.geometry.point_match import (
+    TRIALS,
+    PointMatch,
+    check_rho,
+    match_either_way,
+    mirror_image,
+)
+from fpmatch.pointset.paper.matcher import (
+    DEFAULT_AREA_TOLERANCE,
+    DEFAULT_RHO,
+    UnitCircleParameters,
+    match_by_unit_circle,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+PointMatcher = Literal["triangles", "paper", "van-wamelen"]
+POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
+
+TransformModel = Literal["similarity", "affine"]
+TRANSFORM_MODELS: Final[tuple[TransformModel, ...]] = get_args(TransformModel)
+
+_SHORT: Final[Mapping[TransformModel, Mapping[str, int]]] = {
+    "similarity": {"proposals_per_point": 10},
+    "affine": {"proposals": 500_000, "proposals_per_point": 10},
+}
+_MOST_POINTS_OF_SHORT_AFFINE: Final = 100_000
+
+DEFAULT_LAMBDA: Final = 0.61
+"""λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
+
+
+def match_points(
+    p: ArrayLike,
+    q: ArrayLike,
+    *,
+    tolerance: float | None = None,
+    matcher: PointMatcher = "triangles",
+    rho: float | None = None,
+    area_tolerance: float | None = None,
+    reflect: bool = False,
+    model: TransformModel = "similarity",
+    progress: Callable[[int, int], None] | None = None,
+) -> PointMatch:
+    """Find the transform that maps points of P onto points of Q, if there is one.
+
+    Parameters
+    ----------
+    p, q : array_like of float, shape (N, 2) and (M, 2)
+        The point sets; a part of one has partners in the other.
+    tolerance : float, optional
+        Largest distance of a pair after the transform, in the units of Q; by default a share of
+        the mean spacing of Q that suits the matcher.
+    matcher : {"triangles", "paper", "van-wamelen"}
+        "triangles" is fast, robust to missing points, jitter and outliers, and finds no match where
+        nothing is better than chance; "paper" is the paper's method; "van-wamelen" is the paper's
+        baseline. Their modules have functions with more parameters.
+    rho : float, optional
+        ρ, for "paper" (0.6 by default; more than this share of the smaller set must be paired) and
+        "van-wamelen" (this share of P).
+    area_tolerance : float, optional
+        Largest difference of the areas of similar rings on the unit circle, for "paper".
+    reflect : bool
+        Whether to seek mirrored maps too. Both the set and its mirror image are tried, and what
+        is less expected by chance is the result (more pairs, for "paper" and "van-wamelen").
+    model : {"similarity", "affine"}
+        The maps to seek: rotation, uniform scale and shift, or any linear map and shift, which
+        the matcher "triangles" alone can find.
+    progress : callable, optional
+        Called by the matcher "triangles" with the number of transforms tried so far, and the limit
+        at which the search ends, while a search goes on. With `reflect` there are two searches.
+
+    Returns
+    -------
+    PointMatch
+        Transform, pairs, matched share, rms distance, and the expected number of matches as good
+        by chance; no transform where there is no match, but a reason, which says so where the
+        search ended at its limit. The transform is a `Similarity`, or an `AffineTransform` where
+        it is mirrored or the model is affine.
+
+    Raises
+    ------
+    PointSetError
+        If a set is malformed, has fewer than three points or all of them on one line, the
+        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher or model is
+        unknown, or the matcher has no such parameter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fpmatch import match_points
+    >>> from fpmatch.pointset.geometry.similarity import Similarity
+    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
+    >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
+    >>> match = match_points(points[5:], moved)
+    >>> match.matched_share, round(match.transform.scale, 6), match.chance < 1e-6
+    (1.0, 2.0, True)
+    >>> match_points(points, np.random.default_rng(8).uniform(0, 100, (40, 2))).transform is None
+    True
+    >>> mirrored = match_points(points * [-1, 1], moved, reflect=True)
+    >>> mirrored.transform.mirrored, round(mirrored.transform.scale, 6)
+    (True, 2.0)
+    >>> sheared = match_points(points, moved @ [[1.0, 0.0], [0.4, 1.5]], model="affine")
+    >>> round(sheared.transform.determinant, 6)
+    6.0
+    """
+    if matcher not in POINT_MATCHERS:
+        raise PointSetError(unknown_name("matcher", matcher, POINT_MATCHERS))
+    if model not in TRANSFORM_MODELS:
+        raise PointSetError(unknown_name("model", model, TRANSFORM_MODELS))
+    if model == "affine" and matcher != "triangles":
+        raise PointSetError(
+            f"the affine model needs the matcher triangles: {matcher} compares shapes, which such "
+            "maps change"
+        )
+    if rho is not None and matcher == "triangles":
+        raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
+    if area_tolerance is not None and matcher != "paper":
+        raise PointSetError("area tolerance is a parameter of the matcher paper")
+    search: Callable[[NDArray[np.float64]], PointMatch]
+    if matcher == "triangles":
+        how = {"max_chance": _max_chance(reflect), "progress": progress}
+        search = _search_by_chance(q, tolerance, model, **how)
+    else:
+        search = _search_by_share(p, q, tolerance, matcher, rho, area_tolerance)
+    match = match_either_way(search, p) if reflect else search(p)
+    share = DEFAULT_RHO if rho is None else rho
+    return decided(match, share) if matcher == "paper" else match
+
+
+def wider_maps(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    *,
+    tolerance: float | None = None,
+    reflect: bool = False,
+    model: TransformModel = "similarity",
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[bool, TransformModel] | None:
+    """Return `reflect` and `model` of the first wider maps with which two sets match.
+
+    The arguments are those of a call of `match_points` without a match. The searches are short: at
+    most 200,000 proposals, 500,000 of affine maps, or 10 for each point of the larger set. So None
+    does not rule out a match. An affine map is sought in sets of up to 100,000 points.
+    """
+    for wider in TRANSFORM_MODELS[TRANSFORM_MODELS.index(model) :]:
+        if wider == "affine" and max(len(p), len(q)) > _MOST_POINTS_OF_SHORT_AFFINE:
+            break
+        for mirrored in (False, True):
+            if wider == model and mirrored <= reflect:
+                continue
+            both = reflect or mirrored
+            how = {"max_chance": _max_chance(both), "progress": progress, **_SHORT[wider]}
+            try:
+                match = _search_by_chance(q, tolerance, wider, **how)(
+                    mirror_image(p) if mirrored else p
+                )
+            except PointSetError:  # the affine model refuses sets that are next to collinear
+                break
+            if match.transform is not None:
+                return both, wider
+    return None
+
+
+def _max_chance(reflect: bool) -> float:
+    """Return the chance under which a match is accepted, one of two searches with `reflect`."""
+    return MAX_CHANCE / TRIALS if reflect else MAX_CHANCE
+
+
+def _search_by_chance(
+    q: ArrayLike, tolerance: float | None, model: TransformModel, **how: Any
+) -> Callable[[ArrayLike], PointMatch]:
+    """Return the search of the matcher "triangles" with some of its parameters."""
+    if model == "affine":
+        affine = AffineParameters(**how)
+        return partial(match_affine, q=q, tolerance=tolerance, parameters=affine)
+    similar = TriangleParameters(**how)
+    return partial(match_by_triangles, q=q, tolerance=tolerance, parameters=similar)
+
+
+def _search_by_share(
+    p: ArrayLike,
+    q: ArrayLike,
+    tolerance: float | None,
+    matcher: PointMatcher,
+    rho: float | None,
+    area_tolerance: float | None,
+) -> Callable[[ArrayLike], PointMatch]:
+    """Return the search of a matcher that decides by the share ρ, once the parameters are checked.
+
+    That of the paper's method returns the best transform, whatever its share.
+    """
+    check_tolerance(tolerance)
+    share = DEFAULT_RHO if rho is None else rho
+    check_rho(share)
+    areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
+    parameters = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
+    for name, points in (("p", p), ("q", q)):
+        GivenSet(name, points)  # refuses a set that spans no triangle
+    if matcher == "paper":
+        return partial(match_by_unit_circle, q=q, parameters=parameters)
+    return partial(match_van_wamelen, q=q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
+
+
+def decided(match: PointMatch, rho: float) -> PointMatch:
+    """Return a match of more than a share ρ of the smaller set, else no match and the reason."""
+    if match.matched_share > rho:
+        return match
+    if match.transform is not None:
+        reason = (
+            f"the best transform pairs {match.matched_share:.1%} of the smaller set; a match needs "
+            f"more than {rho:.4g}"
+        )
+    elif match.local_matches:
+        reason = "no transform maps points of one set onto points of the other"
+    else:
+        reason = "no one-ring of one set is similar to one of the other"
+    return PointMatch.none(match.local_matches, reason)

@@ -1,0 +1,106 @@
+"""Triangles with their shapes: those of a triangulation, and those of one-rings with gaps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from fpmatch.lab.points.triangles import _triangle_kernel as kernel
+from fpmatch.pointset.geometry.points import sort_into_cells
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
+    from fpmatch.pointset.geometry._grid_kernel import CellGrid
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+_LEFT: Final = -0.1  # shapes may lie outside 0..1 where a side is only nearly the longest
+_RIGHT: Final = 1.1
+_HIGH: Final = 1.0
+_NARROWEST_BIN: Final = 0.02
+_WIDEST_BIN: Final = 0.2
+_MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
+_RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
+
+
+class TriangleDescriptors(NamedTuple):
+    """Triangles described by their longest sides; the first `number` entries count."""
+
+    number: int
+    corner: Ints  # (C, 3): ends of the longest side and the apex, counter-clockwise
+    shape: Floats  # (2, C): the apex in the complex plane, that side mapped to 0..1
+    side: Floats  # (C,): length of that side
+    # (C,): minus the value of a match times the probability that the triangle exists in the other
+    # set; (0,) where it was not computed
+    negative_information: Floats
+
+
+def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
+    """Return all triangles (T, 3) of a point and two of its neighbours, each once.
+
+    `points` (2, N) are those of the mesh, here and below.
+    """
+    degree = np.diff(mesh.ring_start).astype(np.int64)
+    each = np.minimum(degree * (degree - 1) // 2, degree * _RING_REACH)
+    triangles = np.empty((int(each.sum()), 3), np.int32)
+    count = kernel.ring_triangles(points, mesh.ring_start, mesh.ring, _RING_REACH, triangles)
+    return triangles[:count]
+
+
+def density_over_hull(mesh: Triangulation, points: Floats) -> float:
+    """Return points to a unit of area of the convex hull."""
+    return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+
+
+def density_of(mesh: Triangulation, points: Floats) -> float:
+    """Return the larger of the densities over the convex hull and over the median triangle.
+
+    The hull of clustered points, or of points with an outlier, is much larger than the area that
+    most of them cover.
+    """
+    area = np.empty(len(mesh.triangles))
+    kernel.triangle_areas(points, mesh.triangles, area)
+    middle = len(area) // 2
+    area.partition(middle)
+    over_hull = density_over_hull(mesh, points)
+    return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
+
+
+def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:
+    """Describe each triangle by its longest side, with its information.
+
+    `outliers`, points without a partner to a unit of area, may split a triangle.
+    """
+    return _describe(points, triangles, 1.0, 0.0, outliers, np.empty(3 * len(triangles)))
+
+
+def describe_large(
+    points: Floats, triangles: Ints, near_tie: float, shortest: float
+) -> TriangleDescriptors:
+    """Describe each triangle by its sides of `near_tie` times the longest or more.
+
+    Sides under the length `shortest` are left out.
+    """
+    return _describe(points, triangles, near_tie, shortest, 0.0, np.empty(0))
+
+
+def _describe(
+    points: Floats, triangles: Ints, tie: float, shortest: float, outliers: float, worth: Floats
+) -> TriangleDescriptors:
+    most = 3 * len(triangles)
+    corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
+    arrays = corner, shape, side, worth
+    number = kernel.describe_triangles(points, triangles, tie, shortest, outliers, *arrays)
+    return TriangleDescriptors(number, *arrays)
+
+
+def sort_by_shape(triangles: TriangleDescriptors, widest: float) -> CellGrid:
+    """Return the shapes of triangles in a grid; `widest` is the largest distance of a search."""
+    width = min(max(widest / 2, _NARROWEST_BIN), _WIDEST_BIN)
+    return sort_into_cells(
+        triangles.shape, width, low=(_LEFT, 0.0), high=(_RIGHT, _HIGH), count=triangles.number
+    )

@@ -1,0 +1,116 @@
+"""Sets as given to a matcher, and the set Q that P is overlaid on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import PointSetError, number_text
+from fpmatch.lab.points.triangles.descriptors import density_of
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
+from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
+from fpmatch.pointset.geometry.points import (
+    is_finite,
+    pairs_of_coincident,
+    points_in_box,
+    sort_into_cells,
+    unique_points,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.geometry._grid_kernel import CellGrid
+    from fpmatch.pointset.geometry.point_match import PointMatch
+
+    Floats = NDArray[np.float64]
+
+MIN_POINTS: Final = 3
+"""Any two points can be mapped to any two others: smaller sets are refused."""
+
+_TOLERANCE: Final = 0.25  # of a pair, by default, in mean spacings
+_WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner anywhere
+
+
+class GivenSet:
+    """A set as given, in its frame and triangulated; one without a triangle is refused by name."""
+
+    def __init__(self, name: str, given: ArrayLike) -> None:
+        points, box = points_in_box(given, name)
+        if len(points) < MIN_POINTS:
+            raise PointSetError(f"{name}: fewer than three points: {len(points)}")
+        self.name, self.given = name, points
+        self.frame = frame_if_needed(points, box, name)
+        if self.frame is not IDENTITY:
+            points, box = points_in_box(self.frame.apply(points), name)
+        self.box = box
+        self.mesh = triangulate_checked(points)
+        if not len(self.mesh.triangles):
+            raise PointSetError(f"{name}: all points lie on one line")
+
+    def __len__(self) -> int:
+        return len(self.given)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """The set that another is overlaid on, and how near a pair must be."""
+
+    points: Floats  # (2, N), in the frame of the set
+    density: float  # points to a unit of area
+    spacing: float  # 1/√density
+    pairing_tolerance: float  # largest distance of a pair in the result
+    tolerance: float  # and in the search, which is never wider than is of use
+    grid: CellGrid  # the points, sorted into cells
+
+    @classmethod
+    def of(cls, given: GivenSet, tolerance: float | None) -> Target:
+        """Prepare a set; `tolerance` is in its own units, by default a quarter of its spacing."""
+        points = np.array(given.mesh.points.T, order="C")
+        density = density_of(given.mesh, points)
+        spacing = 1.0 / math.sqrt(density)
+        if tolerance is None:
+            pairing = _TOLERANCE * spacing
+        else:
+            pairing = math.ldexp(tolerance, -given.frame.exponent)
+        t = min(pairing, _WIDEST_TOLERANCE * spacing)
+        left, right, top, bottom = given.box
+        low, high = (left - t, top - t), (right + t, bottom + t)
+        grid = sort_into_cells(points, max(0.7 * spacing, t), low=low, high=high)
+        grid.split_crowds()
+        return cls(points, density, spacing, pairing, t, grid)
+
+
+def check_tolerance(tolerance: float | None) -> None:
+    """Refuse a tolerance that is not positive and finite with a `PointSetError`."""
+    if tolerance is not None and not (is_finite(tolerance) and tolerance > 0):
+        raise PointSetError(f"tolerance must be positive, not {number_text(tolerance)}")
+
+
+def match_given(
+    p: GivenSet,
+    q: GivenSet,
+    tolerance: float | None,
+    match: Callable[[GivenSet, GivenSet], PointMatch],
+) -> PointMatch:
+    """Match two sets by `match`: the smaller onto the larger, unless a tolerance in Q is given."""
+    if tolerance is None and len(p) > len(q):
+        return _match_distinct(q, p, match).inverse()
+    return _match_distinct(p, q, match)
+
+
+def _match_distinct(
+    p: GivenSet, q: GivenSet, match: Callable[[GivenSet, GivenSet], PointMatch]
+) -> PointMatch:
+    """Match two sets by `match`; where points coincide, their distinct points."""
+    if not (p.mesh.has_coincident or q.mesh.has_coincident):
+        return match(p, q)
+    (distinct_p, index_p), (distinct_q, index_q) = unique_points(p.given), unique_points(q.given)
+    matched = match(GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q))
+    pairs = pairs_of_coincident(matched.pairs, index_p, index_q)
+    return replace(matched, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))

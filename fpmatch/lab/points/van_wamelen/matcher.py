@@ -1,0 +1,211 @@
+"""The algorithm of van Wamelen, Li and Iyengar (2004), the paper's baseline.
+
+A pivot of P is mapped to each point of Q in turn, and one of its far neighbours to a neighbour of
+similar rank there. Where enough of the pivot's k nearest neighbours then fall within 2t of points
+of Q (a local match), least squares and one-to-one pairing within t alternate over the whole of P,
+until the number of pairs stops growing; ρm pairs are a match. If no point of Q leads to one, the
+next pivot is tried.
+
+With λ and ρ as in the paper, t = λ·r/(2√n), and ln the natural logarithm:
+
+- k = ⌈ln m / (2(ρ - λ²/4)²)⌉ neighbours make the local test;
+- k3 = ⌈2λ√(k/π)⌉, made odd, ranks of Q's list are tried for each base neighbour;
+- k2 = ⌈ln 0.05 / ln(1 - ρ)⌉ base neighbours, the farthest whose window of ranks fits, are tried;
+- ⌈ln(1 - c) / ln(1 - ρ)⌉ random pivots hold, with confidence c, one that has a partner. That one
+  may still fail the tests, so by default all of P is tried.
+
+What is left open there, and how it is settled here: r/(2√n) is taken by density, over the area of
+Q's convex hull; the rounds of least squares go on past ρm for as long as they gain pairs; lists are
+found through a grid of cell side r/√n, which also serves to find the point nearest to a place; and
+the search gives up, without a match, after a given amount of work.
+
+References
+----------
+Van Wamelen, Li, Iyengar, "A fast expected time algorithm for the 2-D point pattern matching
+problem", Pattern Recognition 37 (2004), 1699-1711.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from fpmatch.errors import PointSetError, number_text
+from fpmatch.lab.points.van_wamelen import _search_kernel as kernel
+from fpmatch.lab.points.van_wamelen._neighbours_kernel import hull_area
+from fpmatch.pointset.geometry._grid_kernel import CellGrid
+from fpmatch.pointset.geometry.frames import between_sets, frame_of
+from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, share_of, too_few
+from fpmatch.pointset.geometry.points import MAX_CELLS_PER_POINT, as_points
+from fpmatch.pointset.geometry.similarity import Similarity
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.geometry.frames import UnitFrame
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+MIN_POINTS: Final = 3
+"""Any two points can be mapped to any two others: smaller sets have no match."""
+
+MAX_NEIGHBOURS: Final = 256
+"""Bound of k, and of the memory for the lists, where ρ is hardly more than λ²/4."""
+
+MAX_STEPS: Final = 2_000_000_000
+"""Default bound of a search: points and cells visited, some tens of seconds."""
+
+BASE_DOUBT: Final = 0.05
+"""Chance that none of the base neighbours has a partner, in the formula for k2."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchPlan:
+    """The numbers that follow from the sizes of the sets, ρ and λ."""
+
+    neighbours: int  # k: of a pivot in the local test
+    window: int  # k3, odd: ranks of Q's list tried for each base neighbour
+    bases: int  # k2: base neighbours tried
+    pivots: int  # tried
+    enough_near: int  # neighbours that make a local match
+    enough: int  # pairs that make a global match
+
+
+class _SortedSet(NamedTuple):
+    """A set in its unit frame (N, 2), sorted into cells, their order, and r/(2√n)."""
+
+    unit: Floats
+    grid: CellGrid
+    order: Ints
+    spacing: float
+
+
+def match_van_wamelen(
+    p: ArrayLike,
+    q: ArrayLike,
+    *,
+    rho: float,
+    lambda_: float,
+    tolerance: float | None = None,
+    confidence: float = 1.0,
+    seed: int = 0,
+    max_steps: int = MAX_STEPS,
+) -> PointMatch:
+    """Match the pattern `p` (M, 2) with a part of `q` (N, 2) by local neighbourhoods.
+
+    The share `rho` of `p`, in (0, 1] and more than λ²/4, must be paired. `lambda_` is the matching
+    distance in mean nearest-neighbour distances of `q`; with a `tolerance`, the matching distance
+    in the units of `q`, λ determines the sizes of lists and windows only. `confidence`, in (0, 1],
+    is the chance that the pivots tried include one that has a partner; 1 tries all. `max_steps`
+    bounds the points and cells visited. Returned is the first transform of `p` onto `q` that pairs
+    ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
+    """
+    given_p, given_q = as_points(p, "p"), as_points(q, "q")
+    _check(rho, lambda_, tolerance, confidence)
+    frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
+    if min(len(given_p), len(given_q)) < MIN_POINTS:
+        return PointMatch.none(reason=too_few(MIN_POINTS))
+    plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
+    sorted_p, sorted_q = sort_set(given_p, frame_p), sort_set(given_q, frame_q)
+    if tolerance is None:
+        reach = lambda_ * sorted_q.spacing
+    else:
+        reach = math.ldexp(tolerance, -frame_q.exponent)
+    steps = np.zeros(1, np.int64)
+    limits = seed, max_steps, steps
+    local_matches, move, (i, j) = _search(sorted_p, sorted_q, plan, reach, *limits)
+    if not len(i):
+        reason = f"no transform that was tried pairs {plan.enough:,} points, a share rho of P"
+        if steps[0] >= max_steps:
+            reason += "; the search ended at its limit of points and cells visited"
+        return PointMatch.none(local_matches, reason)
+    in_p, in_q = sorted_p.order[i], sorted_q.order[j]
+    rms = rms_distance(move.apply(sorted_p.unit[in_p]), sorted_q.unit[in_q])
+    return PointMatch(
+        transform=between_sets(move, frame_p, frame_q),
+        pairs=np.column_stack([in_p, in_q])[in_p.argsort()].astype(np.int32),
+        matched_share=len(i) / min(len(given_p), len(given_q)),
+        rms=math.ldexp(rms, frame_q.exponent),
+        local_matches=local_matches,
+    )
+
+
+def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 1.0) -> SearchPlan:
+    """Return the sizes of lists and windows for m and n points, by the formulas of this module."""
+    margin = rho - lambda_**2 / 4
+    wanted = math.log(m) / (2 * margin**2)
+    k = max(1, min(math.ceil(min(wanted, MAX_NEIGHBOURS)), min(m, n) - 1))
+    ranks = math.ceil(2 * lambda_ * math.sqrt(k / math.pi))
+    half = min(ranks // 2, (k - 1) // 2)
+    bases = _tries(BASE_DOUBT, rho)
+    return SearchPlan(
+        neighbours=k,
+        window=2 * half + 1,
+        bases=min(bases, k - 2 * half),
+        pivots=m if confidence == 1 else min(m, _tries(1 - confidence, rho)),
+        enough_near=share_of(rho, k),
+        enough=share_of(rho, m),
+    )
+
+
+def _tries(doubt: float, rho: float) -> int:
+    """Return how many tries of chance ρ all fail with no more chance than `doubt`."""
+    rounding = 1e-9  # ln 0.05 / ln(1 - 0.95) is 1.0000000000000002 in floating point
+    return 1 if rho == 1 else max(1, math.ceil(math.log(doubt) / math.log1p(-rho) - rounding))
+
+
+def _search(
+    p: _SortedSet,
+    q: _SortedSet,
+    plan: SearchPlan,
+    tolerance: float,
+    seed: int,
+    max_steps: int,
+    steps: NDArray[np.int64],
+) -> tuple[int, Similarity, Ints]:
+    """Return the number of local matches, the transform between frames, and the pairs (2, K)."""
+    m, n = len(p.order), len(q.order)
+    rng = np.random.default_rng(seed)
+    # permutations of the sets as given: the search is the same whatever the grids
+    pivots = p.order.argsort()[rng.permutation(m)[: plan.pivots]]
+    scene = q.order.argsort()[rng.permutation(n)]
+    move, pair, counts = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
+    near_p, squared = np.empty(plan.neighbours, np.int32), np.empty(plan.neighbours)
+    near_q = np.full((n, plan.neighbours), -1, np.int32)
+    kernel.search(
+        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q, squared),
+        *(plan.bases, plan.window, plan.enough_near, plan.enough, tolerance, max_steps),
+        *(move, pair, np.zeros(n, np.int32), steps, counts),
+    )
+    pairs, local_matches = counts.tolist()
+    similarity = Similarity.of_move(move) if pairs else Similarity()
+    return local_matches, similarity, pair[0, :, :pairs]
+
+
+def sort_set(points: Floats, frame: UnitFrame) -> _SortedSet:
+    """Sort a set of one point or more into cells of side r/√n, or larger ones of too many."""
+    unit = frame.apply(points)
+    n = len(unit)
+    by_x = np.ascontiguousarray(unit[np.lexsort((unit[:, 1], unit[:, 0]))].T)
+    area = hull_area(by_x, np.empty(n + 1, np.int32))
+    width, height = unit.max(axis=0).tolist()
+    most = MAX_CELLS_PER_POINT * n
+    side = max(math.sqrt(area / n), math.sqrt(width * height / most), max(width, height) / most)
+    side = side if side > 0 else 1.0
+    columns, rows = ((np.array([width, height]) * (1.0 / side)).astype(np.int64) + 1).tolist()
+    grid = CellGrid(np.ascontiguousarray(unit.T), n, 0.0, 0.0, side, columns, rows)
+    return _SortedSet(unit, grid, np.asarray(grid.order), 0.5 * math.sqrt(area / n))
+
+
+def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:
+    if not 0 < rho <= 1 or not 0 < confidence <= 1:
+        given = f"{number_text(rho)}, {number_text(confidence)}"
+        raise PointSetError(f"rho and confidence must be in (0, 1], not {given}")
+    if not (lambda_ >= 0 and lambda_**2 / 4 < rho):
+        raise PointSetError(f"lambda must be 0 or more, its square less than 4 rho: {lambda_:g}")
+    if tolerance is not None and not 0 <= tolerance < math.inf:
+        raise PointSetError(f"tolerance must be 0 or more, not {number_text(tolerance)}")

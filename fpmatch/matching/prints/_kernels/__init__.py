@@ -1,0 +1,1 @@
+"""Kernels of the prepared prints: descriptors, their bits, and views of templates."""

@@ -1,0 +1,320 @@
+# mypy: ignore-errors
+"""Kernel: score prints against one print by their bit descriptors (see `_encode_kernel`).
+
+One print is put into tables: under each cell, a bit for each of its minutiae that has a neighbour
+there. So a minutia of another print is compared with all of them at once: the bits under its words
+are counted for all minutiae in parallel. Minutiae that agree in enough words are pairs; the score
+is the weight of the pairs that agree in rotation and shift (see `_consistency_kernel`). It is the
+same whichever of the two prints is in the tables.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.fpmatch.matching.prints._bit_lanes import (
+        LANES,
+        bit_lanes,
+        lane_of,
+        lanes_of,
+        lowest_place,
+    )
+    from cython.cimports.fpmatch.matching.prints._consistency_kernel import PairSet
+    from cython.cimports.fpmatch.matching.prints._encode_kernel import second
+    from cython.cimports.fpmatch.matching.prints._prefilter_cells import (
+        BEYOND,
+        BINS_1,
+        BINS_2,
+        BINS_3,
+        CELL,
+        EMPTY,
+        FIRST,
+        LAST,
+        MOST_WEIGHT,
+        ROOM,
+        SECOND,
+        TOO_LITTLE,
+        WORDS,
+    )
+else:
+    from fpmatch.matching.prints._kernels._consistency_kernel import PairSet
+    from fpmatch.matching.prints._kernels._encode_kernel import second
+
+    CELL, LAST, ROOM, WORDS = 0x07FF, 6288, 64, 12
+    bit_lanes = cython.ulonglong
+
+NOT_FIRST = cython.declare(cython.int, 0x0800)
+NOT_SECOND = cython.declare(cython.int, 0x8000)
+BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
+UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
+ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
+ONE = cython.declare(cython.ulonglong, 1)
+
+
+@cython.final
+@cython.cclass
+class Prefilter:
+    """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
+
+    def __init__(self, most_pairs, near, spread, most_turn) -> None:
+        self.neighbour_table = memoryview(np.zeros(LAST + 1, np.uint64))
+        self.orientation_table = memoryview(np.zeros((WORDS, UNKNOWN + 1), np.uint64))
+        self.used = memoryview(np.zeros(2 * ROOM * WORDS, np.int32))
+        self.used_words = self.coded = 0
+        self.has_flow = False
+        self.own_turn = memoryview(np.zeros(ROOM, np.int32))
+        self.own_xy = memoryview(np.zeros((ROOM, 2)))
+        self.cell = memoryview(np.zeros((2, ROOM, WORDS), np.uint16))
+        self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
+
+    @cython.locals(k=cython.Py_ssize_t, b=cython.int, d=cython.int)
+    def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
+        """Put a print into the tables, in place of the one that is in them.
+
+        Minutiae without a word of a neighbour are left out, and those after the 64th that has one.
+        """
+        bit = ONE
+        for k in range(self.used_words):
+            self.neighbour_table[self.used[k]] = 0
+        for k in range(WORDS):
+            for b in range(BINS):
+                self.orientation_table[k, b] = 0
+        self.used_words = self.coded = 0
+        self.has_flow = has_flow
+        for i in range(xy.shape[0]):
+            if self.coded == ROOM:
+                break
+            words = self.used_words
+            for k in range(WORDS):
+                word: cython.int = neighbour_bits[i, k]
+                if not word & NOT_FIRST:
+                    self.neighbour_table[word & CELL] |= bit
+                    self.used[self.used_words] = word & CELL
+                    self.used_words += 1
+                if not word & NOT_SECOND:
+                    self.neighbour_table[second(word)] |= bit
+                    self.used[self.used_words] = second(word)
+                    self.used_words += 1
+            if self.used_words == words:
+                continue
+            for k in range(WORDS):
+                if orientation_bins[i, k] != UNKNOWN:
+                    for d in range(3):  # its own bin, and that on either side
+                        b = (orientation_bins[i, k] + d + BINS - 1) % BINS
+                        self.orientation_table[k, b] |= bit
+            self.own_turn[self.coded] = direction_bin[i]
+            self.own_xy[self.coded, 0] = xy[i, 0]
+            self.own_xy[self.coded, 1] = xy[i, 1]
+            self.coded += 1
+            bit = (bit << 1) & ALL
+        return self.coded
+
+    def score(
+        self, first, last, xy, direction_bin, neighbour_bits, orientation_bins, flowing, other_first
+    ):
+        """Return the score of another print, of the minutiae from `first` up to `last`.
+
+        `other_first` states which of the two is print A, so that the same pairs come in the same
+        order, whichever of them is in the tables.
+        """
+        flowing = flowing and self.has_flow
+        self._pair(first, last, neighbour_bits, orientation_bins, flowing, other_first)
+        if other_first and self.pairs.count > 1:
+            self.pairs.order_by_own(self.coded)
+        self.pairs.keep_best()
+        self.pairs.locate(self.own_turn, self.own_xy, first, xy, direction_bin, other_first)
+        return self.pairs.consistent_weight()
+
+    @cython.locals(begin=cython.Py_ssize_t, end=cython.Py_ssize_t, flowing=cython.bint)
+    def score_many(
+        self, first, start, xy, direction_bin, neighbour_bits, orientation_bins, has_flow, weight
+    ):
+        """Fill `weight` for as many prints, from the print `first` on, as if each came second."""
+        with cython.nogil:
+            for t in range(weight.shape[0]):
+                begin, end, flowing = start[first + t], start[first + t + 1], has_flow[first + t]
+                weight[t] = self.score(
+                    begin, end, xy, direction_bin, neighbour_bits, orientation_bins, flowing, False
+                )
+        return 0
+
+    @cython.locals(
+        k=cython.int, grid=cython.int, gathered=cython.int, above=cython.int, least=cython.int,
+        limit=cython.int,
+    )  # fmt: skip
+    def _pair(self, first, last, neighbour_bits, orientation_bins, flowing, other_first):
+        """Gather the pairs of minutiae that agree in enough words; return their number.
+
+        They are in the order of the other print's minutiae, then of the own. Where orientations
+        are unknown, six are taken to agree. Left out are pairs that weigh too little to be kept
+        beside those before them. Two minutiae of the other print are looked up at once.
+        """
+        table = cython.address(self.neighbour_table[0])
+        own_of = cython.address(self.pairs.pair[0, 0])
+        other_of = cython.address(self.pairs.pair[1, 0])
+        weight_of = cython.address(self.pairs.pair[2, 0])
+        of_weight = cython.address(self.pairs.of_weight[0])
+        for k in range(MOST_WEIGHT + 1):
+            of_weight[k] = 0
+        most = self.pairs.most
+        room: cython.int = self.pairs.pair.shape[1]
+        gathered = above = least = limit = 0
+        t1 = none_of(TOO_LITTLE + 1, 1)
+        t2 = none_of(TOO_LITTLE + 1, 2)
+        t4 = none_of(TOO_LITTLE + 1, 4)
+        t8 = none_of(TOO_LITTLE + 1, 8)
+        t16 = none_of(TOO_LITTLE + 1, 16)
+        j = first
+        while j < last:
+            of_a = (j - first) % ROOM
+            if of_a == 0:
+                self._find_cells(j, min(last - j, ROOM), neighbour_bits)
+            lanes: cython.int = min(last - j, LANES)
+            of_b = of_a + lanes - 1
+            n1 = n2 = n4 = n8 = n16 = lanes_of(0, 0)
+            for grid in range(2):
+                cells_a = cython.address(self.cell[grid, of_a, 0])
+                cells_b = cython.address(self.cell[grid, of_b, 0])
+                for k in range(0, WORDS, 4):
+                    v = lanes_of(table[cells_a[k]], table[cells_b[k]])
+                    w = lanes_of(table[cells_a[k + 1]], table[cells_b[k + 1]])
+                    x = lanes_of(table[cells_a[k + 2]], table[cells_b[k + 2]])
+                    y = lanes_of(table[cells_a[k + 3]], table[cells_b[k + 3]])
+                    two = twice(n1, v, w)
+                    n1 ^= v ^ w
+                    more = twice(n1, x, y)
+                    n1 ^= x ^ y
+                    four = twice(n2, two, more)
+                    n2 ^= two ^ more
+                    more = n4 & four
+                    n4 ^= four
+                    n16 |= n8 & more
+                    n8 ^= more
+            f1 = f8 = lanes_of(0, 0)
+            f2 = f4 = none_of(0, 1)
+            if flowing:
+                f2 = f4 = lanes_of(0, 0)
+                bins_a = cython.address(orientation_bins[j, 0])
+                bins_b = cython.address(orientation_bins[j + lanes - 1, 0])
+                for k in range(0, WORDS, 4):
+                    at = cython.address(self.orientation_table[k, 0])
+                    v = lanes_of(at[bins_a[k]], at[bins_b[k]])
+                    w = lanes_of(at[BINS_1 + bins_a[k + 1]], at[BINS_1 + bins_b[k + 1]])
+                    x = lanes_of(at[BINS_2 + bins_a[k + 2]], at[BINS_2 + bins_b[k + 2]])
+                    y = lanes_of(at[BINS_3 + bins_a[k + 3]], at[BINS_3 + bins_b[k + 3]])
+                    two = twice(f1, v, w)
+                    f1 ^= v ^ w
+                    more = twice(f1, x, y)
+                    f1 ^= x ^ y
+                    four = twice(f2, two, more)
+                    f2 ^= two ^ more
+                    f8 |= f4 & four
+                    f4 ^= four
+            some = n1 | n2 | n4 | n8 | n16
+            # three times the neighbours and the orientations, from the ones up
+            s1 = n1 ^ f1
+            two = n1 & f1
+            v = n1 ^ n2 ^ f2
+            four = twice(n1, n2, f2)
+            s2 = v ^ two
+            two &= v
+            v = n2 ^ n4 ^ f4
+            eight = twice(n2, n4, f4)
+            s4 = v ^ four ^ two
+            more = twice(v, four, two)
+            v = n4 ^ n8 ^ f8
+            w = twice(n4, n8, f8)
+            s8 = v ^ eight ^ more
+            more = twice(v, eight, more)
+            v = n8 ^ n16 ^ w
+            s16 = v ^ more
+            s32 = n16 | (n8 & w) | (v & more)
+            # the carry from the sum less the least one that counts
+            more = twice(s4, t4, twice(s2, t2, s1 | t1))
+            some &= s32 | twice(s16, t16, twice(s8, t8, more))
+            for lane in range(lanes):
+                bits = lane_of(some, lane)
+                if not bits:
+                    continue
+                b1 = lane_of(s1, lane)
+                b2 = lane_of(s2, lane)
+                b4 = lane_of(s4, lane)
+                b8 = lane_of(s8, lane)
+                b16 = lane_of(s16, lane)
+                b32 = lane_of(s32, lane)
+                while bits:
+                    place = lowest_place(bits)
+                    bits &= bits - 1
+                    weight: cython.int = (b1 >> place) & 1
+                    weight += 2 * ((b2 >> place) & 1)
+                    weight += 4 * ((b4 >> place) & 1)
+                    weight += 8 * ((b8 >> place) & 1)
+                    weight += 16 * ((b16 >> place) & 1)
+                    weight += 32 * ((b32 >> place) & 1)
+                    weight = min(weight - TOO_LITTLE, MOST_WEIGHT)
+                    if weight <= limit or gathered == room:
+                        continue
+                    own_of[gathered] = place
+                    other_of[gathered] = j - first + lane
+                    weight_of[gathered] = weight
+                    gathered += 1
+                    if weight <= least:
+                        continue
+                    of_weight[weight] += 1
+                    above += 1
+                    if above < most:
+                        continue
+                    while above >= most:
+                        least += 1
+                        above -= of_weight[least]
+                    limit = least - 1 if other_first else least
+                    t1 = none_of(TOO_LITTLE + 1 + limit, 1)
+                    t2 = none_of(TOO_LITTLE + 1 + limit, 2)
+                    t4 = none_of(TOO_LITTLE + 1 + limit, 4)
+                    t8 = none_of(TOO_LITTLE + 1 + limit, 8)
+                    t16 = none_of(TOO_LITTLE + 1 + limit, 16)
+            j += lanes
+        self.pairs.count = gathered
+        self.pairs.least = least
+        self.pairs.equal = most - above
+        return gathered
+
+    def _find_cells(self, first, count, neighbour_bits):
+        """Write the cells of the words of so many minutiae; an empty one where none counts."""
+        words = cython.address(neighbour_bits[first, 0])
+        one = cython.address(self.cell[0, 0, 0])
+        other = cython.address(self.cell[1, 0, 0])
+        for k in range(count * WORDS):
+            one[k] = min(words[k] & FIRST, EMPTY)
+            # beyond all cells, if the highest bit is set
+            cell: cython.int = (
+                SECOND + (words[k] & CELL) + (words[k] >> 12 & 1) + (words[k] >> 10 & 8)
+            )
+            cell += (words[k] >> 7 & 128) + (words[k] >> 2 & BEYOND)
+            other[k] = min(cell, LAST)
+        return 0
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def twice(a: bit_lanes, b: bit_lanes, c: bit_lanes) -> bit_lanes:
+    """Return the bits that at least two of three have."""
+    return (a & b) | ((a ^ b) & c)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def none_of(value: cython.int, bit: cython.int) -> bit_lanes:
+    """Return all bits if a bit of a value is not set, none if it is."""
+    bits: cython.ulonglong = 0 if value & bit else ALL
+    return lanes_of(bits, bits)
+
+
+if not cython.compiled:
+    from fpmatch.matching.numpy_forms import descriptors
+
+    Prefilter._pair = descriptors.pair

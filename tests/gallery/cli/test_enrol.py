@@ -1,0 +1,137 @@
+import json
+
+import pytest
+from PIL import Image
+
+from fpmatch import assess
+from fpmatch.cli import notes
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.prints.reading import ASSUMED_DPI
+
+from ...conftest import assert_refused, copied
+
+
+@pytest.fixture
+def folder(tmp_path, prints):
+    """Return a folder with three prints, one of them without a resolution, and two failures."""
+    renamed = {"_3_1": "untagged.tif", "_4_1": "truncated.png", "_5_1": "blank.png"}
+    folder = copied(prints, tmp_path / "folder", "1_1.png", "2_1.png", **renamed)
+    (folder / "README.md").touch()
+    return folder
+
+
+def test_enrol_and_again(run, tmp_path, folder):
+    place = tmp_path / "prints.db"
+    result = run("enrol", place, folder, "--workers", 1)
+    assert result.exit_code == 1
+    first, copies, second = result.stdout.splitlines()
+    assert first.startswith("enrolled 3 of 5 pictures, 2 failed: ")
+    assert copies == "1 copy of other prints"  # 3_1.tif has the pixels of 1_1.png
+    assert second == f"{place}: 3 impressions of 3 subjects"
+    note, copy, truncated, blank = result.stderr.splitlines()
+    assert copy == f"fpmatch: note: {folder}/3_1.tif: the same print as 1_1"
+    assert note.startswith(f"fpmatch: note: {folder}/3_1.tif: {ASSUMED_DPI}")
+    assert truncated.startswith(f"fpmatch: failed: {folder}/4_1.png: damaged PNG image")
+    assert blank == f"fpmatch: failed: {folder}/5_1.png: no minutiae found"
+    (folder / "4_1.png").unlink()
+    (folder / "5_1.png").unlink()
+    result = run("enrol", place, folder, "--workers", 1, "--json")
+    assert (result.exit_code, result.stderr) == (0, "")
+    document = json.loads(result.stdout)
+    assert document.pop("seconds") > 0
+    assert document == {
+        "gallery": str(place),
+        "enrolled": 0,
+        "known": 3,
+        "failed": 0,
+        "failures": [],
+        "dpi_assumed": 0,
+        "notes": [],
+        "added": {"impressions": 0, "subjects": 0},
+        "unmatched": [],
+        "copies": 0,
+        "impressions": 3,
+        "subjects": 3,
+    }
+
+
+def test_prints_below_the_quality_asked_for_are_refused(run, tmp_path, prints):
+    folder = copied(prints, tmp_path / "folder", "1_1.png")
+    whole = Image.open(prints / "2_1.png")
+    whole.crop((60, 60, 140, 140)).save(folder / "2_1.png", dpi=(500, 500))
+    score, small = (assess(folder / f"{name}.png").quality.score for name in ("1_1", "2_1"))
+    assert small < score
+    words = ("enrol", tmp_path / "prints.db", folder, "--workers", 1)
+    result = run(*words, "--min-quality", score)
+    assert result.exit_code == 1
+    assert result.stdout.startswith("enrolled 1 of 2 pictures, 1 failed")
+    failed = f"fpmatch: failed: {folder}/2_1.png: quality {small}; too small: "
+    assert result.stderr.startswith(failed)
+    assert result.stderr.endswith(f"({score} is required)\n")
+    assert run(*words).exit_code == 0
+
+
+def test_options_reach_the_work(run, tmp_path, folder):
+    place = tmp_path / "prints.db"
+    pattern = r"(?P<finger>[a-z]+)/(?P<subject>\d+)_\d+"
+    result = run(
+        "enrol", place, folder / "1_1.png", "--pattern", pattern, "--dpi", 450, "--workers", 1
+    )
+    assert (result.exit_code, result.stderr) == (0, "")
+    with open_gallery(place) as gallery:
+        (entry,) = gallery.entries()
+    assert (str(entry.label), entry.dpi) == ("1_folder", 450.0)
+
+
+def test_many_failures_are_counted(run, tmp_path, prints, monkeypatch):
+    monkeypatch.setattr(notes, "MOST_SHOWN", 2)
+    folder = copied(prints, tmp_path / "many", **{f"x{k}": "empty.png" for k in range(5)})
+    place = tmp_path / "prints.db"
+    result = run("enrol", place, folder, "--workers", 1)
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 3
+    assert f"3 more; `fpmatch gallery list {place} --failures`" in result.stderr
+
+
+def test_strict_refuses_what_does_not_match_its_finger(run, prints, tmp_path):
+    folder = copied(prints, tmp_path / "folder", "1_1.png", "1_2.png", _1_3="2_1.png")
+    result = run("enrol", tmp_path / "g.db", folder, "--strict", "--json", "--workers", 1)
+    assert result.exit_code == 1
+    document = json.loads(result.stdout)
+    assert (document["enrolled"], document["failed"], document["impressions"]) == (2, 1, 2)
+    (failure,) = document["failures"]
+    assert failure["source"].endswith("1_3.png")
+    assert failure["reason"].startswith("refused: does not match 1_1 ")
+
+
+def test_other_people_of_the_same_names_are_told(run, tmp_path, prints):
+    place = tmp_path / "prints.db"
+    first = copied(prints, tmp_path / "first", "1_1.png", "2_1.png")
+    second = copied(prints, tmp_path / "second", _1_2="2_1.png", _3_1="1_2.png")
+    for name in second.iterdir():  # other files, of which one has the pixels of one enrolled
+        Image.open(name).save(name.with_suffix(".bmp"), dpi=(500, 500))
+        name.unlink()
+    assert run("enrol", place, first, "--workers", 1).exit_code == 0
+    words = ("enrol", place, second, "--workers", 1)
+    result = run(*words)
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[1:] == [
+        "1 impression added to 1 subject that existed before; 1 of them match no other",
+        "1 copy of other prints",
+        f"{place}: 4 impressions of 3 subjects",
+    ]
+    copy, unmatched = result.stderr.splitlines()
+    assert copy == f"fpmatch: note: {second}/1_2.bmp: the same print as 2_1"
+    line = f"fpmatch: no match: {second}/1_2.bmp: 1_2 does not match 1_1: another finger"
+    assert unmatched.startswith(line)
+    document = json.loads(run(*words, "--json").stdout)
+    assert document["added"] == {"impressions": 1, "subjects": 1}
+    assert [one["source"] for one in document["unmatched"]] == [f"{second}/1_2.bmp"]
+    assert run("gallery", "remove", place, 3).exit_code == 0
+    result = run(*words, "--strict")
+    assert result.exit_code == 1
+    assert f"failed: {second}/1_2.bmp: refused: does not match 1_1" in result.stderr
+    result = run(*words, "--prefix", "B-")
+    assert "enrolled 1 of 2 pictures, 1 failed" in result.stdout  # the other one is enrolled as 3_1
+    bad = run("enrol", place, second, "--prefix", "a\nb")
+    assert_refused(bad, "prefix of subjects: must be text of one line")

@@ -1,0 +1,116 @@
+import json
+
+import pytest
+
+from fpmatch.formats.files import load_record, load_template
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
+from fpmatch.templates.minutiae import Minutiae, Template
+
+from ...conftest import assert_refused
+
+
+@pytest.fixture
+def place(tmp_path):
+    """Return a gallery of three impressions of two subjects, one of them strangely named."""
+    labels = [Label("1", "", "1"), Label("1", "", "2"), Label("a/b", "thumb", "1")]
+    new = [
+        NewEntry(
+            label,
+            f"/prints/{k}.tif",
+            k.to_bytes(32, "big"),
+            Template(Minutiae([k], [1], [0]), 300, 300, 500.0 if k else 569.0),
+        )
+        for k, label in enumerate(labels)
+    ]
+    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
+        gallery.add(new, [Failure("/prints/9.tif", "no minutiae found")])
+    return tmp_path / "prints.db"
+
+
+def test_info(run, place, tmp_path):
+    result = run("gallery", "info", place)
+    assert result.exit_code == 0
+    assert result.stdout.splitlines() == [
+        str(place),
+        "  Impressions 3 of 2 subjects",
+        "  Resolution  2 at 500 dpi, 1 at 569 dpi",
+        "  Minutiae    3, 1 an impression",
+        "  Templates   81 bytes, 27 an impression",
+        "  Failures    1 picture could not be enrolled",
+        "  Format      version 1",
+    ]
+    document = json.loads(run("gallery", "info", place, "--json").stdout)
+    assert document["impressions"] == 3
+    assert document["dpi"] == [{"dpi": 500.0, "impressions": 2}, {"dpi": 569.0, "impressions": 1}]
+    open_gallery(tmp_path / "empty.db", create=True).close()
+    empty = run("gallery", "info", tmp_path / "empty.db").stdout
+    assert "Impressions 0 of 0 subjects" in empty
+    assert "Resolution  none" in empty
+
+
+def test_list(run, place):
+    words = ("gallery", "list", place)
+    assert [line.split() for line in run(*words).stdout.splitlines()] == [
+        ["1", "1_1", "569", "1", "/prints/0.tif"],
+        ["2", "1_2", "500", "1", "/prints/1.tif"],
+        ["3", "a/b_thumb_1", "500", "1", "/prints/2.tif"],
+    ]
+    rows = json.loads(run(*words, "--subject", "1", "--json").stdout)
+    assert [row["impression"] for row in rows] == ["1", "2"]
+    assert rows[0]["sha256"] == 64 * "0"
+    assert json.loads(run(*words, "--subject", "7", "--json").stdout) == []
+    assert run(*words, "--failures").stdout == "/prints/9.tif: no minutiae found\n"
+    rows = json.loads(run(*words, "--failures", "--json").stdout)
+    assert rows == [{"source": "/prints/9.tif", "reason": "no minutiae found"}]
+
+
+def test_remove(run, place):
+    result = run("gallery", "remove", place, 1, "--failures")
+    assert result.stdout == (
+        f"removed 1 impression, cleared 1 failure; 2 impressions left: {place}\n"
+    )
+    result = run("gallery", "remove", place, "--subject", "a/b")
+    assert result.stdout == f"removed 1 impression; 1 impression left: {place}\n"
+    with open_gallery(place) as gallery:
+        assert [entry.id for entry in gallery.entries()] == [2]
+        assert gallery.failures() == []
+
+
+def test_export(run, place, tmp_path):
+    out = tmp_path / "out"
+    result = run("gallery", "export", place, "-o", out, "--format", "both")
+    assert result.stdout == f"3 templates: {out}\n"
+    stems = ("1_1", "1_2", "a%2Fb_thumb_1")
+    assert {path.name for path in out.iterdir()} == {
+        f"{stem}.{suffix}" for stem in stems for suffix in ("csv", "json")
+    }
+    with open_gallery(place) as gallery:
+        assert load_template(out / "1_2.json") == dict(gallery.templates())[2]
+    iso = run("gallery", "export", place, "-o", out, "--format", "iso2005", "--subject", "1")
+    assert iso.stdout == f"2 templates: {out}\n"
+    assert sorted(path.name for path in out.glob("*.iso")) == ["1_1.iso", "1_2.iso"]
+    assert load_record(out / "1_1.iso").format == "iso2005"
+    assert all(line.startswith(f"fpmatch: note: {out}") for line in iso.stderr.splitlines())
+
+
+def test_export_does_not_mix_up_names(run, place, tmp_path):
+    with open_gallery(place) as gallery:
+        template = Template(Minutiae([1], [1], [0]), 300, 300)
+        gallery.add([NewEntry(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
+    result = run("gallery", "export", place, "-o", tmp_path / "out")
+    assert_refused(result, "entries 3 and 4 would both be written as A%2FB_thumb_1")
+    assert not (tmp_path / "out").exists()
+
+
+def test_check_tells_which_fingers_disagree(run, place):
+    result = run("gallery", "check", place)
+    assert (result.exit_code, result.stderr) == (1, "")
+    head, pair, total = result.stdout.splitlines()
+    assert head == "1: groups of 1, 1 impressions do not match each other"
+    assert pair == "  1_2 (entry 2) does not match 1_1 (entry 1), score 0.0"
+    assert total == "1 finger with several impressions checked, 1 doubtful"
+    (found,) = json.loads(run("gallery", "check", place, "--json").stdout)
+    assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])
+    other = run("gallery", "check", place, "--subject", "a/b")
+    assert (other.exit_code, other.stdout[:9]) == (0, "0 fingers")

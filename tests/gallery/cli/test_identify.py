@@ -1,0 +1,289 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.prints.reading import ASSUMED_DPI
+
+from ...conftest import assert_refused, copied, rows_of
+
+
+def test_candidates_in_words(run, gallery, prints):
+    words = ("identify", gallery, prints / "1_1.png", "-k", 2, "--transform", "--workers", 1)
+    result = run(*words, "--impressions")
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, columns, first, first_moved, second, _, note = result.stdout.splitlines()
+    assert head.startswith(f"{prints}/1_1.png: 3 prints compared in ")
+    assert columns.split() == ["rank", "score", "FMR", "by", "chance", "print", "number", "picture"]
+    assert first.split()[0] == "1"
+    assert float(first.split()[1]) > 60
+    assert first.split()[-3:] == ["1_1", "1", f"{prints}/1_1.png"]
+    assert first_moved.strip().startswith("rotation 0.0°")
+    assert second.split()[-3] == "1_2"
+    assert note.strip().startswith("* extrapolated: measured up to 1 in ")
+    fingers = [line.split() for line in run(*words).stdout.splitlines() if "number" not in line]
+    assert [line[-3] for line in fingers if line[-1].endswith(".png")] == ["1_1", "2_1"]
+
+
+def test_candidates_as_json(run, gallery, prints, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png")
+    words = ("--threshold", 60, "--transform", "--json", "--workers", 1)
+    result = run("identify", gallery, folder, *words)
+    assert result.exit_code == 1
+    assert result.stderr == f"fpmatch: error: {folder}/empty.png: the file is empty\n"
+    document = json.loads(result.stdout)
+    assert document["compared"] == 3
+    assert document["failures"] == [f"{folder}/empty.png: the file is empty"]
+    assert (document["fingers"], document["listed"]) == (2, "subjects")
+    (probe,) = document["probes"]
+    assert probe["probe"] == f"{folder}/probe.png"
+    assert {c["subject"] for c in probe["candidates"]} == {"1"}
+    best = probe["candidates"][0]
+    assert (best["rank"], best["impression"], best["impressions"]) == (1, "1", 2)
+    assert best["expected_false_matches"] == 2 * best["fmr"]
+    assert best["impression_score"] >= best["score"] > 60
+    assert best["extrapolated"] is True
+    assert best["transform"]["rotation_deg"] == pytest.approx(0, abs=0.1)
+    assert best["pairs"] > 10
+
+
+def test_a_person_is_listed_once_or_with_all_fingers(run, prints, tmp_path):
+    folder = tmp_path / "people"
+    folder.mkdir()
+    for name, source in {"ada_left_1": "1_1", "ada_right_1": "2_1", "ada_right_2": "2_1"}.items():
+        data = (prints / f"{source}.png").read_bytes() + name.encode()
+        (folder / f"{name}.png").write_bytes(data)
+    pattern = r"(?P<subject>[a-z]+)_(?P<finger>[a-z]+)_(?P<impression>\d+)"
+    db = tmp_path / "people.db"
+    assert run("enrol", db, folder, "--pattern", pattern, "--workers", 1).exit_code == 0
+
+    def listed(*more):
+        words = ("identify", db, prints / "1_1.png", "--json", "--workers", 1, *more)
+        document = json.loads(run(*words).stdout)
+        found = document["probes"][0]["candidates"]
+        return document["listed"], [(one["rank"], one["finger"]) for one in found]
+
+    assert listed() == ("subjects", [(1, "left")])
+    assert listed("--all") == ("fingers", [(1, "left"), (2, "right")])
+    assert listed("--impressions") == ("impressions", [(1, "left"), (2, "right"), (3, "right")])
+
+
+def test_consolidated_templates_change_scores_of_fingers_alone(run, gallery, prints):
+    words = ("identify", gallery, prints / "1_1.png", "--workers", 1, "--json")
+    plain, together = (
+        json.loads(run(*words, *more).stdout)["probes"][0]["candidates"]
+        for more in ((), ("--consolidate",))
+    )
+    assert {c["subject"]: c["impressions"] for c in together} == {"1": 2, "2": 1}
+    scores = [{c["subject"]: c["score"] for c in found} for found in (plain, together)]
+    assert scores[0]["2"] == scores[1]["2"]
+    assert scores[0]["1"] != scores[1]["1"]
+
+
+@pytest.mark.parametrize("option", ["--candidate-list", "--shortlist"])  # the name of 0.1.0
+def test_a_candidate_list_is_said(run, gallery, prints, option):
+    words = ("identify", gallery, prints / "1_1.png", "-k", 1, option, 2, "--workers", 1)
+    result = run(*words)
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, _, first, _ = result.stdout.splitlines()
+    assert head.startswith(f"{prints}/1_1.png: 2 of 3 prints compared in ")
+    assert first.split()[-3] == "1_1"
+    document = json.loads(run(*words, "--json").stdout)
+    assert (document["enrolled"], document["compared"]) == (3, 2)
+
+
+def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
+    open_gallery(tmp_path / "empty.db", create=True).close()
+    probe = prints / "untagged.tif"
+    result = run("identify", tmp_path / "empty.db", probe, "--matcher", "paper", "--workers", 1)
+    assert result.exit_code == 0
+    assert result.stdout.startswith(f"{probe}: 0 prints compared in ")
+    assert result.stdout.endswith(", no candidate\n")
+    assert f"{probe}: {ASSUMED_DPI}" in result.stderr
+
+
+def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):
+    words = ("identify", gallery, prints / "1_1.png", "--json", "--workers", 1)
+
+    def candidates(result):
+        return [probe["candidates"] for probe in json.loads(result.stdout)["probes"]]
+
+    whole = run(*words)
+    (path,) = gallery.with_name(f"{gallery.name}.prepared").iterdir()
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+    again = run(*words)
+    line = f"fpmatch: note: prepared prints of {gallery} are damaged: prepared again\n"
+    assert (again.exit_code, again.stderr) == (0, line)
+    assert candidates(again) == candidates(whole)
+    assert run(*words).stderr == ""
+
+
+@pytest.fixture
+def people(run, prints, tmp_path):
+    """Return a gallery of two people, of whose fingers one is of both."""
+    folder = tmp_path / "people"
+    folder.mkdir()
+    sources = {"ada_left": "1_1", "ada_right": "2_1", "bob_left": "2_1", "bob_right": "1_1"}
+    for name, source in sources.items():
+        data = (prints / f"{source}.png").read_bytes() + name.encode()
+        (folder / f"{name}.png").write_bytes(data)
+    db = tmp_path / "people.db"
+    pattern = r"(?P<subject>[a-z]+)_(?P<finger>[a-z]+)"
+    assert run("enrol", db, folder, "--pattern", pattern, "--workers", 1).exit_code == 0
+    return db
+
+
+def test_two_fingers_are_searched_together(run, people, prints):
+    words = ("identify", people, prints / "1_1.png", "--with", prints / "2_1.png", "--workers", 1)
+    result = run(*words, "--finger", "left", "--finger", "right")
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, columns, first, second, note = result.stdout.splitlines()
+    assert head.startswith(f"{prints}/1_1.png with {prints}/2_1.png: 4 prints compared in ")
+    assert columns.split() == ["rank", "score", "FMR", "by", "chance", "subject", "fingers"]
+    assert first.split()[-6:-4] != second.split()[-6:-4]
+    assert first.split()[-4:][::2] == ["ada_left", "ada_right"]
+    assert second.split()[-4::2] == ["bob_left", "bob_right"]
+    assert note.strip().startswith("* extrapolated: measured up to 1 in ")
+    document = json.loads(run(*words, "--json").stdout)
+    assert (document["subjects"], document["fingers"]) == (2, ["", ""])
+    assert document["probes"] == [f"{prints}/1_1.png", f"{prints}/2_1.png"]
+    tied = [(one["rank"], one["subject"], one["score"]) for one in document["candidates"]]
+    assert tied == [(1, "ada", tied[0][2]), (2, "bob", tied[0][2])]
+    found = document["candidates"][1]["fingers"]
+    assert [(f["probe"], f["finger"]) for f in found] == [
+        (document["probes"][0], "right"),
+        (document["probes"][1], "left"),
+    ]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--finger", "left"),
+        ("--with", "1_2.png", "--finger", "left"),
+        ("--with", "1_2.png", "--all"),
+        ("--with", "1_2.png", "--impressions"),
+        ("--with", "1_2.png", "--consolidate"),
+        ("--with", "1_2.png", "--transform"),
+        ("2_1.png", "--with", "1_2.png"),
+        ("--with", "1_2.png", "--finger", "left", "--finger", "left"),
+    ],
+)
+def test_what_two_fingers_exclude_is_refused(run, gallery, prints, words):
+    given = [str(prints / word) if word.endswith("png") else word for word in words]
+    result = run("identify", gallery, prints / "1_1.png", *given)
+    assert (result.exit_code, result.stdout) == (2, "")
+
+
+def test_a_second_finger_that_cannot_be_read_ends_the_search(run, gallery, prints, tmp_path):
+    (tmp_path / "empty.png").touch()
+    result = run("identify", gallery, prints / "1_1.png", "--with", tmp_path / "empty.png")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"fpmatch: error: {tmp_path}/empty.png: the file is empty\n"
+
+
+def test_candidates_in_a_file_are_those_that_are_shown(run, gallery, prints, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png", other="2_1.png")
+    words = ("--workers", 1, "-k", 2, "--json")
+    shown = run("identify", gallery, folder, *words)
+    output = tmp_path / "c.csv"
+    result = run("identify", gallery, "--probes", folder, "-o", output, *words)
+    assert (result.exit_code, shown.exit_code) == (1, 1)
+    assert result.stderr == f"fpmatch: failed: {folder}/empty.png: the file is empty\n"
+    document = json.loads(result.stdout)
+    assert (document["probes"], document["rows"], document["failed"]) == (3, 5, 1)
+    assert document["failures"] == [{"probe": f"{folder}/empty.png", "reason": "the file is empty"}]
+    rows = rows_of(output)
+    assert [(row["probe"], row["reason"]) for row in rows if row["reason"]] == [
+        (f"{folder}/empty.png", "the file is empty")
+    ]
+    for probe in json.loads(shown.stdout)["probes"]:
+        found = [row for row in rows if row["probe"] == probe["probe"]]
+        assert [(row["id"], row["score"], row["fmr"]) for row in found] == [
+            (str(one["id"]), str(one["score"]), str(one["fmr"])) for one in probe["candidates"]
+        ]
+
+
+def test_json_lines_are_what_is_shown_of_each_probe(run, gallery, prints, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png", other="2_1.png")
+    words = ("--workers", 1, "-k", 2, "--transform")
+    shown = json.loads(run("identify", gallery, folder, "--json", *words).stdout)
+    output = tmp_path / "c.jsonl"
+    result = run("identify", gallery, "--probes", folder, "-o", output, *words)
+    assert result.exit_code == 1
+    assert result.stdout.endswith(f"{output}: 3 lines\n")
+    documents = [json.loads(line) for line in output.read_text().splitlines()]
+    assert [(Path(one["probe"]).name, one["reason"]) for one in documents] == [
+        ("empty.png", "the file is empty"),
+        ("other.png", None),
+        ("probe.png", None),
+    ]
+    of_all = ("gallery", "matcher", "enrolled", "compared", "fingers", "loss", "listed")
+    for document, probe in zip(documents[1:], shown["probes"], strict=True):
+        assert {name: document[name] for name in of_all} == {name: shown[name] for name in of_all}
+        del probe["seconds"]
+        assert document.items() >= probe.items()
+        assert document["candidates"][0]["transform"]["scale"] > 0
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
+    run, gallery, prints, tmp_path, suffix
+):
+    folder = copied(prints, tmp_path / "probes", "empty.png", "text.png")
+    output = tmp_path / f"c{suffix}"
+    result = run("identify", gallery, "--probes", folder, "-o", output, "--workers", 1)
+    assert result.exit_code == 2
+    named = [line.split(": ")[2] for line in result.stderr.splitlines()]
+    assert named == [f"{folder}/empty.png", f"{folder}/text.png"]
+    assert output.read_text().count("the file is empty") == 1
+
+
+def test_a_file_of_candidates_is_said_in_words_and_resumed(run, gallery, prints, tmp_path):
+    output, words = tmp_path / "c.csv", ("--workers", 1, "-k", 1)
+    probes = (prints / "1_1.png", prints / "2_1.png")
+    usual = ("identify", gallery, probes[0], "--probes", probes[1], "-o", output, *words)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.gallery.batch.candidates.identify_each", _interrupt)
+        interrupted = run(*usual)
+    assert interrupted.exit_code == 130
+    assert interrupted.stderr == "fpmatch: note: the same command resumes the run\n"
+    assert (tmp_path / "c.csv.unfinished").is_dir()
+    assert_refused(run(*usual, "--threshold", 3), "but with another threshold")
+    result = run(*usual)
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, last = result.stdout.splitlines()
+    assert head.startswith("2 probes: ")
+    assert last == f"{output}: 2 rows"
+    assert [row["subject"] for row in rows_of(output)] == ["1", "2"]
+
+
+def _interrupt(*_, **__):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ((), "Missing argument 'PROBE...'"),
+        (("p.png", "-o", "c.csv", "--transform"), "--transform needs -o OUT.jsonl"),
+        (("p.png", "-o", "c.csv", "--with", "q.png"), "-o excludes"),
+        (("p.png", "--workers", 2, "--scheduler", "tcp://x:1"), "exclude each other"),
+        (("p.png", "-o", "c.csv", "--scheduler", "nonsense"), "no Dask scheduler answers"),
+        (("p.png", "-o", "c.txt"), "candidates are written as .csv"),
+        (("p.png", "-o", "no/where/c.csv"), "no such file or directory"),
+    ],
+)
+def test_what_a_file_of_candidates_needs(run, gallery, prints, monkeypatch, words, reason):
+    if "nonsense" in words:
+        pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+    monkeypatch.setattr("fpmatch.gallery.engine.cluster.CONNECT_S", 0.3)
+    monkeypatch.chdir(gallery.parent)
+    files = {"p.png": prints / "1_1.png", "q.png": prints / "2_1.png"}
+    result = run("identify", gallery, *(files.get(word, word) for word in words))
+    assert result.exit_code == 2
+    assert reason in result.stderr
+    assert "Traceback" not in result.stderr

@@ -1,0 +1,132 @@
+"""`fpmatch score`: what it prints, and what becomes of bad input."""
+
+import json
+import shutil
+from importlib import import_module
+
+import pytest
+from PIL import Image, ImageOps
+
+from fpmatch.gallery.batch import score as scoring
+from fpmatch.image.quality.polarity import INVERTED
+
+from ...conftest import assert_refused, copied, rows_of
+
+SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.png with 1_2.png\n"
+
+
+@pytest.fixture
+def pair(prints, tmp_path):
+    """Return a folder of two prints of one finger."""
+    return copied(prints, tmp_path / "pair", "1_1.png", "1_2.png")
+
+
+@pytest.fixture
+def score(run, pair, tmp_path):
+    """Return a function that scores the pair against itself, on one process."""
+    usual = ("--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv")
+    return lambda *words: run("score", *usual, "--workers", 1, *words)
+
+
+def test_all_pairs_of_two_folders(score, tmp_path):
+    output, fingers = tmp_path / "scores.csv", tmp_path / "fingers.csv"
+    result = score("--fingers", fingers)
+    assert (result.exit_code, result.stderr) == (0, SAME)
+    counts, written, of_fingers = result.stdout.splitlines()
+    assert counts.startswith("2 probes against 2 references: 4 pairs: ")
+    assert counts.endswith(" a second)")
+    assert (written, of_fingers) == (f"{output}: 4 rows", f"{fingers}: 2 rows")
+    scores = {(row["probe"], row["reference"]): row["score"] for row in rows_of(output)}
+    assert list(scores) == [(p, r) for p in ("1_1.png", "1_2.png") for r in ("1_1.png", "1_2.png")]
+    assert scores["1_1.png", "1_2.png"] == scores["1_2.png", "1_1.png"]
+    found = rows_of(fingers)
+    assert [(row["probe"], row["finger"], row["impressions"]) for row in found] == [
+        ("1_1.png", "1", "1"),
+        ("1_2.png", "1", "1"),
+    ]
+    assert float(found[0]["score"]) == pytest.approx(float(scores["1_1.png", "1_2.png"]))
+
+
+def test_failures_are_rows_lines_and_status_1(score, prints, pair, tmp_path):
+    for name in ("text.png", "truncated.png", "untagged.tif"):
+        shutil.copy(prints / name, pair)
+    listed = tmp_path / "list.csv"
+    listed.write_text("probe,reference\n1_1,untagged\ntext,1_1\n1_1,truncated\ntext,text\n")
+    result = score("--pairs", listed, "--json")
+    assert result.exit_code == 1
+    rows = rows_of(tmp_path / "scores.csv")
+    assert [bool(row["score"]) for row in rows] == [True, False, False, False]
+    assert rows[1]["reason"] == "probe: not an image of a known format"
+    assert rows[2]["reason"].startswith("reference: ")
+    assert rows[3]["reason"].count("not an image of a known format") == 2
+    note, identical, *failed = result.stderr.splitlines()
+    assert note.startswith("fpmatch: note: ")
+    assert "untagged.tif: 500 dpi assumed" in note
+    assert identical == "fpmatch: note: 1 pair of identical prints: 1_1.png with untagged.tif"
+    assert [line.split(": ")[3] for line in failed] == ["text.png", "truncated.png"]
+    document = json.loads(result.stdout)
+    assert (document["pairs"], document["failed_pairs"], document["rows"]) == (4, 3, 4)
+    assert [one["name"] for one in document["failures"]] == ["text.png", "truncated.png"]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_was_noticed_on_reading_is_said_once(score, pair, pressed, workers):
+    for name, image in zip(("1_1", "1_2"), pressed[:2], strict=True):
+        ImageOps.invert(Image.fromarray(image)).save(pair / f"{name}.png", dpi=(500, 500))
+    result = score("--workers", workers, "--json")
+    assert result.stderr == f"fpmatch: note: {pair}: 1_1.png and 1 other: {INVERTED}\n{SAME}"
+    prints = [f"{pair}: 1_1.png", f"{pair}: 1_2.png"]
+    assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": prints}]
+
+
+def test_a_calibration_of_one_s_own(score, tmp_path):
+    fitted, output = tmp_path / "calibration.json", tmp_path / "scores.csv"
+    fitted.write_text(
+        '{"provenance": {"sets": [], "impostors": 0, "version": "", "command": ""},'
+        '"tail_scale": 1, "tail_shape": 0, "knots": [[0, 0], [1e9, 17]]}'
+    )
+    assert score("--calibration", fitted, "--threshold", 18).exit_code == 0
+    assert rows_of(output) == []
+    assert score("--calibration", fitted).exit_code == 0
+    assert all(0 < float(row["score"]) < 17 for row in rows_of(output))
+
+
+def test_no_scheduler_is_one_line_and_status_2(run, pair, tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+    from fpmatch.gallery.engine import cluster
+
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
+    usual = ("--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv")
+    result = run("score", *usual, "--scheduler", "tcp://127.0.0.1:1")
+    assert_refused(result, "tcp://127.0.0.1:1: no Dask scheduler answers")
+
+
+def test_interrupted_it_says_how_to_go_on(score, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(scoring, "score", interrupted)
+    result = score()
+    assert result.exit_code == 130
+    assert result.stderr == "fpmatch: note: the same command resumes the run\n"
+
+
+def test_every_stage_has_a_bar(pair, tmp_path):
+    stages = set()
+    output = tmp_path / "scores.csv"
+    scoring.score(pair, str(pair), output, progress=lambda stage, *_: stages.add(stage))
+    assert stages < set(import_module("fpmatch.gallery.cli.score")._STAGES)
+
+
+def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery, tmp_path):
+    folder = copied(prints, tmp_path / "probes", "2_1.png")
+    Image.open(prints / "1_1.png").save(folder / "copy.bmp", dpi=(500, 500))
+    output = tmp_path / "out.csv"
+    words = ("score", "--references", gallery, "--probes", folder, "-o", output, "--workers", 1)
+    result = run(*words, "--json")
+    found = json.loads(result.stdout)["identical"]
+    assert found == {"pairs": 2, "first": [["2_1.png", "2_1"], ["copy.bmp", "1_1"]]}
+    assert "note: 2 pairs of identical prints: 2_1.png with 2_1; copy.bmp with 1_1" in result.stderr
+    listed = tmp_path / "list.csv"
+    listed.write_text("probe,reference\n2_1,1_1\n2_1,1_2\n")
+    assert json.loads(run(*words, "--pairs", listed, "--json").stdout)["identical"]["pairs"] == 0

@@ -1,0 +1,324 @@
+import importlib
+import json
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.formats.files import save_template
+from fpmatch.lab.evaluation import cropping
+from fpmatch.lab.evaluation import run as work
+from fpmatch.lab.evaluation.databases import comparison, extraction
+from fpmatch.matching.calibration import Calibration
+from fpmatch.templates.minutiae import Minutiae, Template
+
+from ...conftest import assert_refused, copied, rows_of
+
+KEYS = ["sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
+
+
+@pytest.fixture
+def evaluate(run):
+    """Return a function that runs the command, on one process."""
+    return lambda *words: run("evaluate", "--workers", 1, *words)
+
+
+@pytest.fixture
+def known_answers(monkeypatch, bench):
+    """Let the command run with a matcher and an extractor whose answers are known."""
+    monkeypatch.setattr(work, "get_matcher", lambda name: bench.MATCHER)
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_, **__: bench.extractor)
+
+
+@pytest.fixture
+def database(make_database):
+    """Return a database of five fingers, four prints of each, one of which cannot be extracted."""
+    toml = 'name = "Five fingers"\ndpi = 500\n'
+    return make_database("prints", contents={"3_3": "broken"}, toml=toml)
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database):
+    result = evaluate(database)
+    assert result.exit_code == 1
+    rates, intervals = result.stdout.split("\n\n")
+    assert rates.splitlines()[1].split()[:4] == ["Five", "fingers", "30", "160"]
+    assert len(intervals.splitlines()) == 2
+    assert result.stderr == f"fpmatch: note: no template: {database / '3_3.tif'}: broken\n"
+    document = json.loads(evaluate(database, "--json").stdout)
+    assert list(document) == KEYS
+    assert (document["dpi_assumed"], document["notes"]) == (0, [])
+    low, high = document["intervals"]["pooled"]["eer"]
+    assert low <= document["pooled"]["eer"] <= high
+    assert 0 < document["pooled"]["eer"] < 1
+    row = document["sets"][0]
+    assert (row["name"], row["failures"]) == ("Five fingers", 1)
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_squares_are_compared_with_whole_prints(evaluate, database, bench, monkeypatch):
+    sides, failed = [], []
+    monkeypatch.setattr(cropping, "failed_crops", lambda sets: failed)
+
+    def squares(side_px, enhance, reader):
+        sides.append(side_px)
+        return bench.extractor
+
+    monkeypatch.setattr(cropping, "crop_extractor_of", squares)
+    (database / "3_3.tif").write_text("print")
+    result, whole = evaluate(database, "--crop", 160), evaluate(database)
+    assert result.exit_code == 0
+    assert result.stdout.split("\n\n", 1)[1].split("\n")[2:] == whole.stdout.split("\n")[2:]
+    document = json.loads(evaluate(database, "--crop", 128, "--json").stdout)
+    assert document["crop"] == {"side_px": 128, "failures": []}
+    failed.append(database / "1_1.tif")
+    bad = evaluate(database, "--crop", 64)
+    assert (bad.exit_code, bad.stderr.count(f"{failed[0]}\n")) == (1, 1)
+    assert sides == [160, 128, 64]
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_several_impressions_are_enrolled_as_one_finger(evaluate, database, monkeypatch, tmp_path):
+    curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
+    monkeypatch.setattr(comparison, "load_calibration", lambda name: curve)
+    others = tmp_path / "others"
+    others.mkdir()
+    for name in ("1_1.tif", "9_1.tif", "9_2.tif"):
+        (others / name).write_text("print")
+    words = (database, "--enrol", 3, "--impostors", others)
+    document = json.loads(evaluate(*words, "--json").stdout)
+    assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (5, 35)
+    assert document["enrol"]["impressions"] == 3
+    assert document["enrol"]["impostors"] == ["others"]
+    assert [row["score"] for row in document["enrol"]["scores"]] == [20, 30, 40]
+    assert "at random" in evaluate(*words, "--enrol-seed", 1).stdout.partition("\n")[0]
+    assert_refused(evaluate(database, "--enrol", 3, "--impostors", database), "twice")
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_report_is_one_page(evaluate, database, tmp_path):
+    pytest.importorskip("matplotlib")
+    folder = tmp_path / "made" / "report"
+    result = evaluate(database, "--report", folder, "--bootstrap", 50)
+    assert (result.exit_code, f"{folder / 'index.html'}\n" in result.stderr) == (1, True)
+    assert [path.name for path in folder.iterdir()] == ["index.html"]
+    assert "3_3.tif: broken" in (folder / "index.html").read_text(encoding="utf-8")
+
+
+def test_a_report_without_matplotlib_is_refused_before_any_work(evaluate, database, monkeypatch):
+    style = importlib.import_module("fpmatch.lab.plots.style")
+    monkeypatch.setattr(style, "find_spec", lambda name: None)
+    assert_refused(evaluate(database, "--report", database / "report"), "matplotlib")
+    assert not (database / "report").exists()
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
+    path = tmp_path / "scores.csv"
+    evaluate(database, "--scores", path)
+    words = (database, "--baseline", path)
+    result = evaluate(*words, "--bootstrap", 100)
+    assert result.exit_code == 1
+    assert result.stdout.split("\n\n")[2].startswith(f"fake compared with {path}: 190 pairs")
+    document = json.loads(evaluate(*words, "--json").stdout)
+    assert document["baseline"]["pooled"]["pairs"] == 190
+    path.write_text("set,probe,reference,genuine,similarity\nother,1_1,2_1,0,0.5\n")
+    other = evaluate(*words)
+    assert (other.exit_code, "other; Five fingers\n" in other.stderr) == (2, True)
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkeypatch):
+    class Blind(bench.Fake):  # to all but the first finger
+        name = "blind"
+
+        def prepare(self, template):
+            return min(super().prepare(template), 150.0)
+
+    named = {"fake": bench.MATCHER, "blind": Blind()}
+    command = importlib.import_module("fpmatch.lab.cli.evaluate")
+    monkeypatch.setattr(work, "get_matcher", named.__getitem__)
+    monkeypatch.setattr(command, "matcher_names", lambda: list(named))
+    path = tmp_path / "scores.csv"
+    result = evaluate(database, "--matcher", "all", "--scores", path)
+    assert result.exit_code == 1
+    _, _, _, _, both, against = result.stdout.split("\n\n")
+    assert [line.split()[0] for line in both.splitlines()] == ["side", "fake", "blind"]
+    assert "worse" in against
+    assert [row["matcher"] for row in rows_of(path)] == ["fake"] * 190 + ["blind"] * 190
+    words = ["--matcher", "fake", "--matcher", "blind", "--matcher", "fake", "--json"]
+    document = json.loads(evaluate(database, *words).stdout)
+    assert [one["matcher"] for one in document["matchers"]] == ["fake", "blind"]
+    assert document["against_first"][0]["pooled"]["eer"]["verdict"] == "worse"
+
+
+@pytest.mark.usefixtures("known_answers")
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_was_noticed_on_reading_is_said_once(evaluate, database, bench, monkeypatch, workers):
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_, **__: bench.noting_extractor)
+    (database / "dataset.toml").unlink()
+    result = evaluate(database, "--workers", workers, "--json")
+    assumed, green, broken = result.stderr.splitlines()
+    assert f"{database}/1_1.tif and 18 others: " in assumed
+    assert f"{database}/2_1.tif and 3 others: its ridges are green" in green
+    assert broken.endswith(f"{database}/3_3.tif: broken")
+    document = json.loads(result.stdout)
+    assert document["dpi_assumed"] == 19
+    prints = [str(database / f"2_{number}.tif") for number in range(1, 5)]
+    assert document["notes"] == [{"note": "its ridges are green", "prints": prints}]
+
+
+@pytest.fixture
+def truth(database):
+    """Write a truth beside the prints that contains one minutia of each."""
+    folder = database / "truth"
+    folder.mkdir()
+    minutiae = {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]}
+    impression = {"transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0}, "minutiae": minutiae}
+    for finger in range(1, 6):
+        impressions = {path.stem: impression for path in database.glob(f"{finger}_*.tif")}
+        document = {"minutiae": {"x": [100 * finger], "y": [0]}, "impressions": impressions}
+        (folder / f"{finger}.json").write_text(json.dumps(document))
+    return folder / "3.json"
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
+    tables = evaluate(database, "--ground-truth", "--bootstrap", 0).stdout.split("\n\n")
+    assert [table.split()[0] for table in tables[1:]] == ["minutiae", "false", "transforms"]
+    # by the names of the options in 0.1.0
+    document = json.loads(evaluate(database, "--minutiae", "--resamples", 9, "--json").stdout)
+    assert list(document) == [*KEYS, "ground_truth"]
+    assert document["intervals"]["bootstrap"] == 9
+    pooled = document["ground_truth"]["pooled"]
+    assert (pooled["extracted"], pooled["true"]) == (19, 20)
+    truth.write_text("{")
+    assert_refused(evaluate(database, "--ground-truth"), f"{truth}: ")
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_written_scores_give_the_same_rates_without_images(evaluate, database, tmp_path):
+    scores = tmp_path / "Five fingers.csv"  # named as the database
+    options = ("--fmr", 0.05, "--bootstrap", 100, "--json")
+    first = json.loads(evaluate(database, "--scores", scores, *options).stdout)
+    result = json.loads(evaluate("--scores-in", scores, *options).stdout)
+    for document in (first, result):
+        for row in (*document["sets"], document["mean"]):
+            del row["extract_ms"], row["match_us"]
+            row.pop("identical", None)  # not known of scores in a file
+    for key in ("sets", "mean", "pooled", "intervals", "fnmr_at_fmr", "quality"):
+        assert result[key] == first[key]
+    (note,) = result["notes"]
+    assert (note["matcher"], note["note"].partition(" of")[0]) == ("fake", "19")
+
+
+def test_scores_of_other_matchers_stand_side_by_side(evaluate, tmp_path):
+    rng = np.random.default_rng(4)
+    for name, shift in (("good", 3.0), ("poor", 1.0)):
+        lines = [
+            f"{a // 4}_{a} {b // 4}_{b} {rng.normal(shift * (a // 4 == b // 4), 1):.6f}\n"
+            for a in range(32)
+            for b in range(a)
+        ]
+        (tmp_path / f"{name}.txt").write_text("".join(lines))
+    files = ("--scores-in", tmp_path / "good.txt", "--scores-in", tmp_path / "poor.txt")
+    result = evaluate(*files, "--bootstrap", 100)
+    assert result.exit_code == 0
+    assert "poor compared with good: 496 pairs" in result.stdout
+    document = json.loads(evaluate(*files, "--bootstrap", 0, "--json").stdout)
+    eers = [one["pooled"]["eer"] for one in document["matchers"]]
+    assert eers[0] < eers[1]
+    assert "lower" in evaluate(*files, "--distances").stderr
+    assert_refused(evaluate(*files, "--scores-in", tmp_path / "good.txt"), "same name: good")
+
+
+def test_a_report_of_scores_names_the_hardest_pairs_where_they_have_names(evaluate, tmp_path):
+    pytest.importorskip("matplotlib")
+    path, page = tmp_path / "theirs.csv", tmp_path / "report" / "index.html"
+    for text, shown in (
+        ("probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\n", True),
+        ("genuine,impostor\n0.9,0.1\n0.8,0.2\n", False),
+    ):
+        path.write_text(text)
+        assert evaluate("--scores-in", path, "--report", page.parent).exit_code == 0
+        assert ("ann&lt;1&gt; and ann 2" in page.read_text(encoding="utf-8")) == shown
+
+
+@pytest.fixture
+def searched(tmp_path):
+    """Return a folder of templates of six fingers, four of each, one of which is broken."""
+    folder = tmp_path / "searched"
+    folder.mkdir()
+    for finger in range(1, 7):
+        place = np.random.default_rng(finger).uniform(20, 280, (2, 15))
+        for impression in range(1, 5):
+            noise = np.random.default_rng([finger, impression]).normal(0, 2, (2, 15))
+            x, y = place + noise
+            template = Template(Minutiae(x, y, np.linspace(0, 6, 15)), 300, 300)
+            save_template(folder / f"{finger}_{impression}.xyt", template)
+    (folder / "3_3.xyt").write_text("broken")
+    return folder
+
+
+def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
+    words = (searched, "--protocol", "identification", "--fpir", "0.1", "--fpir", "0.2")
+    outputs = ("--curves", tmp_path / "curves", "--plot", tmp_path / "det.svg")
+    result = evaluate(*words, "--fingers", 2, *outputs)
+    assert result.exit_code == 1, result.output
+    one, rates, _, _, two, *_ = result.stdout.split("\n\n")
+    assert (one[0], two[0]) == ("1", "2")
+    assert rates.splitlines()[1].split()[:3] == ["searched", "72", "144"]
+    assert "no template" in result.stderr
+    head, *rows = (tmp_path / "curves" / "identification_rank.csv").read_text().splitlines()
+    assert head == "matcher,set,fingers,rank,fnir,fnir_low,fnir_high"
+    assert len(rows) == 200
+    assert (tmp_path / "curves" / "identification_det.csv").exists()
+    assert "FPIR, %" in (tmp_path / "det.svg").read_text()
+    document = json.loads(evaluate(*words, "--json").stdout)
+    assert document["protocol"] == "identification"
+    (test,) = document["tests"]
+    assert [p["fpir"] for p in test["sets"][0]["fnir_at_fpir"]] == [0.1, 0.2]
+    assert test["pooled"]["mated"] == 72
+
+
+def test_the_background_contains_no_print_that_is_searched_for(evaluate, run, searched, tmp_path):
+    gallery = tmp_path / "prints.db"
+    run("enrol", gallery, searched, "--workers", 1)
+    for background in (searched, gallery):
+        words = (searched, "--protocol", "identification", "--background", background)
+        result = evaluate(*words)
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert "searched for" in result.stderr
+
+
+def test_identification_without_intervals_and_with_a_background(evaluate, searched, tmp_path):
+    others = tmp_path / "others"
+    shutil.copytree(searched, others)
+    (others / "3_3.xyt").unlink()
+    words = (searched, "--protocol", "identification", "--fpir", "0.1", "--bootstrap", 0)
+    result = evaluate(*words, "--background", others)
+    assert (result.exit_code, "95 %" in result.stdout) == (1, False)
+    assert "6 of them background" in result.stdout
+    for path in searched.iterdir():
+        path.write_text("broken")
+    result = evaluate(*words)
+    assert (result.exit_code, "100.00 %" in result.stdout) == (1, True)
+
+
+def test_pairs_of_identical_prints_are_counted_and_named(run, prints, tmp_path):
+    folder = copied(prints, tmp_path / "db", "1_1.png", "2_1.png")
+    picture = Image.open(prints / "1_1.png")
+    for name in ("1_2.bmp", "3_1.bmp"):
+        picture.save(folder / name, dpi=(500, 500))
+    page = tmp_path / "report"
+    words = ("evaluate", folder, "--bootstrap", 0, "--workers", 1)
+    genuine, impostor = run(*words).stdout.splitlines()[-2:]
+    assert genuine.startswith("genuine: 1 pair of identical")
+    assert genuine.endswith("1_1.png with 1_2.bmp")
+    assert impostor.startswith("impostor: 2 pairs of identical")
+    assert impostor.endswith("1_1.png with 3_1.bmp, 1_2.bmp with 3_1.bmp")
+    (row,) = json.loads(run(*words, "--json", "--report", page).stdout)["sets"]
+    pairs = [["1_1.png", "1_2.bmp"], ["1_1.png", "3_1.bmp"], ["1_2.bmp", "3_1.bmp"]]
+    assert row["identical"] == {"genuine": 1, "impostor": 2, "pairs": pairs}
+    assert "1 pair of identical" in (page / "index.html").read_text(encoding="utf-8")

@@ -1,0 +1,114 @@
+"""People's own data at the command line: manifests, folders, patterns, pairs, galleries."""
+
+import json
+import shutil
+
+import pytest
+
+from ...conftest import assert_refused, copied, rows_of
+
+
+@pytest.fixture
+def scans(prints, tmp_path):
+    """Return a folder of the prints under other names, with a manifest and folders of fingers."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    rows = ["path,subject,finger,dpi\n"]
+    for source in sorted(prints.glob("*_*.png")):
+        finger, number = source.stem.split("_")
+        name = f"{finger}-left index-{'ab'[int(number) - 1]}.png"
+        shutil.copy(source, folder / name)
+        rows.append(f"{name},{finger},left index,500\r\n")
+        below = tmp_path / "people" / finger / "left index"
+        below.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source, below)
+    (folder / "manifest.csv").write_text("".join(rows), newline="")
+    return folder
+
+
+def test_a_gallery_of_a_manifest_has_its_fingers_and_finds_its_probes(run, scans, tmp_path):
+    database, manifest = tmp_path / "own.db", scans / "manifest.csv"
+    document = json.loads(run("enrol", database, manifest, "--workers", 1, "--json").stdout)
+    assert document["failed"] == 0
+    listed = json.loads(run("gallery", "list", database, "--json").stdout)
+    labels = {(e["subject"], e["finger"], e["impression"]) for e in listed}
+    assert ("1", "left index", "1") in labels
+    found = json.loads(run("identify", database, manifest, "--json").stdout)
+    assert len(found["probes"]) == document["enrolled"] == len(listed)
+    by_folder = tmp_path / "folders.db"
+    assert run("enrol", by_folder, tmp_path / "people", "--workers", 1).exit_code == 0
+    listed = json.loads(run("gallery", "list", by_folder, "--json").stdout)
+    assert {(e["subject"], e["finger"]) for e in listed} == {label[:2] for label in labels}
+
+
+def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, tmp_path):
+    out, listed, copy = (tmp_path / name for name in ("scores.csv", "list.txt", "copy.csv"))
+
+    def scored(references, probes, *words):
+        given = ("--references", references, "--probes", probes, "-o", out, "--workers", 1)
+        assert run("score", *given, *words).exit_code == 0
+        return rows_of(out)
+
+    copy.write_text((scans / "manifest.csv").read_text().replace("\n1-", "\nscans/1-"))
+    copy.write_text("\n".join(line for line in copy.read_text().split("\n") if line[:1] != "2"))
+    for row in scored(scans / "manifest.csv", copy):
+        assert row["probe"].startswith("scans/")
+        assert row["genuine"] == str(int(row["reference"][0] == row["probe"][len("scans/")]))
+    listed.write_text(f"1_1 2_1 1\n1_1 {prints.name}/1_2.png 0\n")
+    rows = scored(prints, prints, "--pairs", listed)
+    assert [(r["reference"], r["genuine"]) for r in rows] == [("2_1.png", "1"), ("1_2.png", "0")]
+    assert {row["genuine"] for row in scored(scans, tmp_path / "people")} == {""}
+
+
+@pytest.mark.parametrize(
+    ("content", "place"),
+    [
+        ("path,subject\ngone.png,1\n", "line 2, column path: gone.png"),
+        ("path,subject,dpi\n1_1.png,1,x\n", "line 2, column dpi: 'x'"),
+        ("path,subject\n1_1.png,1\n1_1.png,2\n", "line 3, column path: 1_1.png"),
+    ],
+)
+def test_a_wrong_manifest_stops_every_command_before_any_work(
+    run, prints, tmp_path, content, place
+):
+    manifest = copied(prints, tmp_path / "some", "1_1.png") / "manifest.csv"
+    manifest.write_text(content)
+    out = tmp_path / "out.csv"
+    for words in (
+        ("evaluate", manifest, "--scores", out),
+        ("calibrate", manifest, "-o", out),
+        ("score", "--references", manifest, "--probes", prints, "-o", out),
+        ("enrol", out, manifest),
+    ):
+        assert_refused(run(*words), f"manifest.csv: {place}")
+    assert not list(tmp_path.glob("out*"))
+
+
+def test_options_that_exclude_each_other(run, prints, tmp_path):
+    listed = tmp_path / "list.txt"
+    listed.write_text("1_1 1_2\n")
+    result = run("evaluate", prints, "--pairs", listed, "--enrol", 1)
+    assert (result.exit_code, "--enrol" in result.stderr) == (2, True)
+    assert_refused(run("evaluate", prints, prints, "--pairs", listed), "one database")
+    assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
+    assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: ")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "evaluate {list} --bootstrap 0",
+        "score --references {list} --probes {list} -o {out}.csv",
+        "enrol {out}.db {list}",
+    ],
+)
+def test_resolutions_that_differ_are_noted_by_every_command(run, scans, tmp_path, words):
+    manifest = scans / "manifest.csv"
+    one, other = (f"index-b.png,1,left index,{dpi}" for dpi in (500, 480))
+    manifest.write_text(manifest.read_text().replace(one, other))
+    given = words.format(list=manifest, out=tmp_path / "out").split()
+    result = run(*given, "--workers", 1, "--json")
+    (noted,) = json.loads(result.stdout)["notes"]
+    assert (result.exit_code, result.stderr.count(noted["note"])) == (0, 1)
+    assert noted["note"].startswith("480 dpi")
+    assert noted["prints"][0].endswith("1-left index-b.png")

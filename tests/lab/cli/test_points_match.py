@@ -1,0 +1,237 @@
+"""`fpmatch points match`: the transform it prints, its files, and what it says of bad input."""
+
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from fpmatch.lab.points.match import POINT_MATCHERS
+from fpmatch.lab.points.triangles._proposal_kernel import COMPILED
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.similarity import Similarity
+
+from ...conftest import assert_refused, rows_of
+
+MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
+needs_compiled_kernels = pytest.mark.skipif(
+    not COMPILED, reason="interpreted, a search in vain takes minutes"
+)
+KEYS = [
+    "match", "transform", "pairs", "matched_share", "rms", "chance", "local_matches", "reason",
+    "points", "matcher", "tolerance", "rho", "area_tolerance", "p", "q",
+]  # fmt: skip
+
+
+def write(path, points, delimiter=","):
+    lines = (f"{x!r}{delimiter}{y!r}\n" for x, y in points.tolist())
+    path.write_text(f"x{delimiter}y\n{''.join(lines)}")
+    return path
+
+
+@pytest.fixture
+def stars(tmp_path, rng):
+    """Return two files: 30 points, and 28 of them moved, in another order, with 4 others."""
+    p = rng.uniform(0, 100, (30, 2))
+    q = np.vstack([MOVE.apply(p[2:]), MOVE.apply(rng.uniform(0, 100, (4, 2)))])[::-1]
+    return write(tmp_path / "stars.csv", p), write(tmp_path / "catalogue.csv", q, ";")
+
+
+@pytest.fixture
+def unlike(tmp_path, rng):
+    """Return two files of points that have nothing in common."""
+    p, q = rng.uniform(0, 100, (12, 2)), rng.uniform(0, 100, (12, 2))
+    return write(tmp_path / "one.csv", p), write(tmp_path / "other.csv", q)
+
+
+@pytest.fixture
+def match(run):
+    """Return a function that runs the command and returns its result and its JSON."""
+
+    def run_match(*words, **options):
+        result = run("points", "match", *words, **options)
+        return result, json.loads(result.stdout)
+
+    return run_match
+
+
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
+def test_a_known_transform_is_printed(match, stars, matcher):
+    result, document = match(*stars, "--matcher", matcher)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert list(document) == KEYS
+    assert document["match"] is True
+    transform = document["transform"]
+    assert list(transform) == ["scale", "rotation_deg", "tx", "ty", "matrix"]
+    assert list(transform.values())[:4] == pytest.approx([1.7, -130, 250, -40])
+    np.testing.assert_allclose(transform["matrix"], MOVE.matrix, atol=1e-6)
+    assert document["pairs"] == [[i, 33 - i] for i in range(2, 30)]
+    assert document["matched_share"] == pytest.approx(28 / 30)
+    assert document["rms"] == pytest.approx(0, abs=1e-6)
+    assert (document["chance"] is None) == (matcher != "triangles")
+    assert document["points"] == {"p": 30, "q": 32}
+    assert (document["matcher"], document["tolerance"]) == (matcher, None)
+    assert (document["p"], document["q"]) == tuple(map(str, stars))
+
+
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
+def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
+    words = ("--tolerance", "0.5", "--json", "--matcher", matcher)
+    result, document = match(*unlike, *words, "--pairs", tmp_path / "pairs.csv")
+    assert result.exit_code == 1
+    assert list(document) == KEYS
+    assert document["match"] is False
+    assert document["transform"] is document["rms"] is document["chance"] is None
+    assert (document["pairs"], document["matched_share"], document["tolerance"]) == ([], 0, 0.5)
+    assert document["reason"]
+    assert "--" not in document["reason"]
+    assert (tmp_path / "pairs.csv").read_text() == "p,q,p_x,p_y,q_x,q_y,distance\n"
+
+
+def test_the_words_of_a_match_and_of_none(run, stars, unlike):
+    result, none = (run("points", "match", *files, "--text") for files in (stars, unlike))
+    assert (result.exit_code, none.exit_code) == (0, 1)
+    names = [[line.split()[0] for line in one.stdout.splitlines()] for one in (result, none)]
+    assert names[0] == ["MATCH", "Points", "Pairs", "Transform", "Residual", "Chance"]
+    assert names[1] == ["NO", "Points", "Reason"]
+    assert "scale 1.7, rotation 130.000° from y to x, shift +250, -40\n" in result.stdout
+
+
+@pytest.mark.parametrize(("rho", "status"), [("0.93", 0), ("0.94", 1)])
+def test_the_papers_method_decides_by_rho(match, stars, rho, status):
+    result, document = match(*stars, "--matcher", "paper", "--rho", rho)
+    assert (result.exit_code, document["match"]) == (status, status == 0)
+    assert (document["transform"] is None) == bool(document["reason"]) == (status == 1)
+    assert document["rho"] == float(rho)
+    assert ("93.3%" in document["reason"]) == (rho in document["reason"]) == (status == 1)
+
+
+@pytest.fixture
+def views(tmp_path, rng):
+    """Return a function that writes 30 points, and 28 of them under an affine map."""
+
+    def written(truth):
+        p = rng.uniform(0, 100, (30, 2))
+        q = np.vstack([truth.apply(p[2:]), truth.apply(rng.uniform(0, 100, (4, 2)))])
+        return write(tmp_path / "oblique.csv", p), write(tmp_path / "map.csv", q)
+
+    return written
+
+
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
+def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
+    truth = AffineTransform.of_parts(1.7, 1.7, 0, math.radians(40), 250, -40, mirrored=True)
+    words = (*views(truth), "--matcher", matcher)
+    without = match(*words)[1]
+    assert without["match"] is False
+    assert ("--reflect" in without["reason"]) == (matcher == "triangles")
+    result, document = match(*words, "--reflect")
+    assert result.exit_code == 0
+    assert list(document) == [*KEYS[:-2], "reflect", "model", *KEYS[-2:]]
+    transform = document["transform"]
+    assert list(transform) == ["scale", "rotation_deg", "tx", "ty", "mirrored", "matrix"]
+    assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])
+    assert transform["mirrored"] is document["reflect"] is True
+    np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
+    assert " mirrored (" in run("points", "match", *words, "--reflect", "--text").stdout
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored):
+    truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=mirrored)
+    words = (*views(truth), *["--reflect"] * mirrored)
+    without = match(*words)[1]
+    assert (without["match"], "--model affine" in without["reason"]) == (False, True)
+    words += ("--model", "affine")
+    result, document = match(*words, "--pairs", tmp_path / "pairs.csv")
+    assert result.exit_code == 0
+    transform = document["transform"]
+    parts = ["scale_x", "scale_y", "shear", "rotation_deg", "tx", "ty"]
+    assert list(transform) == [*parts, "mirrored", "matrix"]
+    assert [transform[part] for part in parts] == pytest.approx(
+        [3, 1.2, 0.5, math.degrees(0.7), 250, -40]
+    )
+    assert transform["mirrored"] is document["reflect"] is mirrored
+    np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
+    assert document["pairs"] == [[i, i - 2] for i in range(2, 30)]
+    rows = rows_of(tmp_path / "pairs.csv")
+    assert max(float(row["distance"]) for row in rows) < 1e-6
+    text = run("points", "match", *words, "--text").stdout
+    assert "scale 3 along x and 1.2 along y, shear 0.5\n" in text
+    assert ("  Stretch     mirrored " in text) == mirrored
+
+
+def test_both_options_are_named_where_both_are_needed(match, views):
+    truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=True)
+    words = views(truth)
+    result, document = match(*words)
+    assert (result.exit_code, document["transform"]) == (1, None)
+    assert "--model affine --reflect" in document["reason"]
+    reason = match(*words, "--model", "affine")[1]["reason"]
+    assert ("--reflect" in reason, "--model" in reason) == (True, False)
+
+
+@needs_compiled_kernels
+def test_a_search_that_ends_at_its_limit_says_so(match, tmp_path, rng):
+    p, q = (write(tmp_path / name, rng.uniform(0, 100, (1500, 2))) for name in ("p.csv", "q.csv"))
+    result, document = match(p, q)
+    assert (result.exit_code, "200,000 proposals" in document["reason"]) == (1, True)
+
+
+def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
+    words = (*stars, "--model", "affine", "--matcher", "paper")
+    assert_refused(run("points", "match", *words), "triangles")
+    along = np.arange(9.0)
+    near = write(tmp_path / "near.csv", np.column_stack([along, along**2 / 1e9]))
+    assert_refused(run("points", "match", near, stars[1], "--model", "affine"), "line")
+
+
+def test_a_smaller_area_tolerance_follows_fewer_local_matches(match, stars):
+    words = [*stars, "--matcher", "paper", "--area-tolerance"]
+    (_, few), (_, many) = (match(*words, area) for area in ("0.001", "1"))
+    assert few["match"] is many["match"] is True
+    assert few["local_matches"] < many["local_matches"]
+    assert few["area_tolerance"] == 0.001
+
+
+def test_pairs_are_written_as_a_table(match, stars, tmp_path):
+    _, document = match(*stars, "--pairs", tmp_path / "pairs.csv")
+    rows = rows_of(tmp_path / "pairs.csv")
+    assert [[int(row["p"]), int(row["q"])] for row in rows] == document["pairs"]
+    for row in rows:
+        moved = MOVE.apply([[float(row["p_x"]), float(row["p_y"])]])[0]
+        assert moved == pytest.approx((float(row["q_x"]), float(row["q_y"])))
+        assert float(row["distance"]) == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_a_plot_is_drawn_whatever_the_decision(match, stars, unlike, tmp_path, suffix):
+    pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+    for files, status in ((stars, 0), (unlike, 1)):
+        path = tmp_path / f"plot{status}.{suffix}"
+        assert match(*files, "--plot", path)[0].exit_code == status
+        assert path.stat().st_size > 5000
+
+
+def test_without_matplotlib_there_is_no_plot(run, stars, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert_refused(run("points", "match", *stars, "--plot", tmp_path / "plot.png"), "matplotlib")
+    assert run("points", "match", *stars).exit_code == 0
+
+
+def test_a_dash_reads_standard_input(match, run, stars):
+    p, q = map(str, stars)
+    for words, file in ((["-", q], stars[0]), ([p, "-"], stars[1])):
+        _, document = match(*words, input=file.read_bytes())
+        assert (document["match"], [document["p"], document["q"]]) == (True, words)
+    assert_refused(run("points", "match", p, "-", input=b"1,2\n3,a\n"), "standard input, line 2: ")
+
+
+def test_repeated_points_are_noted_once(run, stars):
+    p, q = stars
+    lines = p.read_text().splitlines()
+    p.write_text("\n".join([*lines, lines[2], lines[2], lines[8]]))
+    result = run("points", "match", p, q)
+    assert result.exit_code == 0
+    assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"

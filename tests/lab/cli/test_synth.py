@@ -1,0 +1,87 @@
+"""`fpmatch synth`: what it makes, says and refuses."""
+
+import importlib
+import json
+from typing import Any
+
+import pytest
+
+from fpmatch.lab.synthesis import database
+from fpmatch.lab.synthesis.database import DatabaseMade
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
+
+from ...conftest import assert_refused
+
+SMALL = ("--fingers", 1, "--impressions", 1, "--size", "96x112", "--workers", 1)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Let the command make nothing, and return what it would have made."""
+    words: dict[str, Any] = {}
+
+    def make(out, **arguments):
+        words.update(arguments, out=out)
+        return DatabaseMade(out, arguments["fingers"], arguments["impressions"], 3, 4_560_000)
+
+    monkeypatch.setattr(database, "make_database", make)
+    return words
+
+
+def test_a_small_database_is_made_and_then_left_alone(run, tmp_path):
+    out = tmp_path / "new" / "prints"
+    first, again = run("synth", out, *SMALL), run("synth", out, *SMALL)
+    assert (first.exit_code, again.exit_code, first.stderr) == (0, 0, "")
+    assert sorted(p.name for p in out.iterdir()) == ["101_1.tif", "dataset.toml", "truth"]
+    assert ": 1 picture in " in first.stdout
+    assert again.stdout.startswith("nothing to do: ")
+    document = json.loads(run("synth", out, *SMALL, "--json").stdout)
+    assert (document["folder"], document["made"]) == (str(out), 0)
+    size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
+    assert document["bytes"] == size
+    assert_refused(run("synth", out, *SMALL, "--seed", 3), f"{out / 'dataset.toml'}: ")
+
+
+def test_options_reach_the_database(run, tmp_path, asked):
+    options = "--fingers 20 --impressions 4 --preset hard --seed 7 --workers 2"
+    sensors = ("plain-288x384", "optical-388x374")
+    words = (word for sensor in sensors for word in ("--sensor", sensor))
+    result = run("synth", tmp_path, *options.split(), *words)
+    del asked["progress"]
+    assert asked == {
+        **{"out": tmp_path, "fingers": 20, "impressions": 4, "preset": "hard", "seed": 7},
+        **{"sensors": sensors, "workers": 2},
+    }
+    assert result.stdout.startswith(f"20 fingers x 4 impressions in {tmp_path}, 4.6 MB: 12 ")
+    run("synth", tmp_path, "--size", "600x700", "--dpi", "1000")
+    (sensor,) = asked["sensors"]
+    assert (sensor.name, sensor.shape, sensor.dpi) == ("600x700@1000dpi", (700, 600), 1000)
+
+
+def test_help_tells_of_every_preset_and_sensor_in_words(run):
+    text, module = run("synth", "--help").output, importlib.import_module("fpmatch.lab.cli.synth")
+    assert (set(module._PRESETS), set(module._SENSORS)) == (set(PRESETS), set(SENSORS))
+    for name, words in (module._PRESETS | module._SENSORS).items():
+        assert f"  {name}  " in text
+        assert words in text
+
+
+def test_a_gallery_of_templates_is_made_and_then_left_alone(run, tmp_path):
+    out = tmp_path / "made.db"
+    words = ("synth", out, "--templates", "--fingers", 3, "--workers", 1)
+    first, again = (run(*words, "--impressions", 2) for _ in range(2))
+    assert first.exit_code == 0
+    assert first.stdout.startswith(f"3 fingers x 2 impressions in {out}: 6 templates in ")
+    assert again.stdout.startswith("nothing to do: ")
+    more = json.loads(run(*words, "--impressions", 3, "--json").stdout)
+    assert more.pop("seconds") >= 0
+    assert more == {"gallery": str(out), "fingers": 3, "impressions": 3, "made": 3}
+    assert_refused(run(*words, "--seed", 1), "101_1")
+
+
+@pytest.mark.parametrize("words", ["--fingers 0", "--impressions 0", "--seed -1", "--size 9x9"])
+def test_no_gallery_is_left_of_a_refused_plan(run, tmp_path, words):
+    result = run("synth", tmp_path / "made.db", "--templates", *words.split())
+    assert result.exit_code == 2
+    assert not list(tmp_path.iterdir())

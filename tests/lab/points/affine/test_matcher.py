@@ -1,0 +1,128 @@
+"""Affine maps are found, whatever they stretch, and independent sets are not matched."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import (
+    affine_transforms,
+    any_finite_points,
+    beyond_reach,
+    check_sound,
+    crowded_pixels,
+    even_points,
+    seeds,
+    worn,
+)
+
+from fpmatch.errors import PointSetError
+from fpmatch.lab.points.affine import _affine_kernel as kernel
+from fpmatch.lab.points.affine.matcher import AffineParameters, match_affine
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+
+# Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
+BOUNDED = AffineParameters(max_proposals=50_000 if kernel.COMPILED else 500)
+EXAMPLES = 40 if kernel.COMPILED else 6
+
+
+@given(seeds, st.integers(8, 40), affine_transforms(20.0))
+@settings(max_examples=EXAMPLES)
+def test_an_exact_copy_under_any_affine_map_is_found(seed, n, move):
+    p = even_points(seed, n)
+    order = np.random.default_rng(seed).permutation(n)
+    q = move.apply(p)[order]
+    match = match_affine(p, q)
+    check_sound(match, p, q)
+    assert isinstance(match.transform, AffineTransform)
+    assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=1e-6 * np.ptp(q))
+    assert match.transform.inverse().apply(q) == pytest.approx(p[order], abs=1e-6)
+    assert (order[match.pairs[:, 1]] == match.pairs[:, 0]).all()
+    assert len(match.pairs) == n
+
+
+@given(seeds, affine_transforms(3.0))
+@settings(max_examples=EXAMPLES)
+def test_a_worn_copy_is_recognised(seed, move):
+    p = even_points(seed, 40)
+    q, place = worn(p, move, seed, jitter=0.05)
+    match = match_affine(p, q)
+    check_sound(match, p, q)
+    off = np.hypot(*(match.transform.apply(p) - move.apply(p)).T).max()
+    assert off < 0.1 * move.scale * math.sqrt(move.anisotropy)
+    assert sum(place[i] == j for i, j in match.pairs.tolist()) >= 28  # of 32
+
+
+@given(seeds, affine_transforms(3.0))
+@settings(max_examples=EXAMPLES // 2)
+def test_sets_of_different_size_match_alike_both_ways(seed, move):
+    p = even_points(seed, 30)
+    q = worn(p, move, seed, share=0.0)[0]
+    forth, back = match_affine(p[:24], q), match_affine(q, p[:24])
+    check_sound(forth, p[:24], q)
+    check_sound(back, q, p[:24])
+    assert forth.pairs.tolist() == sorted(back.pairs[:, ::-1].tolist())
+    assert back.transform.inverse().matrix == pytest.approx(forth.transform.matrix, rel=1e-6)
+
+
+@given(seeds, st.integers(5, 30), st.integers(5, 30))
+@settings(max_examples=EXAMPLES)
+def test_independent_sets_do_not_match(seed, of_p, of_q):
+    p, q = even_points(seed, of_p), even_points(seed + 1, of_q)
+    match = match_affine(p, q, parameters=BOUNDED)
+    check_sound(match, p, q)
+    assert match.transform is None or match.chance < 1e-3 / 2  # one in a thousand may
+
+
+def test_a_mirrored_copy_does_not_match():
+    p = even_points(3, 25)
+    assert match_affine(p, p * [-1, 1], parameters=BOUNDED).transform is None
+
+
+@given(any_finite_points | crowded_pixels, any_finite_points | crowded_pixels)
+@settings(max_examples=EXAMPLES, deadline=None)
+def test_any_finite_sets_give_a_sound_match_or_are_refused(p, q):
+    try:
+        match = match_affine(p, q, parameters=BOUNDED)
+    except PointSetError:
+        return
+    assert not beyond_reach(p)
+    assert not beyond_reach(q)
+    check_sound(match, p, q)
+
+
+@pytest.mark.parametrize("size", [1e-60, 1e60])
+def test_sets_of_any_magnitude_match(size):
+    p = even_points(5, 20)
+    q = AffineTransform.of_parts(2.0, 0.7, 0.4, 1.0, 30.0, -8.0).apply(p) * size
+    match = match_affine(p / size, q)
+    assert match.matched_share == 1
+    assert match.transform.apply(p / size) == pytest.approx(q, rel=1e-6)
+
+
+def test_coincident_points_are_paired_in_their_order():
+    p = np.vstack([even_points(6, 20), even_points(6, 2)])
+    q = p @ np.array([[1.0, 0.5], [0.0, 2.0]])
+    assert match_affine(p, q).pairs.tolist() == [[i, i] for i in range(22)]
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-9])
+def test_points_on_a_line_or_next_to_one_are_refused(offset):
+    line = np.column_stack([np.arange(9.0), 2 * np.arange(9.0)])
+    line[4, 0] += offset
+    with pytest.raises(PointSetError, match=r"^q: all points lie (nearly )?on one line$"):
+        match_affine(even_points(1, 9), line)
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_sets_that_any_map_matches_are_not_matched(n):
+    p = even_points(1, n)
+    assert match_affine(p, p).transform is None
+
+
+def test_a_large_set_is_matched_in_a_moment():
+    p = even_points(9, 1000 if kernel.COMPILED else 60)
+    q, _ = worn(p, AffineTransform.of_parts(3.0, 1.0, 0.5, 2.0), 1, jitter=0.1)
+    match = match_affine(p, q)
+    assert match.matched_share > 0.7

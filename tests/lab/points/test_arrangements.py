@@ -1,0 +1,174 @@
+"""Arrangements of points: the work of a match is bounded, and what can be found is found."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import grid_of, seeds, squared_distances
+
+from fpmatch.lab.points.affine import matcher as affine
+from fpmatch.lab.points.match import match_points
+from fpmatch.lab.points.triangles import matcher as triangles
+from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
+from fpmatch.pointset.geometry.pairing import greedy_pairs, optimal_pairs
+from fpmatch.pointset.paper.prepared_points import prepare_points
+from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
+
+POINTS = 150
+STAY = np.array([1.0, 0.0, 0.0, 0.0])
+AMBIGUOUS = {"lattice", "spiral", "circle"}  # many transforms map them onto themselves
+
+needs_compiled_kernels = pytest.mark.skipif(
+    not grid_kernel.COMPILED, reason="interpreted, a search of millions of steps takes minutes"
+)
+
+
+@pytest.fixture
+def searches(monkeypatch):
+    """Return the searches that the matchers make from now on."""
+    made = []
+    for module in (triangles, affine):
+        begin = module._Search.__init__
+
+        def noted(self, *arguments, begin=begin):
+            begin(self, *arguments)
+            made.append(self)
+
+        monkeypatch.setattr(module._Search, "__init__", noted)
+    return made
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [
+        *((name, "similarity") for name in ARRANGEMENTS),
+        *((name, "affine") for name in (UNIFORM, "one cluster", "clusters and noise")),
+    ],
+)
+def test_work_is_bounded_and_bounds_leave_uniform_sets_alone(name, model, searches):
+    p, q, _ = arranged_pair(name, POINTS, "independent")
+    match_points(p, q, model=model)
+    for search in searches:
+        # one proposal more may be tested, grown and refined when the bound is reached
+        work = search.proposals
+        assert work.visits[0] <= work.max_visits + 32 * POINTS
+        assert work.max_visits <= search.given.most_visits(len(p), len(q))
+        if name == UNIFORM:
+            assert work.visits[0] < work.max_visits / 2
+            assert work.passed * POINTS < 50_000
+    assert searches
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("name", sorted(set(ARRANGEMENTS) - AMBIGUOUS))
+def test_a_part_is_found_in_every_arrangement(name):
+    p, q, truth = arranged_pair(name, POINTS, "part")
+    found = match_points(p, q)
+    assert found.matched_share > 0.75
+    error = np.hypot(*(found.transform.apply(p) - truth.apply(p)).T)
+    assert np.median(error) < 1e-3 * np.ptp(q)
+
+
+@pytest.mark.slow
+@needs_compiled_kernels
+def test_a_long_search_does_not_map_a_crowd_onto_a_crowd():
+    p, q, _ = arranged_pair("one cluster", 20_000, "independent")
+    match = match_points(p, q)
+    assert match.transform is None
+    assert "ended at its limit" in match.reason
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("name", ARRANGEMENTS)
+def test_no_match_has_a_reason_in_every_arrangement(name):
+    match = match_points(*arranged_pair(name, 3_000, "independent")[:2])
+    assert (match.transform is None) == bool(match.reason)
+
+
+class CountedReads:
+    """An array that counts how often its elements are read."""
+
+    def __init__(self, values):
+        self.values, self.reads = values, 0
+
+    def __getitem__(self, index):
+        self.reads += 1
+        return self.values[index]
+
+
+def crowd(seed, count, outliers=2):
+    """Return points (2, N): most in a small cluster, repeated ones among them."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0, 1e-3, (2, count)).round(rng.choice([3, 4, 9]))
+    points[:, :outliers] = rng.uniform(-100, 100, (2, outliers))
+    return points
+
+
+def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
+    points = np.random.default_rng(1).normal(0, 1e-3, (2, 3000))
+    kernel = plain("geometry._grid_kernel")
+    grid = kernel.CellGrid(points, 3000, -105.0, -105.0, 10.0, 22, 22)
+    assert np.diff(grid.start).max() > 2900
+    grid.split_crowds()
+    grid.x = CountedReads(grid.x)
+    near, distance2 = np.empty(12, np.int32), np.empty(12)
+    for k in range(20):
+        x, y = points[:, -1 - k]
+        assert grid.order[grid.nearest(x, y, 1.0)] == 2999 - k
+        assert grid.within(x, y, 1.0, 12, near, distance2, 0) == 12
+    assert grid.x.reads < 20 * 500
+
+
+@given(seeds, st.integers(17, 300), st.sampled_from([0.0, 1e-4, 1e-3, 0.5, 1e100]))
+@settings(max_examples=60 if grid_kernel.COMPILED else 10)
+def test_split_crowds_are_searched_as_if_they_were_not_split(seed, count, reach):
+    points = crowd(seed, count)
+    grid = grid_of(points, 50.0)
+    grid.split_crowds()
+    assert sorted(grid.order) == list(range(count))
+    assert points[:, np.asarray(grid.order)].tolist() == [list(grid.x), list(grid.y)]
+    rng = np.random.default_rng(seed)
+    near, distance2 = np.empty(5, np.int32), np.empty(5)
+    for place in (*points.T[:3], *points.T[-3:], *rng.normal(0, 2e-3, (4, 2)), [np.nan, 0.0]):
+        squared = squared_distances(grid, *place)
+        found = grid.nearest(*place, reach**2)
+        assert (found >= 0) == (squared < reach**2).any()
+        assert found < 0 or squared[found] == squared.min()
+        if not np.isnan(place).any():
+            number = grid.within(*place, reach**2, 5, near, distance2, 0)
+            expected = np.sort(squared[squared <= reach**2])[:5]
+            assert distance2[:number].tolist() == expected.tolist()
+            assert squared[near[:number]].tolist() == expected.tolist()
+
+
+def test_grids_of_even_points_are_not_split():
+    points = np.random.default_rng(3).uniform(0, 1, (2, 5000))
+    grid = grid_of(points, 0.01)
+    before = np.array(grid.order)
+    grid.split_crowds()
+    assert not len(grid.axis)
+    assert (before == np.asarray(grid.order)).all()
+    assert not len(prepare_points(points.T).grid.axis)
+
+
+@needs_compiled_kernels
+def test_thousands_of_points_in_reach_of_one_another_are_paired():
+    rng = np.random.default_rng(4)
+    p = rng.normal(0, 1.0, (4000, 2))
+    order = rng.permutation(4000)
+    pairs = greedy_pairs(p, p[order] + rng.normal(0, 1e-6, p.shape), 10.0)
+    assert (order[pairs[:, 1]] == pairs[:, 0]).mean() > 0.99
+    assert len(pairs) > 3900
+    back = greedy_pairs(p[order], p, 10.0)
+    assert (order[back[:, 0]] == back[:, 1]).all()
+
+
+@needs_compiled_kernels
+def test_a_tolerance_that_reaches_many_points_still_pairs_most():
+    rng = np.random.default_rng(5)
+    points = rng.uniform(0, 70, (5000, 2))
+    grid = grid_of(np.array(points.T, order="C"), 1.0)
+    partner = optimal_pairs(rng.uniform(0, 70, (2, 5000)), grid, STAY, 3.0)
+    assert np.count_nonzero(partner >= 0) > 4500
+    assert len(set(partner[partner >= 0].tolist())) == np.count_nonzero(partner >= 0)

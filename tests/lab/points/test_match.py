@@ -1,0 +1,337 @@
+"""What every user of `match_points` relies on, whatever stands behind it."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import (
+    any_finite_points,
+    beyond_reach,
+    check_sound,
+    crowded_pixels,
+    even_points,
+    seeds,
+    similarities,
+    worn,
+)
+
+from fpmatch.errors import PointSetError
+from fpmatch.lab.points.match import POINT_MATCHERS, match_points
+from fpmatch.lab.points.triangles import _proposal_kernel
+from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.pointset.paper.matcher import match_by_unit_circle
+
+COMPILED = _proposal_kernel.COMPILED
+EXAMPLES = 50 if COMPILED else 12
+
+every_matcher = pytest.mark.parametrize("matcher", POINT_MATCHERS)
+
+turns = similarities(10, 10)
+
+
+def check_aligned(match, p, q, within=1e-9):
+    """Check that the transform maps P onto Q, point on point, to a share of Q's extent."""
+    assert match.transform.apply(p) == pytest.approx(q, abs=within * np.ptp(q, axis=0).max())
+
+
+@every_matcher
+def test_every_matcher_finds_a_moved_copy(matcher):
+    p = even_points(1, 20)
+    q = Similarity(3.0, -2.0, 50.0, 7.0).apply(p)[::-1]
+    match = match_points(p, q, matcher=matcher)
+    check_sound(match, p, q)
+    check_aligned(match, p, q[::-1])
+    assert match.matched_share == 1
+    assert match.pairs[:, 1].tolist() == list(range(20))[::-1]
+    assert (match.chance is not None) == (matcher == "triangles")
+    if matcher == "triangles":  # the default
+        default = match_points(p, q)
+        assert (match.transform, match.chance) == (default.transform, default.chance)
+
+
+@pytest.mark.parametrize("name", ["magic", 5])
+def test_an_unknown_matcher_is_told_those_there_are(name):
+    with pytest.raises(PointSetError, match=rf"{name!r}; known: triangles, paper, van-wamelen$"):
+        match_points(even_points(1, 5), even_points(1, 5), matcher=name)
+
+
+@given(
+    seeds,
+    st.integers(5, 25),
+    st.floats(-math.pi, math.pi),
+    st.floats(-100, 100),
+    st.sampled_from([0.0, 1.0, -1e3, 1e6, -1e8]),
+    st.sampled_from([0.0, -1.0, 1e4, 1e7]),
+)
+@settings(max_examples=EXAMPLES)
+def test_exact_copies_are_recovered_whatever_their_size_and_place(
+    seed, n, rotation, magnitude, p_shift, q_shift
+):
+    # scales of 1e-100 to 1e100: sizes of 1e50 to 1e-50 and the other way round
+    base, size = even_points(seed, n), 10 ** (magnitude / 2)
+    p = (base + np.array([p_shift, -p_shift])) / size
+    q = Similarity(1.0, rotation, q_shift, 0.3 * q_shift).apply(base) * size
+    match = match_points(p, q)
+    check_aligned(match, p, q, 1e-6)
+    assert match.pairs.tolist() == [[i, i] for i in range(n)]
+    assert match.rms <= 1e-6 * np.ptp(q)
+
+
+@given(seeds, turns)
+@settings(max_examples=EXAMPLES)
+def test_a_worn_copy_is_recognised(seed, move):
+    p = even_points(seed, 24)
+    q, place = worn(p, move, seed)
+    match = match_points(p, q)
+    check_sound(match, p, q)
+    check_aligned(match, p, move.apply(p), 0.03)
+    true = sum(place[i] == j for i, j in match.pairs.tolist())
+    assert true >= 18  # of 20
+    assert match.chance < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(10 if COMPILED else 3))
+def test_independent_sets_and_mirrored_copies_do_not_match(seed):
+    n = 40 if COMPILED else 16
+    p = even_points(seed, n)
+    for q in (even_points(seed + 100, n + 5), p * [-1, 1]):
+        match = match_points(p, q)
+        assert match.transform is None
+        check_sound(match, p, q)
+
+
+@pytest.mark.parametrize("matcher", ["triangles", "van-wamelen"])
+def test_p_may_be_the_smaller_or_the_larger(matcher):
+    p, move = even_points(7, 40), Similarity(2.0, 1.0, 3.0, 4.0)
+    part = np.argsort(np.hypot(*(p - 0.5).T))[:20]  # around the middle
+    small, large = p[part], move.apply(p)
+    match = match_points(small, large, matcher=matcher)
+    check_sound(match, small, large)
+    check_aligned(match, small, large[part])
+    assert match.pairs.tolist() == [[i, j] for i, j in enumerate(part.tolist())]
+    if matcher == "triangles":  # van Wamelen's takes the smaller set first
+        match = match_points(large, small)
+        check_sound(match, large, small)
+        check_aligned(match, large[part], small)
+        assert match.matched_share == 1
+        assert match.pairs[:, 0].tolist() == sorted(part.tolist())
+
+
+@given(seeds, turns)
+@settings(max_examples=EXAMPLES)
+def test_sets_of_different_size_match_alike_both_ways(seed, move):
+    p = even_points(seed, 24)
+    q, _ = worn(p, move, seed)
+    forth, back = match_points(p[:20], q), match_points(q, p[:20])
+    assert {*map(tuple, forth.pairs.tolist())} == {(i, j) for j, i in back.pairs.tolist()}
+    there = back.transform.apply(forth.transform.apply(p))
+    assert there == pytest.approx(p, abs=1e-9)
+    assert back.rms == pytest.approx(forth.rms / forth.transform.scale)
+
+
+@given(seeds, turns)
+@settings(max_examples=EXAMPLES)
+def test_the_order_of_the_points_does_not_matter(seed, move):
+    rng = np.random.default_rng(seed)
+    p = even_points(seed, 20)
+    q, _ = worn(p, move, seed)
+    of_p, of_q = rng.permutation(20), rng.permutation(20)
+    one, other = match_points(p, q), match_points(p[of_p], q[of_q])
+    there = one.transform.apply(p)
+    assert other.transform.apply(p) == pytest.approx(there, abs=1e-9 * np.ptp(there))
+    again = {(int(of_p[i]), int(of_q[j])) for i, j in other.pairs.tolist()}
+    assert {*map(tuple, one.pairs.tolist())} == again
+
+
+@every_matcher
+def test_the_same_sets_give_the_same_result_and_stay_as_they_are(matcher):
+    p = even_points(5, 20)
+    q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), 5)
+    given_p, given_q = p.copy(), q.copy()
+    rho = 0.0 if matcher == "paper" else None
+    one, other = (match_points(p, q, matcher=matcher, rho=rho) for _ in range(2))
+    assert one.transform is not None
+    assert repr(one) == repr(other)
+    assert p.flags.writeable
+    assert q.flags.writeable
+    assert (p.tolist(), q.tolist()) == (given_p.tolist(), given_q.tolist())
+
+
+def test_anything_like_an_array_will_do():
+    p = np.round(even_points(8, 12) * 100)
+    match = match_points(p.astype(np.int16), (2 * p[:, ::-1]).tolist()[::-1])
+    assert match.transform is None  # mirrored
+    match = match_points(np.asfortranarray(p), (2 * p).astype(np.float32)[::-1])
+    check_aligned(match, p, 2 * p)
+
+
+def test_coincident_points_have_a_partner_each():
+    base = even_points(9, 20)
+    everything = np.vstack([base, base, base[:5]])
+    move = Similarity(2.0, 0.3, 5.0, 1.0)
+    q = move.apply(everything)[::-1]
+    for p in (everything, base):
+        match = match_points(p, q)
+        check_sound(match, p, q)
+        check_aligned(match, p, move.apply(p))
+        assert match.matched_share == 1
+
+
+BOUNDED: dict[str, Callable[..., PointMatch]] = {
+    "triangles": partial(
+        match_by_triangles, parameters=TriangleParameters(max_proposals=20_000 if COMPILED else 200)
+    ),
+    "paper": match_by_unit_circle,
+    "van-wamelen": partial(
+        match_van_wamelen, rho=0.6, lambda_=0.61, max_steps=20_000 if COMPILED else 2_000
+    ),
+}
+"""The matchers themselves, with an end to their work."""
+
+every_search = pytest.mark.parametrize("search", BOUNDED.values(), ids=BOUNDED)
+
+
+@every_search
+@given(p=crowded_pixels, q=crowded_pixels)
+@settings(max_examples=EXAMPLES)
+def test_crowded_pixels_are_matched_soundly_or_refused(search, p, q):
+    try:
+        forth, back = search(p, q), search(q, p)
+    except PointSetError:
+        assert search is BOUNDED["triangles"]
+        return
+    check_sound(forth, p, q)
+    check_sound(back, q, p)
+    if search is BOUNDED["paper"]:
+        assert forth.matched_share == back.matched_share
+
+
+@every_search
+@given(p=any_finite_points, q=any_finite_points)
+@settings(max_examples=EXAMPLES)
+def test_any_finite_points_match_or_are_refused(search, p, q):
+    try:
+        match = search(p, q)
+    except PointSetError:
+        assert search is BOUNDED["triangles"] or beyond_reach(p) or beyond_reach(q)
+        return
+    assert not any(map(beyond_reach, (p, q)))
+    assert (match.transform is None) == (len(match.pairs) == 0)
+
+
+@pytest.mark.parametrize("search", [BOUNDED["paper"], BOUNDED["van-wamelen"]])
+@given(seed=seeds, of_p=st.integers(-40, 40), of_q=st.integers(-40, 40))
+@settings(max_examples=20)
+def test_a_power_of_two_in_scale_changes_no_bit(search, seed, of_p, of_q):
+    p = even_points(seed, 20)
+    q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), seed)
+    match, same = search(p, q), search(np.ldexp(p, of_p), np.ldexp(q, of_q))
+    assert match.pairs.tolist() == same.pairs.tolist()
+    assert math.ldexp(match.rms, of_q) == same.rms
+
+
+@every_matcher
+@pytest.mark.parametrize("shape", [(4, 4), (3, 6)])
+def test_lattices_are_aligned_with_lattices(matcher, shape):
+    p = np.argwhere(np.ones(shape)).astype(float)
+    q = Similarity(2.0, 0.3, 5.0, 1.0).apply(p)
+    match = match_points(p, q, matcher=matcher, rho=0.4 if matcher == "paper" else None)
+    check_sound(match, p, q)
+    assert match.transform.scale == pytest.approx(2.0)
+    assert matcher != "triangles" or match.matched_share == 1 or shape == (3, 6)
+    quarters = (match.transform.rotation - 0.3) / (math.pi / 2)
+    assert quarters == pytest.approx(round(quarters), abs=1e-9)
+    assert match.rms < 1e-9
+
+
+@every_matcher
+def test_no_match_has_a_reason(matcher):
+    match = match_points(even_points(1, 9), even_points(2, 9), matcher=matcher)
+    assert match.transform is None
+    assert match.reason
+
+
+def test_three_points_match_too_many_others_to_tell_anything():
+    p = even_points(1, 3)
+    assert match_points(p, p).transform is None
+    assert "fewer than 4 points" in match_points(p, p).reason
+    assert "fewer than 5 points" in match_points(p, p, model="affine").reason
+    assert match_points(p, np.vstack([p, even_points(2, 9)])).transform is None
+
+
+LINES = [np.outer(np.arange(8.0) ** 1.5, to) for to in ((1, 0), (0, 1), (3, 4), (0, 0))]
+BAD_SETS = [
+    *((even_points(1, count), "fewer than three points: ") for count in range(3)),
+    *((line, "all points lie on one line$") for line in LINES),
+    *(([[0, 0], [1, 9], [4, bad], [5, 2]], ".*finite") for bad in (math.nan, math.inf, -math.inf)),
+    *((np.zeros(shape), "expected an array") for shape in ((5, 3), (6,), (2, 2, 2))),
+    ([["a", "b"]], "expected an array"),
+    ([[1, 2], [3]], "expected an array"),
+]
+
+
+@every_matcher
+@pytest.mark.parametrize(("bad", "reason"), BAD_SETS)
+def test_a_bad_set_is_named_with_the_reason(matcher, bad, reason):
+    good = even_points(1, 9)
+    with pytest.raises(PointSetError, match=f"^p: {reason}"):
+        match_points(bad, good, matcher=matcher)
+    with pytest.raises(PointSetError, match=f"^q: {reason}"):
+        match_points(good, bad, matcher=matcher)
+
+
+@every_matcher
+def test_sizes_and_tolerances_beyond_reach_are_refused(matcher):
+    p = even_points(1, 9)
+    for size in (1e100, 1e-100):
+        with pytest.raises(PointSetError, match="beyond"):
+            match_points(p, size * p, matcher=matcher)
+    for tolerance in (0.0, -1.0, math.inf, math.nan):
+        with pytest.raises(PointSetError, match="tolerance"):
+            match_points(p, p, matcher=matcher, tolerance=tolerance)
+
+
+def test_exact_copies_match_however_small_the_tolerance_unless_under_rounding():
+    p = even_points(1, 12)
+    q = Similarity(2.0, 0.5, 3.0, 4.0).apply(p)
+    for tolerance in (1e-3, 1e-6, 1e-9):
+        assert match_points(p, q, tolerance=tolerance).matched_share == 1
+    assert match_points(p, q, tolerance=1e-170).transform is None
+
+
+@every_matcher
+def test_no_pair_is_farther_than_the_tolerance(matcher):
+    p = even_points(4, 20)
+    q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), 4)
+    for tolerance in (0.02, 0.08):
+        rho = 0.0 if matcher == "paper" else None
+        match = match_points(p, q, matcher=matcher, tolerance=tolerance, rho=rho)
+        check_sound(match, p, q)
+        off = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
+        # the transform is refitted to the pairs at the end, and moves them a little
+        assert np.hypot(*off.T).max() < 1.3 * tolerance
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, 10**400, 1e308, -1e308, 3e38, 5e-324])
+@pytest.mark.parametrize("matcher", ["triangles", "van-wamelen", "paper"])
+def test_extreme_coordinates_and_tolerances_are_matched_or_refused(value, matcher):
+    points = np.random.default_rng(3).uniform(0, 100, (30, 2))
+    far = points.tolist()
+    far[4][0] = value
+    for one, other in ((far, points), (points, far)):
+        try:
+            match_points(one, other, matcher=matcher)
+        except PointSetError as error:
+            assert "\n" not in str(error)  # noqa: PT017
+    with contextlib.suppress(PointSetError):
+        match_points(points, points, matcher=matcher, tolerance=value)

@@ -1,0 +1,158 @@
+import math
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pointset_strategies import seeds
+
+from fpmatch.errors import PointSetError
+from fpmatch.lab.points.random_sets import (
+    MAX_SCALE,
+    MIN_SCALE,
+    POINT_MODELS,
+    independent_pair,
+    random_pair,
+)
+from fpmatch.pointset.geometry.point_match import share_of
+
+models = st.sampled_from(POINT_MODELS)
+sizes = st.integers(1, 60).flatmap(lambda m: st.tuples(st.just(m), st.integers(m, 8 * m)))
+every_model = pytest.mark.parametrize("model", POINT_MODELS)
+
+
+def in_frame_of_q(pair):
+    return pair.transform.apply(pair.p)
+
+
+def partner_distances(pair):
+    shift = in_frame_of_q(pair)[pair.pairs[:, 0]] - pair.q[pair.pairs[:, 1]]
+    return np.hypot(*shift.T)
+
+
+@given(sizes, st.floats(0, 1), st.floats(0, 1), models, seeds)
+def test_sizes_share_pairs_and_jitter_are_as_requested(size, rho, eta, model, seed):
+    m, n = size
+    pair = random_pair(m, n, rho, eta, 0.61, model=model, rng=seed)
+    assert (pair.p.shape, pair.q.shape, pair.pairs.dtype) == ((m, 2), (n, 2), np.int32)
+    assert rho * m - 1e-6 <= len(pair.pairs) < rho * m + 1
+    of_p, of_q = pair.pairs.T.tolist()
+    assert of_p == sorted(set(of_p))
+    assert len(set(of_q)) == len(of_q)
+    assert pair.jitter == eta / 2  # one point a unit of area
+    if len(pair.pairs):
+        assert partner_distances(pair).max() <= pair.jitter + 1e-9
+
+
+@every_model
+def test_jitter_is_uniform_over_the_disc(model):
+    pair = random_pair(4000, 4000, 1.0, 0.4, 0.84, model=model, rng=1)
+    share_within = (partner_distances(pair) / pair.jitter) ** 2  # uniform in [0, 1]
+    quartiles = np.quantile(share_within, [0.25, 0.5, 0.75])
+    assert quartiles == pytest.approx([0.25, 0.5, 0.75], abs=0.03)
+
+
+@given(seeds, models)
+def test_the_same_seed_gives_the_same_pair(seed, model):
+    first, again, other = (
+        random_pair(20, 50, 0.6, 0.25, 0.61, model=model, rng=rng)
+        for rng in (seed, np.random.default_rng(seed), seed + 1)
+    )
+    for one, same in zip(astuple(first), astuple(again), strict=True):
+        assert np.array_equal(one, same)
+    assert not np.array_equal(first.q, other.q)
+
+
+@every_model
+def test_q_has_one_point_a_unit_of_area_everywhere(model):
+    side = 20
+    counts = np.zeros((4, 4))
+    for seed in range(100):
+        q = random_pair(100, side * side, 0.6, 0.25, 0.61, model=model, rng=seed).q
+        assert q.min() >= 0
+        assert q.max() <= side
+        counts += np.histogram2d(*q.T, bins=4, range=[[0, side], [0, side]])[0]
+    assert counts / 100 == pytest.approx(np.full((4, 4), 25), rel=0.1)
+
+
+def test_a_patch_has_the_density_of_q_within_it():
+    m, n = 100, 800
+    inside = []
+    for seed in range(20):
+        pair = random_pair(m, n, 0.6, 0.0, 0.61, model="patch", rng=seed)
+        p = in_frame_of_q(pair)
+        low, high = p.min(axis=0), p.max(axis=0)
+        assert (high - low).max() <= math.sqrt(m) + 1e-9
+        assert (high - low).min() > 0.8 * math.sqrt(m)
+        inside.append(((pair.q >= low) & (pair.q <= high)).all(axis=1).sum())
+    assert np.mean(inside) == pytest.approx(m, rel=0.1)
+
+
+def test_clutter_covers_all_of_q():
+    pair = random_pair(200, 800, 0.6, 0.0, 0.61, model="clutter", rng=1)
+    p = in_frame_of_q(pair)
+    outliers = np.setdiff1d(np.arange(200), pair.pairs[:, 0])
+    for part in (p, p[pair.pairs[:, 0]], p[outliers]):
+        assert (np.ptp(part, axis=0) > 0.9 * math.sqrt(800)).all()
+
+
+@given(seeds, models)
+def test_outliers_are_no_partners_and_points_stand_in_random_order(seed, model):
+    pair = random_pair(50, 100, 0.5, 0.0, 0.61, model=model, rng=seed)
+    outliers = np.setdiff1d(np.arange(50), pair.pairs[:, 0])
+    distances = np.hypot(*(in_frame_of_q(pair)[outliers, None] - pair.q[None]).transpose(2, 0, 1))
+    assert distances.min() > 1e-9
+    for order, size in zip(pair.pairs.T, (50, 100), strict=True):
+        assert order.min() < size / 2 < order.max()
+
+
+def test_transforms_are_of_every_kind():
+    moves = [random_pair(3, 6, 1.0, 0.0, 0.4, rng=seed).transform for seed in range(200)]
+    scales = np.array([move.scale for move in moves if move])
+    angles = np.array([math.remainder(move.rotation, 2 * math.pi) for move in moves if move])
+    assert scales.min() >= 1 / MAX_SCALE - 1e-12
+    assert scales.max() <= 1 / MIN_SCALE + 1e-12
+    assert (np.histogram(scales, bins=[0.5, 0.71, 1, 1.41, 2])[0] > 25).all()
+    assert (np.histogram(angles, bins=4, range=(-math.pi, math.pi))[0] > 25).all()
+
+
+def test_the_nearest_neighbour_of_a_point_of_q_is_half_a_unit_off_on_average():
+    from scipy.spatial import cKDTree
+
+    q = random_pair(1, 20_000, 1.0, 0.0, 0.4, rng=5).q
+    assert cKDTree(q).query(q, k=2)[0][:, 1].mean() == pytest.approx(0.5, rel=0.02)
+    pair = random_pair(50, 400, 0.9, 0.4, 0.84, rng=1)
+    assert (pair.tolerance, pair.jitter) == (pytest.approx(0.42), pytest.approx(0.2))
+
+
+@every_model
+def test_independent_sets_have_no_truth(model):
+    pair = independent_pair(50, 100, 0.61, model=model, rng=3)
+    assert (pair.p.shape, pair.q.shape, pair.pairs.shape) == ((50, 2), (100, 2), (0, 2))
+    assert pair.transform is None
+    assert pair.tolerance == pytest.approx(0.305)
+
+
+def test_a_share_is_not_rounded_up_by_rounding_errors():
+    assert 0.55 * 100 > 55
+    assert share_of(0.55, 100) == 55
+    assert [share_of(rho, 50) for rho in (0.0, 0.01, 0.95, 1.0)] == [0, 1, 48, 50]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0, 5, 0.5, 0.1, 0.4), "1 to n points"),
+        ((6, 5, 0.5, 0.1, 0.4), "1 to n points"),
+        ((5, 5, 1.5, 0.1, 0.4), "rho"),
+        ((5, 5, math.nan, 0.1, 0.4), "rho"),
+        ((5, 5, 0.5, -0.1, 0.4), "eta"),
+        ((5, 5, 0.5, 0.1, math.inf), "lambda"),
+    ],
+)
+def test_refuses_parameters_outside_their_range(arguments, message):
+    with pytest.raises(PointSetError, match=message):
+        random_pair(*arguments, rng=1)
+    with pytest.raises(PointSetError, match="unknown model 'both'"):
+        independent_pair(5, 5, 0.4, model="both", rng=1)

@@ -1,0 +1,147 @@
+"""Mirrored maps, for every matcher and model."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import (
+    affine_transforms,
+    check_sound,
+    even_points,
+    seeds,
+    similarities,
+    worn,
+)
+
+from fpmatch.errors import PointSetError
+from fpmatch.lab.points.match import (
+    POINT_MATCHERS,
+    match_points,
+    wider_maps,
+)
+from fpmatch.lab.points.triangles import _proposal_kernel as kernel
+from fpmatch.pointset.geometry.affine_transform import AffineTransform
+from fpmatch.pointset.geometry.point_match import PointMatch, match_either_way
+from fpmatch.pointset.geometry.similarity import Similarity
+
+EXAMPLES = 30 if kernel.COMPILED else 5
+MIRROR = AffineTransform.of_parts(mirrored=True)
+every_model = pytest.mark.parametrize("model", ["similarity", "affine"])
+
+
+@given(seeds, similarities(10, 10), st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_a_map_is_found_mirrored_or_not(seed, move, flip):
+    p = even_points(seed, 20)
+    truth = AffineTransform.of_matrix(move.matrix)
+    truth = truth.after(MIRROR) if flip else truth
+    q, place = worn(p, truth, seed)
+    match = match_points(p, q, reflect=True)
+    check_sound(match, p, q)
+    assert match.transform.mirrored is flip
+    assert isinstance(match.transform, AffineTransform if flip else Similarity)
+    if isinstance(match.transform, AffineTransform):
+        assert match.transform.is_similarity
+    size = np.ptp(q, axis=0).max()
+    assert match.transform.apply(p) == pytest.approx(truth.apply(p), abs=0.05 * size)
+    back = match.transform.inverse().apply(match.transform.apply(p))
+    assert back == pytest.approx(p)
+    assert sum(place[i] == j for i, j in match.pairs.tolist()) >= 14  # of 16
+
+
+@given(seeds, affine_transforms(3.0), st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_an_affine_map_is_found_mirrored_or_not(seed, move, flip):
+    p = even_points(seed, 30)
+    truth = move.after(MIRROR) if flip else move
+    q, _ = worn(p, truth, seed)
+    match = match_points(p, q, reflect=True, model="affine")
+    check_sound(match, p, q)
+    assert isinstance(match.transform, AffineTransform)
+    assert match.transform.mirrored is flip
+    assert match.transform.determinant == pytest.approx(truth.determinant, rel=0.2)
+
+
+@pytest.mark.parametrize("matcher", POINT_MATCHERS)
+def test_every_matcher_finds_a_mirrored_copy(matcher):
+    p = even_points(4, 25)
+    q = Similarity(2.0, 1.0, 5.0, 5.0).apply(p * [-1, 1])
+    assert match_points(p, q, matcher=matcher).transform is None
+    match = match_points(p, q, matcher=matcher, reflect=True)
+    check_sound(match, p, q)
+    assert match.transform.mirrored
+    assert match.transform.apply(p) == pytest.approx(q)
+    assert match.matched_share == 1
+    back = match.inverse()
+    assert back.transform.apply(q) == pytest.approx(p)
+    same = match_points(p * [-1, 1], q, matcher=matcher, reflect=True)
+    assert isinstance(same.transform, Similarity)
+
+
+@every_model
+def test_chance_is_that_of_two_searches(model):
+    p = even_points(4, 12)
+    q = Similarity(2.0, 1.0, 5.0, 5.0).apply(p)
+    once, twice = match_points(p, q, model=model), match_points(p, q, model=model, reflect=True)
+    assert twice.chance == pytest.approx(2 * once.chance)
+    assert twice.pairs.tolist() == once.pairs.tolist()
+    assert twice.local_matches >= once.local_matches
+
+
+@every_model
+def test_a_symmetric_set_is_not_mirrored_without_need(model):
+    half = even_points(5, 10) + np.array([0.1, 0.0])
+    p = np.vstack([half, half * [-1, 1]])
+    match = match_points(p, p, reflect=True, model=model)
+    assert not match.transform.mirrored
+    assert match.matched_share == 1
+
+
+@every_model
+@pytest.mark.parametrize("seed", range(8 if kernel.COMPILED else 1))
+def test_independent_sets_do_not_match(seed, model):
+    p, q = even_points(seed, 14), even_points(seed + 100, 16)
+    match = match_points(p, q, reflect=True, model=model)
+    assert match.transform is None
+    check_sound(match, p, q)
+
+
+def test_the_reason_is_that_of_the_better_of_two():
+    p, q = even_points(1, 30), even_points(2, 30)
+    match = match_points(p, q, matcher="paper", reflect=True)
+    assert match.transform is None
+    assert "of the smaller set" in match.reason
+
+
+def test_reasons_of_both_searches_are_given_where_they_differ():
+    searches = iter([PointMatch.none(reason="one"), PointMatch.none(reason="other")])
+    match = match_either_way(lambda _: next(searches), even_points(1, 5))
+    assert match.reason == "one; of the mirror image, other"
+    same = match_either_way(lambda _: PointMatch.none(reason="one"), even_points(1, 5))
+    assert same.reason == "one"
+
+
+@every_model
+def test_wider_maps_are_found_only_where_there_is_a_match(model):
+    p = even_points(1, 12)
+    q = even_points(2, 12)
+    assert wider_maps(p, q, model=model) is None
+    assert wider_maps(p, p * [1, -1], reflect=True, model="affine") is None
+    assert wider_maps(p, p * [1, -2], model=model) == (True, "affine")
+    assert wider_maps(p, p * [1, -2], reflect=True) == (True, "affine")
+
+
+def test_wider_maps_leave_out_sets_that_are_next_to_collinear():
+    along = np.arange(9.0)
+    near = np.column_stack([along, along**2 / 1e9])
+    assert wider_maps(near, even_points(1, 12)) is None
+
+
+def test_what_no_matcher_can_do_is_refused():
+    p = even_points(1, 9)
+    with pytest.raises(PointSetError, match=r"needs the matcher triangles: paper compares"):
+        match_points(p, p, model="affine", matcher="paper")
+    with pytest.raises(PointSetError, match=r"model 'projective'"):
+        match_points(p, p, model="projective")
+    with pytest.raises(PointSetError, match=r"^p: coordinates must be finite"):
+        match_points([[0, 0], [1, np.nan], [2, 0]], p, reflect=True)

@@ -1,0 +1,114 @@
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from pointset_strategies import check_sound, seeds, similarities, worn
+
+from fpmatch.lab.points.random_sets import independent_pair, random_pair
+from fpmatch.lab.points.triangles import _proposal_kernel as kernel
+from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.pointset.geometry.similarity import Similarity
+
+# Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
+BOUNDED = TriangleParameters(max_proposals=20_000 if kernel.COMPILED else 200)
+TRIALS = 8 if kernel.COMPILED else 2
+
+needs_compiled_kernels = pytest.mark.skipif(
+    not kernel.COMPILED, reason="interpreted, large sets take minutes"
+)
+
+
+def recognised(case, match):
+    """Tell whether at least 80 % of the true pairs were found."""
+    true = set(map(tuple, case.pairs.tolist()))
+    return len(true & set(map(tuple, match.pairs.tolist()))) >= 0.8 * len(true)
+
+
+@pytest.mark.parametrize("times", [2, 4])
+@pytest.mark.parametrize(
+    ("m", "rho", "eta", "lambda_"),
+    [(50, 0.95, 0.175, 0.428), (100, 0.95, 0.175, 0.428), (100, 0.6, 0.25, 0.61)],
+)
+def test_patches_are_recognised(m, rho, eta, lambda_, times):
+    for seed in range(TRIALS):
+        case = random_pair(m, times * m, rho, eta, lambda_, rng=seed)
+        match = match_by_triangles(case.p, case.q, tolerance=case.tolerance)
+        assert recognised(case, match)
+        assert match.chance < 1e-3
+        corners = np.array([[0, 0], [1, 0], [0, 1]]) * np.ptp(case.p) + case.p.min(axis=0)
+        apart = match.transform.apply(corners) - case.transform.apply(corners)
+        assert np.hypot(*apart.T).max() < 3 * case.tolerance
+
+
+def test_an_outlier_far_off_changes_nothing():
+    points = np.random.default_rng(3).uniform(0, 100, (30, 2))
+    with_outlier = np.vstack([points, [[1300.0, 1300.0]]])
+    match = match_by_triangles(points, with_outlier)
+    assert match.pairs.tolist() == [[i, i] for i in range(30)]
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_clusters_of_different_sets_do_not_match(seed):
+    rng = np.random.default_rng(seed)
+    p, q = (
+        np.vstack([rng.normal(rng.uniform(0, 200, 2), 1, (15, 2)) for _ in range(3)])
+        for _ in range(2)
+    )
+    assert match_by_triangles(p, q, parameters=BOUNDED).transform is None
+
+
+def match_half(n, seed, move, jitter):
+    """Match a uniform set and a moved copy of which half the points are replaced; check it."""
+    p = np.random.default_rng(seed).uniform(0, 1, (n, 2))
+    q, place = worn(p, Similarity(), seed, jitter, share=0.5)
+    q = move.apply(q)
+    match = match_by_triangles(p, q)
+    check_sound(match, p, q)
+    assert match.transform is not None, match.reason
+    assert sum(place[i] == j for i, j in match.pairs.tolist()) > 0.4 * n
+
+
+@pytest.mark.slow
+@needs_compiled_kernels
+@given(st.integers(15_000, 25_000), seeds, similarities(10, 10))
+@example(20_000, 0, Similarity(1.7, 0.7, 3.0, -2.0))
+@settings(max_examples=15, deadline=None)
+def test_half_the_points_are_enough_in_large_sets(n, seed, move):
+    match_half(n, seed, move, 0.1)
+
+
+@needs_compiled_kernels
+def test_half_of_a_hundred_thousand_points_are_enough():
+    match_half(100_000, 1, Similarity(1.7, 0.7, 3.0, -2.0), 0.02)
+
+
+def test_the_limit_grows_with_the_larger_set_unless_it_is_given():
+    most = TriangleParameters().most_proposals
+    assert [most(n) for n in (4, 2_000, 100_000, 1_000_000)] == [200_000, 200_000, 10**7, 10**8]
+    assert TriangleParameters(max_proposals=16).most_proposals(10**6) == 16
+    visits = TriangleParameters().most_visits
+    assert visits(100, 10_000) == 16 * 10**6 + 40_000
+    assert visits(10_000, 10_000) == 16 * 10**6 + 4_000_000
+
+
+def test_a_search_says_whether_it_ended_at_its_limit():
+    case = independent_pair(50, 100, 0.61, rng=0)
+    few = TriangleParameters(max_proposals=100)
+    limited = match_by_triangles(case.p, case.q, tolerance=case.tolerance, parameters=few)
+    assert limited.reason.endswith("; the search ended at its limit, after 100 proposals")
+    whole = match_by_triangles(case.p[:6], case.q[:6], tolerance=1e-3)
+    assert whole.transform is None
+    assert whole.reason == "no transform that was tried pairs more points than expected by chance"
+    assert "fewer than 4" in match_by_triangles(case.p[:3], case.q).reason
+
+
+@needs_compiled_kernels
+def test_progress_is_reported_while_a_search_goes_on():
+    p, q = np.random.default_rng(2).uniform(0, 1, (2, 3_000, 2))
+    reports = []
+    parameters = TriangleParameters(progress=lambda *report: reports.append(report))
+    match = match_by_triangles(p, q, parameters=parameters)
+    assert "ended at its limit, after 300,000 proposals" in match.reason
+    assert {most for _, most in reports} == {300_000}
+    assert reports == sorted(reports)
+    assert 0 < reports[0][0] < 300_000

@@ -1,0 +1,186 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import check_sound, seeds
+
+from fpmatch.errors import PointSetError
+from fpmatch.lab.points.random_sets import independent_pair, random_pair
+from fpmatch.lab.points.van_wamelen import _search_kernel
+from fpmatch.lab.points.van_wamelen.matcher import SearchPlan, match_van_wamelen, plan_search
+
+COMPILED = _search_kernel.COMPILED
+TRIALS = 10 if COMPILED else 2
+LITTLE_WORK = 200_000 if COMPILED else 20_000
+
+SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
+
+
+def largest_difference(match, pair):
+    """Return the largest distance of P's images under the transform found and the true one."""
+    return float(np.hypot(*(match.transform.apply(pair.p) - pair.transform.apply(pair.p)).T).max())
+
+
+@given(seeds, st.integers(20, 50))
+@settings(max_examples=50 if COMPILED else 10)
+def test_recovers_the_transform_of_patches_without_noise(seed, m):
+    pair = random_pair(m, 2 * m, 1.0, 0.0, 0.2, rng=seed)
+    match = match_van_wamelen(pair.p, pair.q, rho=1.0, lambda_=0.2, seed=seed)
+    check_sound(match, pair.p, pair.q)
+    assert match.matched_share == 1
+    assert match.pairs.tolist() == pair.pairs.tolist()
+    assert largest_difference(match, pair) < 1e-6
+
+
+@pytest.mark.parametrize(("rho", "eta", "lambda_"), SETTINGS)
+def test_recognises_the_papers_patches(rho, eta, lambda_):
+    recognised = 0
+    for seed in range(TRIALS):
+        pair = random_pair(50, 100, rho, eta, lambda_, rng=seed)
+        match = match_van_wamelen(pair.p, pair.q, rho=rho, lambda_=lambda_, seed=seed)
+        check_sound(match, pair.p, pair.q)
+        true_pairs = {*map(tuple, pair.pairs.tolist())} & {*map(tuple, match.pairs.tolist())}
+        recognised += (
+            match.matched_share >= rho
+            and len(true_pairs) >= 0.8 * len(pair.pairs)
+            and largest_difference(match, pair) <= pair.tolerance
+        )
+    assert recognised >= 0.9 * TRIALS
+
+
+def test_independent_sets_do_not_match():
+    for seed in range(TRIALS):
+        pair = independent_pair(30, 60, 0.428, rng=seed)
+        match = match_van_wamelen(pair.p, pair.q, rho=0.95, lambda_=0.428)
+        check_sound(match, pair.p, pair.q)
+        assert match.transform is None
+
+
+def test_a_known_tolerance_replaces_the_density():
+    pair = random_pair(30, 60, 1.0, 0.2, 0.428, rng=2)
+    given_ = {"rho": 1.0, "lambda_": 0.428}
+    match = match_van_wamelen(pair.p, pair.q, tolerance=pair.tolerance, **given_)
+    assert match.pairs.tolist() == pair.pairs.tolist()
+    assert match_van_wamelen(pair.p, pair.q, tolerance=1e-3, **given_).transform is None
+
+
+def test_the_seed_decides_and_nothing_else():
+    pair = random_pair(40, 80, 0.6, 0.25, 0.61, rng=5)
+    matches = [
+        match_van_wamelen(pair.p, pair.q, rho=0.6, lambda_=0.61, seed=seed) for seed in (1, 1, 2, 3)
+    ]
+    first, again, *others = ((m.transform, m.pairs.tolist(), m.local_matches) for m in matches)
+    assert first == again
+    assert any(other[2] != first[2] for other in others)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "plan"),
+    [
+        # by hand: ln 50 / 2(0.95 - 0.0458)² = 2.39; 2·0.428·√(3/π) = 0.84; ln .05 / ln .05 = 1
+        ((50, 100, 0.95, 0.428), SearchPlan(3, 1, 1, 50, 3, 48)),
+        # ln 400 / 2(0.6 - 0.0930)² = 11.66; 2·0.61·√(12/π) = 2.38; ln .05 / ln .4 = 3.27
+        ((400, 800, 0.6, 0.61), SearchPlan(12, 3, 4, 400, 8, 240)),
+        # ln 200 / 2(0.9 - 0.1764)² = 5.06; 2·0.84·√(6/π) = 2.32; ln .05 / ln .1 = 1.30
+        ((200, 400, 0.9, 0.84), SearchPlan(6, 3, 2, 200, 6, 180)),
+        # the window takes all the neighbours there are, and no base neighbour is left over
+        ((3, 3, 0.9, 0.84), SearchPlan(2, 1, 2, 3, 2, 3)),
+        ((3, 9, 1.0, 0.0), SearchPlan(1, 1, 1, 3, 1, 3)),
+    ],
+)
+def test_the_plan_follows_the_formulas(arguments, plan):
+    assert plan_search(*arguments) == plan
+    # the more confidence, the more pivots
+    pivots = [plan_search(200, 400, 0.6, 0.61, c).pivots for c in (0.1, 0.5, 0.9, 0.999, 1.0)]
+    assert pivots == [1, 1, 3, 8, 200]
+
+
+sizes, shares = st.integers(3, 10**6), st.floats(0.01, 1)
+
+
+@given(sizes, sizes, shares, st.floats(0, 0.999), shares)
+def test_every_rank_of_a_plan_is_in_the_lists(m, n, rho, share, confidence):
+    plan = plan_search(m, n, rho, 2 * math.sqrt(share * rho), confidence)
+    half = plan.window // 2
+    assert plan.window % 2 == 1
+    assert 1 <= plan.neighbours < min(m, n)
+    assert 1 <= plan.bases <= plan.neighbours - 2 * half
+    assert 1 <= plan.pivots <= m
+    assert 1 <= plan.enough_near <= plan.neighbours
+    assert 1 <= plan.enough <= m
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 10])
+def test_too_few_points_match_nothing(size):
+    many = np.random.default_rng(1).uniform(0, 9, (20, 2))
+    few = many[:size]  # ten are too few for nine tenths of twenty
+    for p, q in ((many, few), *([(few, many), (few, few)] if size < 3 else [])):
+        match = match_van_wamelen(p, q, rho=0.9, lambda_=0.4)
+        check_sound(match, p, q)
+        assert match.transform is None
+
+
+def square_lattice(side):
+    return np.argwhere(np.ones((side, side))).astype(float)
+
+
+def line(size):
+    return np.random.default_rng(2).uniform(0, 9, (size, 1)) * (1.0, 2.0)
+
+
+def crowd_with_an_outlier(size):
+    return np.vstack([np.random.default_rng(3).uniform(0, 1e-6, (size, 2)), [[1.0, 1.0]]])
+
+
+@pytest.mark.parametrize(
+    ("p", "q"),
+    [
+        (square_lattice(8), square_lattice(12)),
+        (square_lattice(8), square_lattice(12) * 1.1 + line(144)),
+        (line(60), line(120)),
+        (square_lattice(8), line(120)),
+        (line(120), square_lattice(12)),
+        (np.zeros((50, 2)), square_lattice(12)),
+        (square_lattice(8), np.ones((90, 2))),
+        (np.repeat(square_lattice(4), 5, axis=0), np.repeat(square_lattice(5), 5, axis=0)),
+        (crowd_with_an_outlier(60), crowd_with_an_outlier(200)),
+        (square_lattice(8), crowd_with_an_outlier(200)),
+        (crowd_with_an_outlier(60), square_lattice(12)),
+    ],
+)
+@pytest.mark.parametrize(("rho", "lambda_"), [(0.95, 0.428), (0.6, 0.61), (0.2, 0.89)])
+def test_hostile_sets_match_soundly_or_not_at_all(p, q, rho, lambda_):
+    check_sound(match_van_wamelen(p, q, rho=rho, lambda_=lambda_, max_steps=LITTLE_WORK), p, q)
+
+
+def test_a_lattice_matches_a_larger_one():
+    match = match_van_wamelen(square_lattice(5), square_lattice(8), rho=1.0, lambda_=0.4)
+    assert match.matched_share == 1
+    assert match.rms == pytest.approx(0, abs=1e-9)
+
+
+def test_work_is_bounded_whatever_the_sets():
+    side, crowd = (100, 20_000) if COMPILED else (30, 2000)
+    p, q = square_lattice(side), crowd_with_an_outlier(crowd)
+    for pattern, target in ((p, q), (q[::2], np.vstack([p, p]))):
+        match = match_van_wamelen(pattern, target, rho=0.95, lambda_=0.428, max_steps=LITTLE_WORK)
+        assert match.transform is None
+        assert match.local_matches < LITTLE_WORK
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("rho", [0.0, math.nan]),
+        ("confidence", [1.5]),
+        ("lambda_", [-0.1, 2.0]),
+        ("tolerance", [math.inf, -1.0]),
+    ],
+)
+def test_refuses_parameters_outside_their_range(name, values):
+    points = square_lattice(4)
+    for value in values:
+        with pytest.raises(PointSetError, match=name.rstrip("_")):
+            match_van_wamelen(points, points, **{"rho": 0.9, "lambda_": 0.4, name: value})

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fpmatch.base.printable import message_text, printable
+from fpmatch.printable import message_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -49,7 +49,7 @@ class FpmatchError(Exception):
     ----------
     message : str
         What is wrong, on one line: control characters in it are escaped, and a very long
-        one is shortened, as by `fpmatch.base.printable.message_text`.
+        one is shortened, as by `fpmatch.printable.message_text`.
     path : str or path-like, optional
         File or database at fault; it is put before the message.
     code : str, optional

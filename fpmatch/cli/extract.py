@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
@@ -24,6 +23,7 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,10 +10,10 @@ from typing import IO, Any, Final, cast
 import click
 
 from fpmatch._version import __version__
-from fpmatch.base.printable import message_text
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
 from fpmatch.cli.wings import from_wing, registered, wing_of
 from fpmatch.errors import FpmatchError, did_you_mean
+from fpmatch.printable import message_text
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
 # runs: `fpmatch --help` imports none of them. Other commands are registered by the wings.

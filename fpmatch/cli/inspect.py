@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import files_argument, json_array_option, key_option, raw_option
 from fpmatch.errors import FpmatchError
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path

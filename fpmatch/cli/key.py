@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import json_option
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from fpmatch.base.encryption.keys import KeyRing

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import as_encodable, json_text, printable, printable_lines
 from fpmatch.base.text_table import count
+from fpmatch.printable import as_encodable, json_text, printable, printable_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
@@ -17,6 +16,7 @@ from fpmatch.cli.pair import (
     view_options,
 )
 from fpmatch.cli.wings import from_wing
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -15,13 +15,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
-from fpmatch.base.printable import printable, printable_lines
 from fpmatch.drawing.overlay.draw import View, panel_picture
 from fpmatch.drawing.overlay.marks import ExaminerMark
 from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.files import data_url, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.printable import printable, printable_lines
 from fpmatch.prints.report import as_rows
 from fpmatch.prints.words import odds, outcome, score_as_high
 from fpmatch.templates.minutiae import MM_PER_INCH

@@ -1,7 +1,8 @@
 """Sealed templates: fpmatch's JSON format under authenticated encryption.
 
-A file is a sealed record (`fpmatch.base.encryption.records`) with the bytes of a JSON template. The keys
-come from the environment variable ``FPMATCH_KEY``, which the option ``--key`` of commands sets.
+A file is a sealed record (`fpmatch.base.encryption.records`) with the bytes of a JSON template. The
+keys come from the environment variable ``FPMATCH_KEY``, which the option ``--key`` of commands
+sets.
 """
 
 from __future__ import annotations

@@ -46,8 +46,9 @@ def open_gallery(
     create : bool
         Whether to make it where it is missing.
     key : KeyRing or str, optional
-        Keys of an encrypted gallery, or their source, as for `fpmatch.base.encryption.keys.load_keys`
-        (default: that in the environment). They are read when they are needed first.
+        Keys of an encrypted gallery, or their source, as for
+        `fpmatch.base.encryption.keys.load_keys` (default: that in the environment). They are read
+        when they are needed first.
     encrypt : bool
         Whether one that is made is encrypted with the current key, and another must be encrypted.
 

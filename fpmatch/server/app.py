@@ -14,8 +14,8 @@ from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
 from fpmatch._version import __version__
-from fpmatch.base.printable import printable
 from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.printable import printable
 from fpmatch.server.auditor import route_of
 from fpmatch.server.errors import ClientGoneError, NotReadyError, RequestError, status_of
 from fpmatch.server.guard import Guard

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from fpmatch.base.printable import printable
+from fpmatch.printable import printable
 from fpmatch.server.errors import send_error
 from fpmatch.server.gate import BusyError, Gate
 from fpmatch.server.settings import LOCAL, digest_of

@@ -9,11 +9,11 @@ from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
-from fpmatch.base.printable import printable
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
+from fpmatch.printable import printable
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server import models, pair, single, views
 from fpmatch.server.errors import NotReadyError, RequestError

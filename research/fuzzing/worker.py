@@ -15,8 +15,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.printable import printable
 from fpmatch.errors import FpmatchError
+from fpmatch.printable import printable
 from research.fuzzing.findings import place_of
 from research.fuzzing.mutators.octets import inputs
 from research.fuzzing.sanitizer import is_sanitized

@@ -93,7 +93,8 @@ class AmountSample:
     """Comparisons of one kind: their weighted sums, and how much was compared.
 
     `sums` (N,): weighted sums of the features; of genuine comparisons -ln(FMR). `amounts` (N, 5):
-    the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`. `weight`: weight of all of them together.
+    the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`. `weight`: weight of all of them
+    together.
     """
 
     sums: NDArray[np.float64]
@@ -159,10 +160,11 @@ def amount_samples(
     Impostor comparisons in which nothing is paired are left out: they have no sum, so that the
     shares of those with a sum are overestimated rather than underestimated. `extracted`: the
     database and its templates. `seed`: of the draws. `weights`: weights of the features. `model`:
-    the one of `fpmatch.matching.pipeline.score_model.MODELS` whose comparisons are wanted. `ridges`: whether
-    the parts, and the whole prints, keep their ridges. `genuine`: whether to compare with other
-    impressions of the finger instead of other fingers; the amount is then that of the smaller
-    print. `parameters`: comparisons. The result is one for each kind of part with any comparison.
+    the one of `fpmatch.matching.pipeline.score_model.MODELS` whose comparisons are wanted.
+    `ridges`: whether the parts, and the whole prints, keep their ridges. `genuine`: whether to
+    compare with other impressions of the finger instead of other fingers; the amount is then that
+    of the smaller print. `parameters`: comparisons. The result is one for each kind of part with
+    any comparison.
     """
     p = parameters or AmountParameters()
     whole: list[Template] = []

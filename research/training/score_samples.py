@@ -68,10 +68,11 @@ class ScoreSample:
 
     `name`: the database. `features` (N, H, 13): those of the comparisons that found something, of
     each hypothesis, refined, its ridges compared; NaN where there are fewer. See
-    `fpmatch.matching.pipeline.score_model.FEATURES`. `coarse` (N, H, 13): those in coarse alignment, of the
-    minutiae alone. `descriptors` (N, 2): the prefilter's score, and the minutiae of the smaller
-    print. `strength` (N,): that of the relaxed local matches. `genuine` (N,): whether both prints
-    are of one finger. `nothing`: numbers of the other genuine and impostor comparisons.
+    `fpmatch.matching.pipeline.score_model.FEATURES`. `coarse` (N, H, 13): those in coarse
+    alignment, of the minutiae alone. `descriptors` (N, 2): the prefilter's score, and the minutiae
+    of the smaller print. `strength` (N,): that of the relaxed local matches. `genuine` (N,):
+    whether both prints are of one finger. `nothing`: numbers of the other genuine and impostor
+    comparisons.
     """
 
     name: str

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fpmatch
-from fpmatch.base.printable import (
+from fpmatch.errors import FpmatchError, without_path
+from fpmatch.printable import (
     as_encodable,
     as_file_name,
     as_text,
@@ -20,7 +21,6 @@ from fpmatch.base.printable import (
     printable,
     printable_lines,
 )
-from fpmatch.errors import FpmatchError, without_path
 
 PACKAGE = Path(fpmatch.__file__).parent
 ANY_TEXT = st.text(st.characters(), max_size=20) | st.text(

@@ -8,8 +8,7 @@ import pytest
 from fpmatch import Minutiae, Template, save_template
 from fpmatch.lab.synthesis.sensor import Sensor
 from research.checks.batches import DAMAGES, check_batches, make_batches
-
-from ..conftest import assert_refused, copied
+from tests.conftest import assert_refused, copied
 
 IMAGES = {
     "gone.png": "no such file",

@@ -10,8 +10,7 @@ from fpmatch.formats.files import load_record, save_record
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, written_formats
 from fpmatch.templates.minutiae import Minutiae, Template
-
-from ..conftest import assert_refused
+from tests.conftest import assert_refused
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from ..conftest import assert_refused, copied
+from tests.conftest import assert_refused, copied
 
 DIGITS = "9" * 5_000
 NUMBERS = ("nan", "inf", "-inf", "-1", "0", "1e308", "1e999", "5e-324", DIGITS)

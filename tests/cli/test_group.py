@@ -23,8 +23,7 @@ from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
 from fpmatch.lab.points.match import POINT_MATCHERS
 from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.lab.synthesis.presets import PRESETS
-
-from ..conftest import assert_refused, leaves
+from tests.conftest import assert_refused, leaves
 
 FPMATCH = [sys.executable, "-m", "fpmatch"]
 

@@ -14,8 +14,7 @@ from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.lab.evaluation.databases import extraction
 from fpmatch.prints import reading
-
-from ..conftest import assert_refused, copied
+from tests.conftest import assert_refused, copied
 
 
 def first_score(result):

@@ -18,10 +18,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.base.printable import as_file_name, json_text, printable
 from fpmatch.cli.group import fpmatch as main
-
-from ..conftest import leaves, rows_of
+from fpmatch.printable import as_file_name, json_text, printable
+from tests.conftest import leaves, rows_of
 
 # Bytes that are not UTF-8, an escape sequence that clears the screen, an end of a line, a C1
 # control, a formula, a right-to-left override, a tab, a blank.

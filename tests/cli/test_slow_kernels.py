@@ -7,8 +7,7 @@ import pytest
 
 from fpmatch.base import kernels
 from fpmatch.base.kernels import SLOWER, slow_kernels_note
-
-from ..conftest import copied
+from tests.conftest import copied
 
 ROOT = Path(__file__).parents[2]
 NOTE = "fpmatch: note: 2 of 3 kernels are not compiled"

@@ -11,8 +11,7 @@ from PIL import Image
 from fpmatch import assess, fmr_to_score
 from fpmatch.matching.calibration import Calibration, Provenance
 from fpmatch.prints.reading import ASSUMED_DPI
-
-from ..conftest import assert_refused
+from tests.conftest import assert_refused
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 

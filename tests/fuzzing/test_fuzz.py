@@ -105,7 +105,7 @@ def test_what_is_not_there_is_named(monkeypatch, run_research, words, library, c
     [
         (
             "==1==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x60\n"
-            "    #0 0x7f in __pyx_f build/cython/fpmatch/matching/pipeline/_kernels/_local_kernel.c:123\n",
+            "    #0 0x7f in __pyx_f build/cython/fpmatch/_local_kernel.c:123\n",
             "AddressSanitizer heap-buffer-overflow in _local_kernel:123",
         ),
         (

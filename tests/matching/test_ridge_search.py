@@ -23,7 +23,6 @@ from fpmatch.matching.pipeline.alignment import RidgeSearchParameters, aligner_o
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.ridges import search_by_ridges
-from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.templates.minutiae import RidgeField
 from research.partial_templates import window
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_notes, show, show_line
 from fpmatch.cli.options import (
     FILE,
@@ -17,6 +16,7 @@ from fpmatch.cli.options import (
     output_option,
     polarity_option,
 )
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path

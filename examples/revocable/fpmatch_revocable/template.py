@@ -87,7 +87,8 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     template : Template
         Of a print; its ridges have no part.
     key : Key
-        Secret of the system, or of the person, as `fpmatch.base.encryption.keys.load_keys` reads it.
+        Secret of the system, or of the person, as `fpmatch.base.encryption.keys.load_keys` reads
+        it.
 
     Raises
     ------

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from fpmatch._version import __version__
-from fpmatch.base.printable import json_text
 from fpmatch.errors import OutputError
 from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import csv_lines
@@ -27,6 +26,7 @@ from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import batch_size, identify_each
+from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:

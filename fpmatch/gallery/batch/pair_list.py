@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.base.printable import csv_cell, printable
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.printable import csv_cell, printable
 
 if TYPE_CHECKING:
     import os

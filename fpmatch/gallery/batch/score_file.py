@@ -17,7 +17,8 @@ fpmatch writes one format, whose columns are found by their names:
 It reads CSV (comma, semicolon or tab), columns separated by spaces, and Parquet. Columns are
 recognised by their names, see `COLUMN_NAMES`, or, in a file without a first line of names, by their
 number and by what they contain; see `LAYOUTS`. Lines that begin with ``#`` are comments, in CSV
-only those before the first row. `fpmatch.lab.evaluation.rates.scores` makes sets of scores of the rows.
+only those before the first row. `fpmatch.lab.evaluation.rates.scores` makes sets of scores of the
+rows.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import reason
-from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.listing.csv_rows import csv_rows
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
@@ -284,7 +285,7 @@ def _parquet_rows(path: Path) -> Lines:
 
 
 def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
-    """Return rows as lines of a CSV file, texts as `fpmatch.base.printable.csv_cell` has them."""
+    """Return rows as lines of a CSV file, texts as `fpmatch.printable.csv_cell` has them."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(
         [csv_cell(cell) if isinstance(cell, str) else cell for cell in row] for row in rows

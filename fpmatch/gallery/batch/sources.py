@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from fpmatch.base.printable import csv_cell
 from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.gallery.batch.fingers import finger_of_name
 from fpmatch.gallery.engine.workers import attempt_each
@@ -23,6 +22,7 @@ from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.image.dataset_folder import read_dataset_info
+from fpmatch.printable import csv_cell
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField

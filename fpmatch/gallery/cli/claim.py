@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_damaged, say_notes_on, show
 from fpmatch.cli.pair import open_side, pair_options_of
 from fpmatch.gallery.gallery import open_gallery
@@ -14,6 +13,7 @@ from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import matcher_name
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.printable import json_text
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.base.text_table import count
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
@@ -33,6 +32,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from fpmatch.gallery.tasks.enrol import Enrolment

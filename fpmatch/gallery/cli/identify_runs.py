@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.base.text_table import count
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
@@ -26,6 +25,7 @@ from fpmatch.cli.notes import (
 from fpmatch.cli.options import requested_loss
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.base.text_table import count
 from fpmatch.cli.notes import (
     notes_as_json,
@@ -33,6 +32,7 @@ from fpmatch.cli.options import (
     workers_option,
 )
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -47,9 +47,9 @@ class Threads:
     ) -> Generator[Result, None, None]:
         """Yield ``work(shared, chunk)`` for each chunk, in order, once all are done.
 
-        It is as that of an `fpmatch.gallery.engine.engine.Engine`, but all chunks are drawn at first. After
-        an error or Ctrl-C no chunk is begun; the block of the context manager ends when those are
-        done that were begun before.
+        It is as that of an `fpmatch.gallery.engine.engine.Engine`, but all chunks are drawn at
+        first. After an error or Ctrl-C no chunk is begun; the block of the context manager ends
+        when those are done that were begun before.
 
         Examples
         --------

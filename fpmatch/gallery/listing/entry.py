@@ -8,8 +8,8 @@ from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.printable import csv_cell, printable
 from fpmatch.errors import GalleryError
+from fpmatch.printable import csv_cell, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

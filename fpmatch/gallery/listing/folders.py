@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.printable import printable
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.formats.codec import read_head
 from fpmatch.gallery.listing.entry import Label, NamePattern
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.image.dataset_folder import images_in, natural_key
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

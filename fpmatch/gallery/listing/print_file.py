@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
 
-from fpmatch.base.printable import csv_cell
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

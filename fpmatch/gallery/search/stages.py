@@ -1,8 +1,9 @@
 """The stages of a search: each scores prints of every piece, then chooses by the scores of all.
 
 The prints of a search lie in pieces. A piece is scored by a thread of this process, by a worker
-process, or by a worker of a cluster, through the same call: `fpmatch.gallery.engine.pieces.hold_pieces`. So
-the prints that are compared, and their similarities, are the same to the last bit.
+process, or by a worker of a cluster, through the same call:
+`fpmatch.gallery.engine.pieces.hold_pieces`. So the prints that are compared, and their
+similarities, are the same to the last bit.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.base.parsing import ParseError, parse_json
-from fpmatch.base.printable import json_text
 from fpmatch.errors import FpmatchError
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

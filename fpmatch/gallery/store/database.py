@@ -11,9 +11,9 @@ import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from fpmatch.base.output import create_private, make_private, reason
-from fpmatch.base.printable import printable
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.kinds import SQLITE_HEADER
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
-from fpmatch.base.printable import as_text, printable
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import Failure, GallerySummary
 from fpmatch.gallery.store import history
@@ -25,6 +24,7 @@ from fpmatch.gallery.store.tables import (
     PRINTS_PER_QUERY,
     is_sound,
 )
+from fpmatch.printable import as_text, printable
 from fpmatch.templates.stored_template import stored_minutiae_digest
 
 if TYPE_CHECKING:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.printable import printable
 from fpmatch.base.text_table import count
 from fpmatch.fingers.finger import verify_finger
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     from fpmatch.fingers.finger import FingerVerification

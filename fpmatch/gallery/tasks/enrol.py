@@ -11,7 +11,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from fpmatch.base.output import reason
-from fpmatch.base.printable import printable
 from fpmatch.errors import GalleryError, without_path
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Attempt, Progress, attempt_each, no_progress
@@ -32,6 +31,7 @@ from fpmatch.gallery.listing.prints import (
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
 from fpmatch.gallery.tasks.enrolment_index import EnrolmentIndex
+from fpmatch.printable import printable
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_slow_kernels, show
 from fpmatch.cli.options import (
     by_folder_option,
@@ -20,6 +19,7 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.registry import get_matcher
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path

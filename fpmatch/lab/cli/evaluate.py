@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.base.kernels import build_command, outdated_kernels
-from fpmatch.base.printable import json_text
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
     notes_as_json,
@@ -44,6 +43,7 @@ from fpmatch.lab.cli.scores_in import (
     write_outputs,
 )
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_failures, matcher_names
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path

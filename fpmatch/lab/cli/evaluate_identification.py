@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
     notes_as_json,
@@ -18,6 +17,7 @@ from fpmatch.cli.notes import (
 )
 from fpmatch.cli.options import file_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

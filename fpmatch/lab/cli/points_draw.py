@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import show, show_line
 from fpmatch.cli.options import FILE, FROM_0, output_option
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,6 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write, check_writable
-from fpmatch.base.printable import json_text, printable
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.cli.progress import ProgressBars
@@ -26,6 +25,7 @@ from fpmatch.lab.points.match import (
     match_points,
     wider_maps,
 )
+from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH
 from fpmatch.prints.words import match_facts, verdict
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.printable import json_text
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import file_option
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -57,8 +57,8 @@ def calibrate_on(
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
     confidence interval, since comparisons of the same two fingers are not independent. `sets`: the
-    comparisons; see `fpmatch.lab.evaluation.impostors.gather_impostors`. `matcher`, `command`: names
-    for the provenance of the calibration. `shares`: weights of the databases (default: every
+    comparisons; see `fpmatch.lab.evaluation.impostors.gather_impostors`. `matcher`, `command`:
+    names for the provenance of the calibration. `shares`: weights of the databases (default: every
     comparison has the same weight). Raises a `MatcherError` if there are too few impostor
     comparisons, or too few distinct similarities.
     """

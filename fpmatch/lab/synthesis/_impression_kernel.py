@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.libc.math import cos, exp, floor, sin, sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.synthesis._ridge_phase_kernel import angle_of
+    from cython.cimports.fpmatch.lab.synthesis._ridge_phase_kernel import angle_of
 else:
     from fpmatch.lab.synthesis._ridge_phase_kernel import angle_of
 

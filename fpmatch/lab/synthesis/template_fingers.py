@@ -1,7 +1,7 @@
 """Fingers without images: orientation, period and phase of their ridges on a coarse lattice.
 
-The distributions are those of `fpmatch.lab.synthesis.master`; many fingers are drawn at once, and none
-depends on another.
+The distributions are those of `fpmatch.lab.synthesis.master`; many fingers are drawn at once, and
+none depends on another.
 """
 
 from __future__ import annotations

@@ -23,7 +23,6 @@ from unittest.mock import patch
 import numpy as np
 
 from fpmatch.base.array_file import read_arrays, write_arrays
-from fpmatch.base.printable import printable
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
@@ -45,6 +44,7 @@ from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.matching.registry import get_matcher
+from fpmatch.printable import printable
 from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import stored_template, use_key

@@ -7,8 +7,7 @@ from fpmatch import assess
 from fpmatch.cli import notes
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
-
-from ...conftest import assert_refused, copied
+from tests.conftest import assert_refused, copied
 
 
 @pytest.fixture

@@ -6,8 +6,7 @@ from fpmatch.formats.files import load_record, load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.templates.minutiae import Minutiae, Template
-
-from ...conftest import assert_refused
+from tests.conftest import assert_refused
 
 
 @pytest.fixture

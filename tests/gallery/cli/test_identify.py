@@ -5,8 +5,7 @@ import pytest
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
-
-from ...conftest import assert_refused, copied, rows_of
+from tests.conftest import assert_refused, copied, rows_of
 
 
 def test_candidates_in_words(run, gallery, prints):

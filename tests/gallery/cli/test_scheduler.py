@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.cli.progress import ProgressBars
-
-from ...conftest import assert_refused, copied
+from tests.conftest import assert_refused, copied
 
 distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
 pytestmark = pytest.mark.slow

@@ -9,8 +9,7 @@ from PIL import Image, ImageOps
 
 from fpmatch.gallery.batch import score as scoring
 from fpmatch.image.quality.polarity import INVERTED
-
-from ...conftest import assert_refused, copied, rows_of
+from tests.conftest import assert_refused, copied, rows_of
 
 SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.png with 1_2.png\n"
 

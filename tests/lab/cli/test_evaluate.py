@@ -12,8 +12,7 @@ from fpmatch.lab.evaluation import run as work
 from fpmatch.lab.evaluation.databases import comparison, extraction
 from fpmatch.matching.calibration import Calibration
 from fpmatch.templates.minutiae import Minutiae, Template
-
-from ...conftest import assert_refused, copied, rows_of
+from tests.conftest import assert_refused, copied, rows_of
 
 KEYS = ["sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
 

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from ...conftest import assert_refused, copied, rows_of
+from tests.conftest import assert_refused, copied, rows_of
 
 
 @pytest.fixture

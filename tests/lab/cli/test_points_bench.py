@@ -14,8 +14,7 @@ from fpmatch.lab.points.bench.conditions import conditions
 from fpmatch.lab.points.bench.matchers import MATCHER_NAMES, BenchMatcher
 from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.pointset.geometry.point_match import PointMatch
-
-from ...conftest import assert_refused
+from tests.conftest import assert_refused
 
 # The module: the package's attribute of this name is the command that is found in it.
 command = importlib.import_module("fpmatch.lab.cli.points_bench")

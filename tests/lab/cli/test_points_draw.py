@@ -13,8 +13,7 @@ from fpmatch.lab.paper_figures.rings import choose_ring_pair
 from fpmatch.lab.paper_figures.sheet import draw_sheets
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
-
-from ...conftest import assert_refused
+from tests.conftest import assert_refused
 
 NAMES = [
     f"figure_{name}.svg"

@@ -11,8 +11,7 @@ from fpmatch.lab.points.match import POINT_MATCHERS
 from fpmatch.lab.points.triangles._proposal_kernel import COMPILED
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.similarity import Similarity
-
-from ...conftest import assert_refused, rows_of
+from tests.conftest import assert_refused, rows_of
 
 MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
 needs_compiled_kernels = pytest.mark.skipif(

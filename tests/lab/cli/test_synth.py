@@ -10,8 +10,7 @@ from fpmatch.lab.synthesis import database
 from fpmatch.lab.synthesis.database import DatabaseMade
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
-
-from ...conftest import assert_refused
+from tests.conftest import assert_refused
 
 SMALL = ("--fingers", 1, "--impressions", 1, "--size", "96x112", "--workers", 1)
 

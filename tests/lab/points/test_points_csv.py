@@ -10,10 +10,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pointset_strategies import any_finite_points
 
-from fpmatch.base.printable import printable
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points import points_csv
 from fpmatch.lab.points.points_csv import DELIMITERS, decode_points, load_points
+from fpmatch.printable import printable
 
 TWO = [[1.5, 2.0], [-3.0, 400.0]]
 

@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.gallery.batch.pair_list import read_pairs
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
@@ -23,6 +22,7 @@ from fpmatch.gallery.listing.print_file import number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import natural_key, read_dataset_info
 from fpmatch.lab.evaluation.databases.protocol import Impression, listed_impressions
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os
@@ -72,10 +72,10 @@ def load_dataset(
     No image is read. The prints of a folder are its images or, where it has none, its templates,
     named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
     its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder, a
-    manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds subject,
-    finger and impression in other names; prints that it does not match are left out. `by_folder`:
-    whether the subfolders are fingers although the folder itself contains prints, or their names
-    indicate others. `pairs`: a list of the pairs to compare (see
+    manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds
+    subject, finger and impression in other names; prints that it does not match are left out.
+    `by_folder`: whether the subfolders are fingers although the folder itself contains prints, or
+    their names indicate others. `pairs`: a list of the pairs to compare (see
     `fpmatch.gallery.batch.pair_list`). Where it states which are genuine, names need not contain
     the fingers. Raises a `DatasetError` if there is no such database, it holds no print or holds
     one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest is malformed; a

@@ -162,12 +162,12 @@ def extract_datasets(
     """Extract a template from every impression of some databases; failures are kept as such.
 
     The templates of a gallery are taken as they are, whatever the extractor. `datasets`: the
-    databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`. `extractor`: a function at
-    the top of a module that makes a template from a path and a resolution (None: the file's own),
-    alone or in an `ExtractedPrint` with notes. By default it is `extract_image`, the images of a
-    folder read with one polarity. `workers`, `engine`, `progress`, `stage`: as for
-    `fpmatch.gallery.engine.workers.attempt_all`, in images. The result is each database with its templates,
-    CPU times and reasons of failures.
+    databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`. `extractor`: a function
+    at the top of a module that makes a template from a path and a resolution (None: the file's
+    own), alone or in an `ExtractedPrint` with notes. By default it is `extract_image`, the images
+    of a folder read with one polarity. `workers`, `engine`, `progress`, `stage`: as for
+    `fpmatch.gallery.engine.workers.attempt_all`, in images. The result is each database with its
+    templates, CPU times and reasons of failures.
     """
     work = extractor or partial(extract_image, reader=dataset_reader(datasets))
     files = [dataset for dataset in datasets if not dataset.in_gallery]

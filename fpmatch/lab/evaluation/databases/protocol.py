@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.printable import csv_cell
 from fpmatch.errors import DatasetError, unknown_name
 from fpmatch.gallery.batch.pair_list import list_error, number_pairs, print_names
 from fpmatch.image.dataset_folder import natural_key
+from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os

@@ -11,7 +11,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
-from fpmatch.base.printable import printable_lines
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
 from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
@@ -29,6 +28,7 @@ from fpmatch.lab.evaluation.report.rate_text import (
 from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.lab.plots.style import check_matplotlib
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:
     import os

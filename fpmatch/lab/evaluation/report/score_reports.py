@@ -152,14 +152,15 @@ def evaluate_scores(
 ) -> list[RatesReport]:
     r"""Compute the error rates of scores in files, one report a matcher.
 
-    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores.read_scores`. Without a column
-    ``matcher``, or where files have scores of the same matcher and database, the matcher is named
-    after the file. Without a column ``set`` the database is the only one that other files name, if
-    any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher, which is
-    named after the first. `distances`: as for `fpmatch.lab.evaluation.rates.scores.read_scores`.
-    `pattern`: finds the fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by
-    default prints are named FFF_M. Raises a `DatasetError` if there is no file, one cannot be read,
-    or a matcher comes twice; a `GalleryError` if the pattern is none.
+    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores.read_scores`. Without a
+    column ``matcher``, or where files have scores of the same matcher and database, the matcher is
+    named after the file. Without a column ``set`` the database is the only one that other files
+    name, if any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher,
+    which is named after the first. `distances`: as for
+    `fpmatch.lab.evaluation.rates.scores.read_scores`. `pattern`: finds the fingers in names of
+    prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by default prints are named FFF_M.
+    Raises a `DatasetError` if there is no file, one cannot be read, or a matcher comes twice; a
+    `GalleryError` if the pattern is none.
 
     Examples
     --------

@@ -14,7 +14,7 @@ order of its cells.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.triangles._sequential_test_kernel import SequentialTest
+    from cython.cimports.fpmatch.lab.points.triangles._sequential_test_kernel import SequentialTest
 else:
     from fpmatch.lab.points.triangles._sequential_test_kernel import SequentialTest
 

@@ -10,7 +10,7 @@ A fit is: number of pairs, mean of P (x, y), mean of Q, and, centred, Σ|p|², �
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.triangles._sequential_test_kernel import SequentialTest
+    from cython.cimports.fpmatch.lab.points.triangles._sequential_test_kernel import SequentialTest
 else:
     from fpmatch.lab.points.triangles._sequential_test_kernel import SequentialTest
 

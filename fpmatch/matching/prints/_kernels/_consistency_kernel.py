@@ -5,7 +5,7 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching.prints._bit_lanes import lowest_place
+    from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
 else:
 
     def lowest_place(bits):

@@ -16,7 +16,7 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching.prints._descriptor_words import (
+    from cython.cimports.fpmatch.matching.prints._kernels._descriptor_words import (
         AS_THEY_ARE,
         DAMAGED,
         HEAD,

@@ -12,16 +12,16 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching.prints._bit_lanes import (
+    from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import (
         LANES,
         bit_lanes,
         lane_of,
         lanes_of,
         lowest_place,
     )
-    from cython.cimports.fpmatch.matching.prints._consistency_kernel import PairSet
-    from cython.cimports.fpmatch.matching.prints._encode_kernel import second
-    from cython.cimports.fpmatch.matching.prints._prefilter_cells import (
+    from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
+    from cython.cimports.fpmatch.matching.prints._kernels._encode_kernel import second
+    from cython.cimports.fpmatch.matching.prints._kernels._prefilter_cells import (
         BEYOND,
         BINS_1,
         BINS_2,

@@ -200,7 +200,7 @@ def test_prepared_prints_are_copied_without_those_removed(
                 path.unlink()
         afresh = open_search(gallery, engine=serial())
         for k in range(4):
-            assert kept.prints[k].key == afresh.references[k].key
+            assert kept.prints[k].key == afresh.prints[k].key
 
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path: Path) -> None:

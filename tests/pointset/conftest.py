@@ -10,9 +10,10 @@ from types import ModuleType
 
 import pytest
 
-import fpmatch
-
 sys.path.append(str(Path(__file__).parent))
+
+
+ROOMS = ("fpmatch.pointset", "fpmatch.lab.points")
 
 
 class KernelSources:
@@ -20,7 +21,7 @@ class KernelSources:
 
     @staticmethod
     def find_spec(name, path, _=None):
-        if not (name.startswith("fpmatch.pointset.") and name.endswith("_kernel")):
+        if not (name.startswith(ROOMS) and name.endswith("_kernel")):
             return None
         source = Path(path[0], name.rpartition(".")[2] + ".py")
         return importlib.util.spec_from_file_location(name, source)
@@ -28,11 +29,11 @@ class KernelSources:
 
 @pytest.fixture(scope="session")
 def plain():
-    """Return the function that imports a module of the room, all kernels as ordinary Python."""
+    """Return the function that imports a module, all kernels for points as ordinary Python."""
     copies: dict[str, ModuleType] = {}
 
     def take_out():
-        names = [name for name in sys.modules if name.startswith("fpmatch.pointset")]
+        names = [name for name in sys.modules if name.startswith(ROOMS)]
         return {name: sys.modules.pop(name) for name in names}
 
     def load(name):
@@ -40,11 +41,14 @@ def plain():
         sys.modules.update(copies)
         sys.meta_path.insert(0, KernelSources)
         try:
-            return importlib.import_module(f"fpmatch.pointset.{name}")
+            return importlib.import_module(f"fpmatch.{name}")
         finally:
             sys.meta_path.remove(KernelSources)
             copies.update(take_out())
             sys.modules.update(compiled)
-            fpmatch.pointset = compiled["fpmatch.pointset"]
+            for room in ROOMS:
+                package, _, name = room.rpartition(".")
+                if room in compiled:
+                    setattr(sys.modules[package], name, compiled[room])
 
     return load

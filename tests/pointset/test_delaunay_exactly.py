@@ -228,7 +228,7 @@ def test_whole_pixels_stay_whole_pixels():
 @settings(max_examples=40)
 def test_compiled_and_interpreted_agree(plain, family, seed, n):
     points = made(family, seed, n)
-    expected, mesh = triangulate(points), plain("delaunay.triangulate").triangulate(points)
+    expected, mesh = triangulate(points), plain("pointset.delaunay.triangulate").triangulate(points)
     for name in ("triangles", "edges", "hull", "ring_start", "ring", "interior"):
         found = getattr(mesh, name)
         assert found.tolist() == getattr(expected, name).tolist()

@@ -71,8 +71,8 @@ class Comparer(Generic[Key]):
             return self.one_by_one(probe, references)
         if self._packed[0] != references:
             self._packed = references, PreparedPrints.pack(map(self.prepare, references))
-        found: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
-        return found
+        similarities: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
+        return similarities
 
     def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
         """Compare a template with others by the matcher's `compare`."""

@@ -67,7 +67,7 @@ def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPri
     """Filter the image along its ridges, whose course is measured on it and then on a blend."""
     # the filters are one method of two: their modules load where it is chosen
     from fpmatch.image.enhancement.gabor import gabor_filter  # noqa: PLC0415
-    from fpmatch.image.enhancement.ridge_period import ridge_period  # noqa: PLC0415
+    from fpmatch.image.enhancement.orientation import ridge_period  # noqa: PLC0415
     from fpmatch.image.preprocess.spectrum import ridge_spectrum  # noqa: PLC0415
 
     pixels, shape = image.pixels, image.pixels.shape

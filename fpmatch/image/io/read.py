@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import GreyImage, as_grey
+from fpmatch.image.io.grey import GreyImage, as_grey, decode_raw
 from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
 from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.registry import find_reader
@@ -134,8 +134,6 @@ def name_errors(source: object) -> Iterator[None]:
 def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> GreyImage:
     for size in raw_sizes:
         if size.bytes == len(data):
-            from fpmatch.image.io.raw import decode_raw  # noqa: PLC0415
-
             return decode_raw(data, size, limits)
     try:
         reader = find_reader(data)

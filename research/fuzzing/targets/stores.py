@@ -129,7 +129,9 @@ def _candidates(
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
     search = open_search(gallery, engine=serial(), note=notes.append)
-    found = identify(search, templates()[PROBE], count=10, impressions=impressions)
+    found = identify(
+        search, templates()[PROBE], count=10, listed="impressions" if impressions else "fingers"
+    )
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
     label = {entry.id: str(entry.label) for entry in gallery.entries()}
     return [

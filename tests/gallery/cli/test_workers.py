@@ -26,9 +26,9 @@ main(prog_name="fpmatch")
 """
 
 
-@pytest.mark.parametrize("name", ["enrol", "evaluate"])
+@pytest.mark.parametrize("name", ["gallery.cli.enrol", "lab.cli.evaluate"])
 def test_workers_import_what_they_need_and_no_database(name):
-    needed = import_module(f"fpmatch.cli.{name}")._WORKERS_NEED
+    needed = import_module(f"fpmatch.{name}")._WORKERS_NEED
     code = f"import sys, {', '.join(needed)}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())

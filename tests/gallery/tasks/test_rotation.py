@@ -85,11 +85,11 @@ def test_nothing_of_the_plain_templates_is_left(tmp_path):
         rotate(gallery)
         assert not any(readable(tmp_path, template) for template in PRINTS)
         for file in tmp_path.glob("g.db.prepared/*"):
-            assert before.references.xy[:4].tobytes() not in file.read_bytes()
+            assert before.prints.xy[:4].tobytes() not in file.read_bytes()
         notes = []
         after = open_search(gallery, engine=serial(), note=notes.append)
     assert notes == []  # the prepared prints were sealed, not made again
-    assert (after.references.xy == before.references.xy).all()
+    assert (after.prints.xy == before.prints.xy).all()
 
 
 def test_prepared_prints_follow_the_key(tmp_path, source):

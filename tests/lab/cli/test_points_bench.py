@@ -7,9 +7,9 @@ from functools import partial
 
 import pytest
 
-from fpmatch.lab.points.bench.bench import bench as point_bench
-from fpmatch.lab.points.bench.bench import matchers as point_matchers
-from fpmatch.lab.points.bench.bench import trials as point_trials
+from fpmatch.lab.points.bench import bench as point_bench
+from fpmatch.lab.points.bench import matchers as point_matchers
+from fpmatch.lab.points.bench import trials as point_trials
 from fpmatch.lab.points.bench.conditions import conditions
 from fpmatch.lab.points.bench.matchers import MATCHER_NAMES, BenchMatcher
 from fpmatch.lab.points.random_sets import POINT_MODELS

@@ -107,7 +107,7 @@ def crowd(seed, count, outliers=2):
 
 def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
     points = np.random.default_rng(1).normal(0, 1e-3, (2, 3000))
-    kernel = plain("geometry._grid_kernel")
+    kernel = plain("pointset.geometry._grid_kernel")
     grid = kernel.CellGrid(points, 3000, -105.0, -105.0, 10.0, 22, 22)
     assert np.diff(grid.start).max() > 2900
     grid.split_crowds()

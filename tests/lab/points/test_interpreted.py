@@ -16,14 +16,16 @@ from fpmatch import pointset
 from fpmatch.pointset.geometry.similarity import Similarity
 
 Import = Callable[[str], ModuleType]
-ROOM = Path(pointset.__file__).parent
+PACKAGE = Path(pointset.__file__).parents[1]
 KERNELS = sorted(
-    ".".join(path.relative_to(ROOM).with_suffix("").parts) for path in ROOM.rglob("_*_kernel.py")
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+    for room in ("pointset", "lab/points")
+    for path in (PACKAGE / room).rglob("_*_kernel.py")
 )
 
 
 def compiled(name):
-    return importlib.import_module(f"fpmatch.pointset.{name}")
+    return importlib.import_module(f"fpmatch.{name}")
 
 
 def worn_copy(seed):
@@ -32,14 +34,17 @@ def worn_copy(seed):
 
 
 def triangles(room, p, q):
-    matcher = room("triangles.matcher")
+    matcher = room("lab.points.triangles.matcher")
     return matcher.match_by_triangles(
         p, q, parameters=matcher.TriangleParameters(max_proposals=100)
     )
 
 
 def descriptors(room, p, _):
-    mesh, found = room("delaunay.triangulate").triangulate(p), room("triangles.descriptors")
+    mesh, found = (
+        room("pointset.delaunay.triangulate").triangulate(p),
+        room("lab.points.triangles.descriptors"),
+    )
     points = np.array(mesh.points.T, order="C")
     of_rings = found.ring_triangles(mesh, points)
     large = found.describe_large(points, of_rings, 0.8, 0.05)
@@ -51,7 +56,7 @@ def descriptors(room, p, _):
 
 
 def affine(room, p, q):
-    matcher = room("affine.matcher")
+    matcher = room("lab.points.affine.matcher")
     return matcher.match_affine(p, q, parameters=matcher.AffineParameters(max_proposals=300))
 
 
@@ -59,9 +64,9 @@ ROOMS = {
     "affine": affine,
     "triangles": triangles,
     "descriptors": descriptors,
-    "paper": lambda room, p, q: room("paper.matcher").match_by_unit_circle(p, q),
-    "rings": lambda room, p, _: room("paper.prepared_points").prepare_points(p).rings,
-    "van-wamelen": lambda room, p, q: room("van_wamelen.matcher").match_van_wamelen(
+    "paper": lambda room, p, q: room("pointset.paper.matcher").match_by_unit_circle(p, q),
+    "rings": lambda room, p, _: room("pointset.paper.prepared_points").prepare_points(p).rings,
+    "van-wamelen": lambda room, p, q: room("lab.points.van_wamelen.matcher").match_van_wamelen(
         p, q, rho=0.7, lambda_=0.6, max_steps=20_000
     ),
 }
@@ -76,7 +81,7 @@ def test_compiled_and_interpreted_agree(plain, results, sets):
         try:
             with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
                 found.append(repr(results(room, *sets)))
-        except compiled("geometry.points").PointSetError as error:
+        except compiled("pointset.geometry.points").PointSetError as error:
             found.append(repr(error))
     assert found[0] == found[1]
 

@@ -107,7 +107,7 @@ def test_weights_of_any_place_in_a_ring_give_the_place_back(
     x, y = rng.uniform(0, 100, 2)
     points = np.ascontiguousarray(star(rng, 7, np.array([x, y])).T)
     weight, vertex = np.full(9, np.nan), np.array([0, 0, *range(7)], np.int32)
-    kernel = plain("paper._one_ring_kernel")
+    kernel = plain("pointset.paper._one_ring_kernel")
     assert kernel.shape_preserving_weights(*points, vertex, 2, 9, x, y, weight)
     assert np.isnan(weight[:2]).all()
     assert weight[2:].sum() == pytest.approx(1.0)

@@ -11,7 +11,7 @@ from fpmatch.errors import without_path
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.batch.decision import calibration_of, outcomes, rho_of
 from fpmatch.gallery.batch.score_file import COLUMNS, DETAILS, csv_lines, failure_reason
-from fpmatch.matching.decision import MATCH
+from fpmatch.matching.result import MATCH
 
 if TYPE_CHECKING:
     import os

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.points.bench.bench import bench as point_bench
+from fpmatch.lab.points.bench import bench as point_bench
 from fpmatch.lab.points.bench.bench import check_same_settings, describe_settings, run_bench
 from fpmatch.lab.points.bench.conditions import Condition, conditions
 from fpmatch.lab.points.bench.matchers import BenchMatcher, StoppedError, matcher_named

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.lab.points.bench.bench import matchers as point_matchers
+from fpmatch.lab.points.bench import matchers as point_matchers
 from fpmatch.lab.points.bench.matchers import (
     MATCHER_NAMES,
     PointCase,

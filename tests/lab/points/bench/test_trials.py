@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from fpmatch.lab.points.bench.bench import trials as point_trials
+from fpmatch.lab.points.bench import trials as point_trials
 from fpmatch.lab.points.bench.conditions import Condition, make_pair
 from fpmatch.lab.points.bench.matchers import BenchMatcher, StoppedError
 from fpmatch.lab.points.bench.trials import QUICK_PLAN, TrialPlan, is_recognised, run_cell

@@ -1,0 +1,8 @@
+"""The strategies of `tests/pointset`, and the kernels' plain form, for the tests beside this."""
+
+import sys
+from pathlib import Path
+
+from tests.pointset.conftest import plain as plain
+
+sys.path.append(str(Path(__file__).parents[2] / "pointset"))

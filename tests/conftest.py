@@ -177,7 +177,7 @@ def interpreted():
 @pytest.fixture
 def bench(monkeypatch):
     """The module `fake_bench`, importable in worker processes too."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parent / "evaluation"))
+    monkeypatch.syspath_prepend(str(Path(__file__).parent / "lab" / "evaluation"))
     return importlib.import_module("fake_bench")
 
 

@@ -71,7 +71,9 @@ class Comparer(Generic[Key]):
             return self.one_by_one(probe, references)
         if self._packed[0] != references:
             self._packed = references, PreparedPrints.pack(map(self.prepare, references))
-        similarities: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
+        similarities: NDArray[np.float64] = self.matcher.similarities(
+            self.prepare(probe), self._packed[1]
+        )
         return similarities
 
     def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:

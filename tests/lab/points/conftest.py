@@ -3,6 +3,6 @@
 import sys
 from pathlib import Path
 
-from tests.pointset.conftest import plain as plain
+from tests.pointset.conftest import plain  # noqa: F401
 
 sys.path.append(str(Path(__file__).parents[2] / "pointset"))

@@ -96,7 +96,7 @@ class _Gallery:
         calibration: Calibration,
         options: dict[str, Any],
     ) -> None:
-        found = [
+        impressions = [
             (k, f, template)
             for k, shown in enumerate(presentations)
             for f, template in enumerate(shown)
@@ -104,13 +104,13 @@ class _Gallery:
         ]
         self.presentations = presentations
         self.first = int(background.subject.max(initial=-1)) + 1  # number of the first presentation
-        templates = [template for _, _, template in found]
+        templates = [template for _, _, template in impressions]
         self.own = WholeSearch.of(templates, background.search.matcher)
         self.search = background.search.with_prints(templates) if self.first else self.own
         self.places = np.full((len(presentations), len(presentations[0])), -1)
-        for place, (k, f, _) in enumerate(found):
+        for place, (k, f, _) in enumerate(impressions):
             self.places[k, f] = place
-        subject, finger = np.array([(k, f) for k, f, _ in found], np.intp).reshape(-1, 2).T
+        subject, finger = np.array([(k, f) for k, f, _ in impressions], np.intp).reshape(-1, 2).T
         self.subjects = EnrolledSubjects(
             self.search.numbers,
             np.concatenate([background.subject, subject + self.first]),

@@ -4,8 +4,13 @@ The public names below load when they are first used, so that ``import fpmatch``
 than importing numpy. The names and where they live stand in ``__init__.pyi``.
 """
 
+import sys as _sys
+
 import lazy_loader as _lazy
 
 from fpmatch._version import __version__ as __version__
+from fpmatch.base.moved import OldNames as _OldNames
+
+_sys.meta_path.append(_OldNames())
 
 __getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import importlib
 import importlib.util
+import os
 import re
 import shutil
 import sys
@@ -23,6 +24,7 @@ from PIL import Image
 
 import fpmatch
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.cli.wings import WINGS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
@@ -37,6 +39,9 @@ ROOMS_WITH_KERNELS = {
     folder if folder.parts[:1] == ("gallery",) else Path(*folder.parts[:1])
     for folder in KERNEL_FOLDERS
 }
+# With `scripts/test --core` no wing can be imported, and what names a wing is not collected.
+WITHOUT_WINGS = "FPMATCH_WITHOUT_WINGS" in os.environ
+NAMES_A_WING = re.compile(r"\bfpmatch[./](gallery|server|lab)\b|\bresearch\b|scripts/|open_gallery")
 NAMES_A_KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
@@ -52,6 +57,34 @@ def pytest_configure():
 
     if note := outdated_kernels_note():
         raise pytest.UsageError(note)
+
+
+class NoWings:
+    """Refuses the import of a wing, as where its folder is not there."""
+
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name.startswith(tuple(f"fpmatch.{wing}" for wing in WINGS)):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+if WITHOUT_WINGS:
+    sys.meta_path.insert(0, NoWings)
+
+
+def pytest_ignore_collect(collection_path):
+    """Leave out the tests of wings, and others that name one, where no wing can be imported."""
+    if not WITHOUT_WINGS:
+        return None
+    of_wing = collection_path.relative_to(ROOT / "tests").parts[:1] in {(wing,) for wing in WINGS}
+    is_test = collection_path.match("test_*.py")
+    return True if of_wing or (is_test and names_a_wing(collection_path)) else None
+
+
+@cache
+def names_a_wing(path):
+    """Whether a file of tests names a wing, or tools of the whole project."""
+    return bool(NAMES_A_WING.search(path.read_text("utf-8")))
 
 
 @cache
@@ -251,6 +284,8 @@ def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.ui
 @pytest.fixture(scope="session")
 def gallery(tmp_path_factory: pytest.TempPathFactory, prints: Path) -> Path:
     """Return a gallery of two prints of finger 1 and one of finger 2."""
+    if WITHOUT_WINGS:
+        pytest.skip("no wing can be imported")
     from fpmatch.gallery.engine.engine import serial
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.listing.prints import find_prints

@@ -1,7 +1,7 @@
 """Search of a large gallery in three stages, by its index.
 
 The terms of the index choose prints whose bit descriptors are compared; these choose the prints
-that are compared whole, by their compact templates (see `fpmatch.indexing`).
+that are compared whole, by their compact templates (see `fpmatch.gallery.index`).
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ visited, the measure of work done.
 import cython
 
 if cython.compiled:
+    from cython.cimports.fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
     from cython.cimports.fpmatch.pointset.geometry._grid_kernel import CellGrid
     from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_lists
-    from cython.cimports.fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
 else:
     from fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
     from fpmatch.pointset.geometry._grid_kernel import CellGrid

@@ -1,0 +1,71 @@
+"""The core without wings: its commands work, and those of a wing say what is missing."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fpmatch.cli.wings import WINGS, registered
+
+SAMPLES = Path(__file__).parents[2] / "sample_data"
+WITHOUT = f"""
+import sys
+
+class NoWings:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name.split(".")[:2][1:] and name.split(".")[1] in {WINGS!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, NoWings)
+from fpmatch.cli import main
+main(sys.argv[1:], prog_name="fpmatch")
+"""
+
+
+@pytest.fixture
+def without_wings(tmp_path):
+    """Return a function that runs a command in a process where no wing can be imported."""
+
+    def run_words(*words):
+        command = [sys.executable, "-c", WITHOUT, *map(str, words)]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    return run_words
+
+
+def test_the_commands_of_the_core_need_no_wing(without_wings, tmp_path):
+    prints = [SAMPLES / f"101_{n}.tif" for n in (1, 3)]
+    for words in (
+        ("verify", *prints, "--json", "--overlay", "o.png", "--case-report", "case.html"),
+        ("overlay", *prints, "-o", "o.svg"),
+        ("extract", prints[0], "-o", "templates"),
+        ("convert", "templates/101_1.json", "101_1.iso"),
+        ("inspect", prints[0], "101_1.iso"),
+        ("stages", prints[0], "-o", "stages"),
+    ):
+        done = without_wings(*words)
+        assert (done.returncode, done.stderr) == (0, ""), words
+    assert {"o.png", "o.svg", "case.html", "101_1.iso"} <= {
+        path.name for path in tmp_path.iterdir()
+    }
+
+
+@pytest.mark.parametrize("wing", WINGS)
+def test_a_command_of_a_wing_names_it_where_it_is_missing(without_wings, wing):
+    for command in registered()[wing].commands:
+        done = without_wings(command)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert f"{command!r} needs the package fpmatch.{wing}" in done.stderr.splitlines()[-1]
+
+
+def test_a_claim_needs_the_wing_of_galleries(without_wings):
+    done = without_wings("verify", SAMPLES / "101_1.tif", "--gallery", "g.db", "--subject", "101")
+    assert done.returncode == 2
+    assert "'verify --gallery' needs the package fpmatch.gallery" in done.stderr
+
+
+def test_each_command_is_registered_by_one_wing():
+    names = [name for wing in registered().values() for name in wing.commands]
+    assert len(names) == len(set(names))

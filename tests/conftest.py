@@ -39,9 +39,7 @@ ROOMS_WITH_KERNELS = {
     folder if folder.parts[:1] == ("gallery",) else Path(*folder.parts[:1])
     for folder in KERNEL_FOLDERS
 }
-# With `scripts/test --core` no wing can be imported, and what names a wing is not collected.
-WITHOUT_WINGS = "FPMATCH_WITHOUT_WINGS" in os.environ
-NAMES_A_WING = re.compile(r"\bfpmatch[./](gallery|server|lab)\b|\bresearch\b|scripts/|open_gallery")
+WITHOUT_WINGS = "FPMATCH_WITHOUT_WINGS" in os.environ  # scripts/test --core
 NAMES_A_KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
@@ -60,12 +58,22 @@ def pytest_configure():
 
 
 class NoWings:
-    """Refuses the import of a wing, as where its folder is not there."""
+    """Refuses to import a wing, as where its folder is not there.
+
+    A test that imports one, or runs a command of one, is skipped; a module of the core fails.
+    """
 
     @staticmethod
     def find_spec(name, path=None, target=None):
-        if name.startswith(tuple(f"fpmatch.{wing}" for wing in WINGS)):
+        if not name.startswith(tuple(f"fpmatch.{wing}" for wing in WINGS)):
+            return None
+        frame = sys._getframe(1)
+        while "importlib" in frame.f_code.co_filename:
+            frame = frame.f_back
+        importer = Path(frame.f_code.co_filename)
+        if importer.is_relative_to(PACKAGE) and importer.name != "wings.py":
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        pytest.skip("no wing can be imported", allow_module_level=True)
 
 
 if WITHOUT_WINGS:
@@ -73,18 +81,9 @@ if WITHOUT_WINGS:
 
 
 def pytest_ignore_collect(collection_path):
-    """Leave out the tests of wings, and others that name one, where no wing can be imported."""
-    if not WITHOUT_WINGS:
-        return None
-    of_wing = collection_path.relative_to(ROOT / "tests").parts[:1] in {(wing,) for wing in WINGS}
-    is_test = collection_path.match("test_*.py")
-    return True if of_wing or (is_test and names_a_wing(collection_path)) else None
-
-
-@cache
-def names_a_wing(path):
-    """Whether a file of tests names a wing, or tools of the whole project."""
-    return bool(NAMES_A_WING.search(path.read_text("utf-8")))
+    """Leave out the tests of wings where these cannot be imported."""
+    folder = collection_path.relative_to(ROOT / "tests").parts[:1]
+    return True if WITHOUT_WINGS and folder in {(wing,) for wing in WINGS} else None
 
 
 @cache
@@ -284,8 +283,6 @@ def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.ui
 @pytest.fixture(scope="session")
 def gallery(tmp_path_factory: pytest.TempPathFactory, prints: Path) -> Path:
     """Return a gallery of two prints of finger 1 and one of finger 2."""
-    if WITHOUT_WINGS:
-        pytest.skip("no wing can be imported")
     from fpmatch.gallery.engine.engine import serial
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.listing.prints import find_prints

@@ -11,6 +11,6 @@ import lazy_loader as _lazy
 from fpmatch._version import __version__ as __version__
 from fpmatch.base.moved import OldNames as _OldNames
 
-_sys.meta_path.append(_OldNames())
+_sys.meta_path.insert(0, _OldNames())
 
 __getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -6,15 +6,13 @@ These are names that the README, the documentation or the protocols of plug-ins 
 from __future__ import annotations
 
 import sys
-import warnings
-from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
-from types import ModuleType
-from typing import TYPE_CHECKING, Final
 
+TYPE_CHECKING = False  # importing `typing`, or `importlib.abc`, would cost `import fpmatch` 8 ms
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from types import ModuleType
+    from typing import Final
 
 MOVED: Final[Mapping[str, str]] = {
     "array_file": "base.array_file",
@@ -108,21 +106,28 @@ def new_place(name: str) -> str | None:
     return f"fpmatch.{MOVED[old]}{rest}"
 
 
-class OldNames(MetaPathFinder, Loader):
-    """Find modules by old names; it is asked last, where no module has the name."""
+class OldNames:
+    """Find modules by old names.
+
+    It is asked first: a module of a folder that moved is found in the new place, too.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return how to load a module that moved."""
-        return ModuleSpec(fullname, self) if new_place(fullname) else None
+        moved = fullname.startswith("fpmatch.") and new_place(fullname) is not None
+        return ModuleSpec(fullname, self) if moved else None  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """Import the module by its new name, and warn."""
+        import warnings  # noqa: PLC0415
+        from importlib import import_module  # noqa: PLC0415
+
         new = new_place(spec.name) or spec.name
         spec.loader_state = import_module(new)
         warnings.warn(f"{spec.name} is now {new}", FutureWarning, stacklevel=2)
-        return ModuleType(spec.name)
+        return type(sys)(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
         """Let the old name mean the module itself, not a copy."""

@@ -2,16 +2,21 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+import fpmatch
 from fpmatch.base.moved import MOVED
 
 
-def test_every_new_place_is_a_module():
+def test_every_new_place_is_a_module_and_no_old_one_is():
     names = [f"fpmatch.{name}" for name in MOVED.values()]
     code = f"import importlib; [importlib.import_module(name) for name in {names}]"
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
+    package = Path(fpmatch.__file__).parent
+    places = [package.joinpath(*name.split(".")) for name in MOVED]
+    assert not [place for place in places if place.is_dir() or place.with_suffix(".py").exists()]
 
 
 @pytest.mark.parametrize(

@@ -97,11 +97,11 @@ class TemplateError(FpmatchError):
 
 
 class DatasetError(FpmatchError):
-    """A folder is not an FVC-style database, or cannot be evaluated."""
+    """A database, manifest, list of pairs or file of scores cannot be read or evaluated."""
 
 
 class MatcherError(FpmatchError):
-    """An unknown matcher, or a threshold or false match rate outside its range."""
+    """An unknown matcher, a threshold or rate outside its range, or arrays it cannot use."""
 
 
 class OutputError(FpmatchError):

@@ -165,7 +165,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     callback=_candidate_list_size,
     default="auto",
     help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
-    "probe's. auto: all of up to 20,000 prints; of up to 1,000,000, the best 1 in 100; of more, "
+    "probe's. auto: all of up to 20,000 prints; of up to 100,000, the best 1 in 100; of more, "
     "those that an index chooses. off: all.",
 )
 @click.option(

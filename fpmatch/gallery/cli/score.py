@@ -58,6 +58,7 @@ Columns, as those of fpmatch evaluate --scores:
   similarity        the matcher's own, to the last bit; of matcher paper the share of the smaller
                     print's minutiae that are paired, where more than rho (0.6) is a match
   score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
+  decision          match, no match or inconclusive, at the default threshold
   reason            where there is no similarity: which print has no template, and why
   probe_quality, reference_quality
                     quality of the images, 0 to 100; empty for templates

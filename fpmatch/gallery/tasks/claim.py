@@ -92,15 +92,14 @@ def check_claim(
     `fpmatch.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
     nothing of the subject or finger is enrolled, or all of it is damaged.
     """
-    before = len(gallery.damaged)
     entries = [
         entry
         for entry in gallery.entries(subject=subject)
         if finger is None or entry.label.finger == finger
     ]
     templates = [(entry, gallery.find_template(entry.id)) for entry in entries]
-    damaged = len(gallery.damaged) - before
     sound = {entry: template for entry, template in templates if template is not None}
+    damaged = len(entries) - len(sound)
     if not sound:
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
         if damaged:

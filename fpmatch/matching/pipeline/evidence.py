@@ -1,13 +1,13 @@
 """Score: the evidence for and against one finger, and the similarity it amounts to.
 
-The similarity is a likelihood ratio, learned by logistic regression on synthetic prints by
-``python -m research train score``. With m pairs, of local similarity L in all, and U the unpaired
-minutiae, its features are
+It is learned by logistic regression on synthetic prints by ``python -m research train score``. With
+m pairs, of local similarity L in all, and U the unpaired minutiae, its features are
 
 - of the relaxed local matches: the logarithm of the sum over the pairs;
-- of the mesh of pairs (see `_pair_mesh_kernel`), per pair: how well the places on the unit
-  circle agree (eq. 3), how well the shape-preserving weights predict the partner (eq. 4), how full
-  the rings are of pairs, and how many triangles are turned over; the strain of its edges;
+- of the mesh of pairs (see `_pair_mesh_kernel`), over the number of pairs and one: how well the
+  places on the unit circle agree (eq. 3), how well the shape-preserving weights predict the partner
+  (eq. 4), how full the rings are of pairs, and how many triangles are turned over; the strain of
+  its edges;
 - of the neighbourhoods: ``log(1 + L)``;
 - ``√(U / (m + 2))``: minutiae that should be paired and are not, each by the square of its quality,
   raised where the mean of these squares in a print is below 0.25;

@@ -1,4 +1,4 @@
-"""Evidence and score: what speaks for and against one finger, weighed; see `matching.score`."""
+"""Evidence and score: what speaks for and against one finger, weighed; see `pipeline.evidence`."""
 
 from __future__ import annotations
 

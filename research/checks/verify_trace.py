@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base import kernels
+import fpmatch
 from research.commands import Command
 
 if TYPE_CHECKING:
     from types import FrameType
 
-PACKAGE: Final = Path(kernels.__file__).parent
+PACKAGE: Final = Path(fpmatch.__file__).parent
 _COMPREHENSIONS: Final = ("<genexpr>", "<listcomp>", "<dictcomp>", "<setcomp>", "<lambda>")
 
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.errors import TemplateError
 from fpmatch.formats.record import View
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import Minutiae, Template
 
 if TYPE_CHECKING:

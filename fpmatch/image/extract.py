@@ -10,20 +10,18 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
-from fpmatch.image.io.grey import GreyImage, as_grey
-from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.grey import GreyImage, ImageLimits, as_grey
 from fpmatch.image.io.read import name_errors, read_image
-from fpmatch.image.preprocess.arrays import UncropRecorder
-from fpmatch.image.preprocess.blocks import BLOCK_PX
+from fpmatch.image.preprocess.arrays import BLOCK_PX, UncropRecorder
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
-from fpmatch.image.skeleton.minutia_quality import minutia_quality
 from fpmatch.image.skeleton.spurious import (
     BRANCH_PX,
     directions,
     filter_spurious,
+    minutia_quality,
     remove_spurs_and_islands,
 )
 from fpmatch.image.skeleton.thin import thin

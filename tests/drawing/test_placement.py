@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.drawing.scene.placement import (
+from fpmatch.drawing.scene.items import (
     bounds,
     corners,
     direction_on_page,

@@ -12,7 +12,7 @@ from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
-from fpmatch.image.skeleton.minutia_quality import minutia_quality
+from fpmatch.image.skeleton.spurious import minutia_quality
 from fpmatch.image.skeleton.thin import thin
 
 WAVE = plane_wave(33, 7, (60, 90))

@@ -11,8 +11,19 @@ from fpmatch.drawing.overlay.legend import ridge_legend
 from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, examiner_marks, marks
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene
-from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
+from fpmatch.drawing.scene.items import (
+    Box,
+    Group,
+    Item,
+    Path,
+    Pen,
+    Scene,
+    bounds,
+    corners,
+    moved,
+    of_transform,
+    zoomed,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

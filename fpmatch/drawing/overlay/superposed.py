@@ -20,9 +20,21 @@ from fpmatch.drawing.overlay.marks import (
     unpaired,
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
-from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Point, Scene
+from fpmatch.drawing.scene.items import (
+    Box,
+    Group,
+    Item,
+    Overprint,
+    Path,
+    Point,
+    Scene,
+    bounds,
+    corners,
+    moved,
+    of_transform,
+    zoomed,
+)
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -16,9 +16,8 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.scene.fonts import font, parts, text_width
-from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text, bounds
 from fpmatch.drawing.scene.palette import PAPER
-from fpmatch.drawing.scene.placement import bounds
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

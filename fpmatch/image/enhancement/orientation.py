@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels, blur_blocks
+from fpmatch.image.preprocess.arrays import block_mean_product, blocks_to_pixels, blur_blocks
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Spurious minutiae: structures of the skeleton that the finger does not have."""
+"""Minutiae of a skeleton: direction, quality, and which of them the finger does not have."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fpmatch.image.skeleton.crossing_number import find_nodes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Ints, Mask
     from fpmatch.image.skeleton.crossing_number import SkeletonNodes
 
 # Lengths in pixels at 500 dpi.
@@ -27,6 +27,8 @@ BROKEN_PX: Final = 10.0
 BROKEN_ANGLE_DEG: Final = 50.0
 DIRECTION_PX: Final = 14
 BRANCH_PX: Final = max(DIRECTION_PX, MAX_BRIDGE_PX)  # of the branches that both need
+RADIUS_PX: Final = 14
+SIGMA_PX: Final = 8.0
 
 
 def remove_spurs_and_islands(skeleton: Mask) -> Mask:
@@ -137,3 +139,29 @@ def _near_pairs(x: Ints, y: Ints, reach: float) -> tuple[NDArray[np.intp], NDArr
     i, j = by_y[first], by_y[second]
     near = np.abs(x[i] - x[j]) <= reach
     return i[near], j[near]
+
+
+def minutia_quality(pixels: Floats, enhanced: Floats, x: Ints, y: Ints) -> Grey:
+    """Measure the quality of the minutiae at `x` and `y`, 0 to 100.
+
+    It is 100 times the correlation of the normalised and the enhanced image, both (H, W), in a
+    Gaussian neighbourhood; 0 where the correlation is negative.
+    """
+    offsets = np.arange(-RADIUS_PX, RADIUS_PX + 1)
+    gauss = np.exp(-(offsets**2) / (2 * SIGMA_PX**2))
+    weight = np.outer(gauss, gauss).reshape(-1, 1)
+    stride = pixels.shape[1] + 2 * RADIUS_PX
+    centre = (y.astype(np.intp) + RADIUS_PX) * stride + x + RADIUS_PX
+    at = (offsets[:, None] * stride + offsets).reshape(-1, 1) + centre
+    a, b = (
+        np.pad(one, RADIUS_PX).ravel().take(at).astype(np.float64) for one in (pixels, enhanced)
+    )
+    cross, power, enhanced_power = (_column_sums(weight * one) for one in (a * b, a * a, b * b))
+    correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
+    return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
+
+
+def _column_sums(terms: Doubles) -> Doubles:
+    """Sum each column from top to bottom; `sum` adds a single column in another order."""
+    sums = terms.cumsum(axis=0)[-1] if terms.shape[1] == 1 else terms.sum(axis=0)
+    return np.asarray(sums, np.float64)

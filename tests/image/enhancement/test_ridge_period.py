@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave
 
 from fpmatch.image.enhancement.orientation import ridge_orientation, ridge_period
-from fpmatch.image.preprocess.blocks import BLOCK_PX, blocks_to_pixels
+from fpmatch.image.preprocess.arrays import BLOCK_PX, blocks_to_pixels
 from fpmatch.image.preprocess.spectrum import PERIODS_PX, ridge_spectrum
 
 SHORTEST, LONGEST = PERIODS_PX[[0, -1]]

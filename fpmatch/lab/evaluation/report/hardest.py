@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.draw import draw
 from fpmatch.drawing.scene.files import reduced, webp_bytes
 from fpmatch.drawing.scene.ink import ridge_picture
@@ -18,6 +17,7 @@ from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.lab.evaluation.report.results import SetResult
 from fpmatch.matching.verify import verify
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.record import View
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.minutiae import Minutiae
 
 if TYPE_CHECKING:
     import os
@@ -19,7 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+    from fpmatch.templates.minutiae import Template
 
 HEAD_BYTES: Final = 4096  # enough to recognise a format
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
@@ -73,19 +73,6 @@ def minutiae_from_columns(
 ) -> Minutiae:
     """Return minutiae from columns of any numeric type; raises MinutiaeError for invalid values."""
     return Minutiae(x, y, angle, kind, quality)  # type: ignore[arg-type]
-
-
-def view_without_frame(
-    minutiae: tuple[ArrayLike, ...],
-    size: tuple[int, int],
-    options: ReadingOptions,
-    *,
-    quality_known: bool,
-) -> View:
-    """Return a print, of columns as above, of a format that keeps neither size nor resolution."""
-    options.limits.check_size(*size)
-    template = Template(minutiae_from_columns(*minutiae), *size, options.assumed_dpi)
-    return View(template, dpi_known=False, size_known=False, quality_known=quality_known)
 
 
 def dropped_notes(view: View, *, field: bool = False) -> list[str]:

@@ -23,7 +23,6 @@ from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.orientation import (
     enhanced_orientation,
     orientation_at_pixels,
-    ridge_orientation,
 )
 from fpmatch.image.preprocess.arrays import blocks_to_pixels
 from fpmatch.image.preprocess.foreground import mask_at_pixels, segment, segment_enhanced
@@ -80,8 +79,11 @@ def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedP
 def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
     """Filter the image along its ridges, whose course is measured on it and then on a blend."""
     # the filters are one method of two: their modules load where it is chosen
-    from fpmatch.image.enhancement.gabor import gabor_filter  # noqa: PLC0415
-    from fpmatch.image.enhancement.orientation import ridge_period  # noqa: PLC0415
+    from fpmatch.image.enhancement.gabor import (  # noqa: PLC0415
+        gabor_filter,
+        ridge_orientation,
+        ridge_period,
+    )
     from fpmatch.image.preprocess.spectrum import ridge_spectrum  # noqa: PLC0415
 
     pixels, shape = image.pixels, image.pixels.shape

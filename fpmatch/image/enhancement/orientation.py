@@ -1,4 +1,4 @@
-"""Local ridge orientation and period: along which way the ridges run, and how far apart."""
+"""Local ridge orientation: along which way the ridges run."""
 
 from __future__ import annotations
 
@@ -8,19 +8,13 @@ import cv2
 import numpy as np
 
 from fpmatch.image.preprocess.arrays import block_mean_product, blocks_to_pixels, blur_blocks
-from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Floats, Mask
-    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 FINE_SIGMA_BLOCKS: Final = 0.8
 COARSE_SIGMA_BLOCKS: Final = 2.5
 TRUSTED_COHERENCE: Final = 0.5  # from which the fine orientation is taken alone
-PERIOD_SMOOTHING_BLOCKS: Final = 2.0
-ANGLE_SHARPNESS: Final = 8.0
-PEAK_POWER: Final = 3.0
-_NO_ENERGY: Final = 1e-9  # share of the local energy, summed over the angles
 
 
 class OrientationField(NamedTuple):
@@ -30,28 +24,14 @@ class OrientationField(NamedTuple):
     coherence: Floats  # agreement of the neighbourhood with it, 0 (none) to 1
 
 
-def ridge_orientation(spectrum: RidgeSpectrum, mask: Mask) -> OrientationField:
-    """Estimate the local ridge orientation from the local spectrum.
-
-    Energies are averaged in the double angle, over a narrow neighbourhood where they agree and a
-    wider one where they do not (Kass, Witkin, "Analyzing oriented patterns", CVGIP 37, 1987).
-    Blocks outside the mask do not influence those inside.
-    """
-    weight = (mask / (spectrum.total + 1e-3)).astype(np.float32)
-    by_angle = (spectrum.energy * weight[..., None, None]).sum(axis=3)
-    doubled = 2.0 * ANGLES.astype(np.float32)
-    parts = (by_angle @ np.cos(doubled), by_angle @ np.sin(doubled), by_angle.sum(axis=2))
-    return _smoothed(np.stack(parts, axis=2))
-
-
 def enhanced_orientation(enhanced: Floats, mask: Mask) -> OrientationField:
     """Measure the local ridge orientation of an enhanced image (H, W) by its gradient."""
     gx, gy = (np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1 - k, k), np.float32) for k in (0, 1))
     xx, yy, xy = (block_mean_product(a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
-    return _smoothed(np.stack([yy - xx, 2 * xy, xx + yy], axis=2) * mask[..., None])
+    return smoothed_orientation(np.stack([yy - xx, 2 * xy, xx + yy], axis=2) * mask[..., None])
 
 
-def _smoothed(stacked: Floats) -> OrientationField:
+def smoothed_orientation(stacked: Floats) -> OrientationField:
     """Smooth (cosine, sine, weight) of the doubled angle, shape (rows, columns, 3)."""
     fine, coherence = _unit(blur_blocks(stacked, FINE_SIGMA_BLOCKS))
     coarse, _ = _unit(blur_blocks(stacked, COARSE_SIGMA_BLOCKS))
@@ -76,21 +56,3 @@ def orientation_at_pixels(orientation: Floats, shape: tuple[int, ...]) -> Floats
     doubled = np.dstack([np.cos(2 * orientation), np.sin(2 * orientation)]).astype(np.float32)
     large = blocks_to_pixels(doubled, shape)
     return np.asarray(np.mod(0.5 * cv2.phase(large[..., 0], large[..., 1]), np.pi), np.float32)
-
-
-def ridge_period(spectrum: RidgeSpectrum, field: OrientationField, mask: Mask) -> Floats:
-    """Estimate the local ridge period, in pixels, of each block (rows, columns).
-
-    The energies of the waves along the local orientation, averaged over the neighbourhood, are
-    taken as a distribution over log-period, whose peak is the period. It lies within the range of
-    periods that the spectrum samples.
-    """
-    turn = 2.0 * (ANGLES.astype(np.float32) - field.orientation[..., None])
-    along = np.exp(ANGLE_SHARPNESS * (np.cos(turn) - 1.0)) * mask[..., None]
-    weight = along / (spectrum.total + 1e-3)[..., None]
-    by_period = np.einsum("ijaf,ija->ijf", spectrum.energy, weight)
-    blurred = blur_blocks(by_period, PERIOD_SMOOTHING_BLOCKS)
-    blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # no evidence: all periods are equally likely
-    peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** PEAK_POWER
-    log_periods = np.log(PERIODS_PX.astype(np.float32))
-    return np.asarray(np.exp((peaked @ log_periods) / peaked.sum(axis=2)), np.float32)

@@ -7,11 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave, turn_between
 
-from fpmatch.image.enhancement.orientation import (
-    enhanced_orientation,
-    orientation_at_pixels,
-    ridge_orientation,
-)
+from fpmatch.image.enhancement.gabor import ridge_orientation
+from fpmatch.image.enhancement.orientation import enhanced_orientation, orientation_at_pixels
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave
 
-from fpmatch.image.enhancement.orientation import ridge_orientation, ridge_period
+from fpmatch.image.enhancement.gabor import ridge_orientation, ridge_period
 from fpmatch.image.preprocess.arrays import BLOCK_PX, blocks_to_pixels
 from fpmatch.image.preprocess.spectrum import PERIODS_PX, ridge_spectrum
 

@@ -101,7 +101,7 @@ def inspect_file(
 
 
 def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
-    from fpmatch.image.assess import assess
+    from fpmatch.image.extract import assess
 
     height, width = image.pixels.shape
     notes = image.notes

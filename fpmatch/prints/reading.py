@@ -16,8 +16,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.formats.codec import HEAD_BYTES, read_head
-from fpmatch.image.assess import QualityRecorder
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import is_image_file

@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from fpmatch import Template, find_scale, verify
-from fpmatch.image.assess import assess
+from fpmatch.image.extract import assess
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.printable import markdown_table

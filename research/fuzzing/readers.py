@@ -76,7 +76,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "image/io/pillow_formats.py": _PICTURES,
     "image/io/read.py": _PICTURES,
     "image/io/resolution.py": _PICTURES,
-    "image/quality/linear_weights.py": _OWN,
+    "image/quality/measures.py": _OWN,
     "lab/evaluation/ground_truth/truth.py": ("truth",),
     "lab/evaluation/rates/scores.py": "makes arrays of numbers that are checked",
     "lab/points/bench/results.py": ("points-results",),

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.files import png_bytes, reduced, webp_bytes
 from fpmatch.drawing.scene.fonts import printable, text_width, wrapped
+from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 
 # Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by
 # dichromats" (1999): linear RGB as a protanope and a deuteranope see it.

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.drawing.overlay.draw import draw
-from fpmatch.drawing.scene.files import reduced, webp_bytes
 from fpmatch.drawing.scene.ink import ridge_picture
+from fpmatch.drawing.scene.raster import reduced, webp_bytes
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.formats.files import holds_minutiae_only
 from fpmatch.image.io.read import read_image

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,7 +12,6 @@ from fpmatch.printable import count
 from fpmatch.templates.minutiae import Minutiae
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
@@ -21,7 +19,6 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
     from fpmatch.templates.minutiae import Template
 
-HEAD_BYTES: Final = 4096  # enough to recognise a format
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
 
@@ -54,18 +51,6 @@ class Codec:
     recognises: Callable[[bytes], bool]
     decode: Callable[[bytes, ReadingOptions], TemplateRecord]
     encode: Callable[[TemplateRecord], Encoded] | None = None
-
-
-def read_head(path: str | os.PathLike[str]) -> bytes:
-    """Return the first bytes of a regular file; none where it cannot be read."""
-    file = Path(path)
-    try:
-        if file.is_file():
-            with file.open("rb") as stream:
-                return stream.read(HEAD_BYTES)
-    except (OSError, ValueError):
-        pass
-    return b""
 
 
 def minutiae_from_columns(

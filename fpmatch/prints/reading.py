@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image

@@ -44,7 +44,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "cli/group.py": _OUT,
     "cli/verify.py": "hashes the files that were compared",
     "cli/wings.py": _OWN,
-    "formats/codec.py": _TEMPLATES,
     "formats/files.py": _TEMPLATES,
     "formats/fmr.py": ("iso2005", "iso2011", "ansi2004", "ansi2009"),
     "formats/json_format.py": ("json",),

@@ -21,7 +21,7 @@ from fpmatch.drawing.overlay.marks import (
 )
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Point, Text
+from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Point, Text, mixed
 from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ _AGREEMENTS: Final = (
 
 def overlay_legend(width: float, top: float, *, warped: bool = False) -> tuple[list[Item], float]:
     """Compose the legend of an overlay from `top` down; returns its items and its height."""
-    both = palette.mixed((palette.PROBE_INK, palette.REFERENCE_INK))
+    both = mixed((palette.PROBE_INK, palette.REFERENCE_INK))
     probe = "probe ridges, warped" if warped else "probe ridges, moved"
     entries: list[_Entry] = [
         ("reference ridges", partial(_ridges, ink=palette.REFERENCE_INK)),

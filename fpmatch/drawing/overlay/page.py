@@ -49,6 +49,11 @@ class Print:
     pixels: NDArray[np.uint8]
     template: Template
 
+    @property
+    def box(self) -> Box:
+        """The image as a box in its own pixels."""
+        return Box(-0.5, -0.5, self.template.width, self.template.height)
+
     @classmethod
     def of(cls, name: str, image: Any, template: Template) -> Print:
         """Check that `image` is a grey image of its template's size, or raise an `ImageError`.

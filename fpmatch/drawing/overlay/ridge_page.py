@@ -19,7 +19,6 @@ from fpmatch.drawing.scene.items import (
     Pen,
     Scene,
     bounds,
-    corners,
     moved,
     of_transform,
     zoomed,
@@ -47,7 +46,7 @@ def ridge_page(
 ) -> Scene:
     """Compose the page of the reference with the cells of `ridges` and an examiner's marks."""
     t = reference.template
-    shown = np.vstack([corners(t.width, t.height), ridges.corners.reshape(-1, 2)])
+    shown = np.vstack([reference.box.corners, ridges.corners.reshape(-1, 2)])
     view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
 

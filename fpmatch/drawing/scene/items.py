@@ -147,6 +147,13 @@ class Overprint:
     upper: Ink
 
 
+def mixed(colours: tuple[Colour, ...]) -> Colour:
+    """Return the colour of inks printed over each other on white paper."""
+    levels = zip(*colours, strict=True)
+    red, green, blue = (round(255 * math.prod(c / 255 for c in channel)) for channel in levels)
+    return red, green, blue
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
     """Draw `items` in order, and only inside `clip`."""
@@ -200,11 +207,6 @@ def direction_on_page(matrix: Matrix, angle: float) -> Point:
     linear = matrix[:2, :2] / magnification(matrix)
     x, y = linear @ (math.cos(angle), -math.sin(angle))
     return float(x), float(y)
-
-
-def corners(width: int, height: int) -> Matrix:
-    """Return the four outer corners of an image, in its pixels, shape (4, 2)."""
-    return np.array(Box(-0.5, -0.5, width, height).corners)
 
 
 def bounds(points: list[Point]) -> Box:

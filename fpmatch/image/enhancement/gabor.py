@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
-from fpmatch.image.enhancement.orientation import smoothed_orientation
 from fpmatch.image.preprocess.arrays import blur_blocks
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
-    from fpmatch.image.enhancement.orientation import OrientationField
+    from fpmatch.image.enhancement.enhancers import OrientationField
     from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
     from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
@@ -34,18 +33,17 @@ ALONG_SIGMA_PX: Final = 5.0
 ACROSS_SIGMA_PERIODS: Final = 0.42
 
 
-def ridge_orientation(spectrum: RidgeSpectrum, mask: Mask) -> OrientationField:
-    """Estimate the local ridge orientation from the local spectrum.
+def doubled_angles(spectrum: RidgeSpectrum, mask: Mask) -> Floats:
+    """Return cosine and sine of the doubled angle of the ridges, and weight, (rows, columns, 3).
 
-    Energies are averaged in the double angle, over a narrow neighbourhood where they agree and a
-    wider one where they do not (Kass, Witkin, "Analyzing oriented patterns", CVGIP 37, 1987).
-    Blocks outside the mask do not influence those inside.
+    They are means over the energies of the local spectrum. The weight is 0 outside the mask, so
+    that blocks there do not influence those inside.
     """
     weight = (mask / (spectrum.total + 1e-3)).astype(np.float32)
     by_angle = (spectrum.energy * weight[..., None, None]).sum(axis=3)
     doubled = 2.0 * ANGLES.astype(np.float32)
     parts = (by_angle @ np.cos(doubled), by_angle @ np.sin(doubled), by_angle.sum(axis=2))
-    return smoothed_orientation(np.stack(parts, axis=2))
+    return np.stack(parts, axis=2)
 
 
 def ridge_period(spectrum: RidgeSpectrum, field: OrientationField, mask: Mask) -> Floats:

@@ -13,8 +13,8 @@ from .gallery.gallery import open_gallery as open_gallery
 from .gallery.tasks.api import IdentifiedFinger as IdentifiedFinger
 from .gallery.tasks.api import enrol as enrol
 from .gallery.tasks.api import identify as identify
-from .image.assess import AssessedPrint as AssessedPrint
-from .image.assess import assess as assess
+from .image.extract import AssessedPrint as AssessedPrint
+from .image.extract import assess as assess
 from .image.extract import extract as extract
 from .image.io.read import GreyImage as GreyImage
 from .image.io.read import read_image as read_image

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.base.text_table import html_table
 from fpmatch.errors import ImageError
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
+from fpmatch.printable import html_table
 from fpmatch.prints.report import as_rows
 from fpmatch.templates.minutiae import Template
 
@@ -54,7 +54,7 @@ class Overlay:
         OutputError
             If the file cannot be written.
         """
-        from fpmatch.drawing.scene.files import png_bytes  # noqa: PLC0415
+        from fpmatch.drawing.scene.raster import png_bytes  # noqa: PLC0415
 
         atomic_write_bytes(path, png_bytes(self.pixels))
 
@@ -63,7 +63,7 @@ class Overlay:
         return f"Overlay({width} x {height} px)"
 
     def _repr_png_(self) -> bytes:
-        from fpmatch.drawing.scene.files import png_bytes, reduced  # noqa: PLC0415
+        from fpmatch.drawing.scene.raster import png_bytes, reduced  # noqa: PLC0415
 
         return png_bytes(reduced(self.pixels, width=_OVERLAY_WIDTH, height=2 * _OVERLAY_WIDTH))
 
@@ -120,12 +120,12 @@ class VerifiedPrints(Verification):
     @cached_property
     def _shown(self) -> NDArray[np.uint8]:
         """The overlay, small enough for a notebook."""
-        from fpmatch.drawing.scene.files import reduced  # noqa: PLC0415
+        from fpmatch.drawing.scene.raster import reduced  # noqa: PLC0415
 
         return reduced(self.overlay().pixels, width=_SHOWN_WIDTH, height=2 * _SHOWN_WIDTH)
 
     def _repr_html_(self) -> str:
-        from fpmatch.drawing.scene.files import data_url, webp_bytes  # noqa: PLC0415
+        from fpmatch.drawing.scene.raster import data_url, webp_bytes  # noqa: PLC0415
         from fpmatch.prints.words import outcome  # noqa: PLC0415
 
         rows = as_rows(self, identical=self.identical)
@@ -133,7 +133,7 @@ class VerifiedPrints(Verification):
         return f"<b>{outcome(self)}</b>{html_table(rows, left=2)}{picture}"
 
     def _repr_png_(self) -> bytes:
-        from fpmatch.drawing.scene.files import png_bytes  # noqa: PLC0415
+        from fpmatch.drawing.scene.raster import png_bytes  # noqa: PLC0415
 
         return png_bytes(self._shown)
 

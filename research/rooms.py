@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.cli.wings import WINGS
+from fpmatch.printable import markdown_table
 from research.commands import ROOT
 
 if TYPE_CHECKING:

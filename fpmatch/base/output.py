@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from typing import BinaryIO
 
 PRIVATE_FILE = 0o600
@@ -86,6 +86,17 @@ def make_folder(
             make_private(folder)
     except OSError as error:
         raise OutputError(f"cannot be made a folder: {reason(error)}", path=path) from error
+
+
+def write_files(
+    contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, public: bool = False
+) -> list[Path]:
+    """Write files, by name, into a folder, made if missing; each appears complete or not at all."""
+    target = Path(folder)
+    make_folder(target, public=public)
+    for name, content in contents.items():
+        atomic_write_bytes(target / name, content, public=public)
+    return [target / name for name in contents]
 
 
 def create_private(path: str | os.PathLike[str]) -> None:

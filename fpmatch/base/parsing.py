@@ -1,15 +1,19 @@
-"""Texts of JSON and TOML, parsed with one kind of error."""
+"""The first bytes of files, and texts of JSON and TOML, parsed with one kind of error."""
 
 from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    import os
+    from collections.abc import Iterator
 
 
+HEAD_BYTES: Final = 4096  # enough to recognise a format
 MOST_DOTS: Final = 1000  # of a key of TOML: `tomllib` takes time by their square
 _BETWEEN_KEYS: Final = re.compile(r"[=\n]")
 
@@ -18,39 +22,48 @@ class ParseError(ValueError):
     """A text is not JSON or TOML, or nested or with numbers beyond what can be read."""
 
 
+def read_head(path: str | os.PathLike[str]) -> bytes:
+    """Return the first bytes of a regular file; none where it cannot be read."""
+    file = Path(path)
+    try:
+        if file.is_file():
+            with file.open("rb") as stream:
+                return stream.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        pass
+    return b""
+
+
 def parse_json(text: str | bytes) -> Any:
     """Return the value of a text of JSON, in UTF-8 with or without a byte order mark.
 
     Raises ParseError, whose message is one line, for anything else: NaN and Infinity, which are not
     JSON, half of a surrogate pair in a string, numbers of thousands of digits, deep nesting.
     """
-
-    def parse() -> Any:
+    with _one_kind_of_error():
         decoded = (text.decode() if isinstance(text, bytes) else text).removeprefix("\ufeff")
         value = json.loads(decoded, parse_constant=_refuse)
         if "\\ud" in decoded.lower():
             json.dumps(value, ensure_ascii=False).encode()
         return value
 
-    return _parsed(parse)
-
 
 def parse_toml(text: str | bytes) -> dict[str, Any]:
     """Return the table of a text of TOML in UTF-8; raise ParseError as `parse_json` does."""
     import tomllib  # noqa: PLC0415  (most commands read none)
 
-    def parse() -> dict[str, Any]:
+    with _one_kind_of_error():
         decoded = text if isinstance(text, str) else text.decode()
         if any(part.count(".") > MOST_DOTS for part in _BETWEEN_KEYS.split(decoded)):
             raise ParseError(f"a key with more than {MOST_DOTS} parts")
         return tomllib.loads(decoded)
 
-    return cast("dict[str, Any]", _parsed(parse))
 
-
-def _parsed(parse: Callable[[], Any]) -> Any:
+@contextmanager
+def _one_kind_of_error() -> Iterator[None]:
+    """Raise a ParseError for what parsers raise."""
     try:
-        return parse()
+        yield
     except RecursionError as error:
         raise ParseError("nested too deeply") from error
     except UnicodeEncodeError as error:

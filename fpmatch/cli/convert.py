@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_notes, show_line
 from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size, key_option
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -15,13 +15,12 @@ import click
 from fpmatch._version import __version__
 from fpmatch.base.kernels import build_command, compiled_kernels, outdated_kernels
 from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
-from fpmatch.base.text_table import text_table
 from fpmatch.base.threads import available_cores
 from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
 from fpmatch.formats.registry import CODECS
 from fpmatch.matching.registry import own_matcher_names
-from fpmatch.printable import json_text
+from fpmatch.printable import json_text, text_table
 
 # Of pyproject.toml, which an installed package does not contain; a test compares them.
 CORE: Final = (

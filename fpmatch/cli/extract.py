@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.text_table import count
-from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FormatChoice,
     angles_option,
@@ -20,10 +19,9 @@ from fpmatch.cli.options import (
     polarity_option,
     raw_option,
 )
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
 from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def inspect_file(
 
 
 def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
-    from fpmatch.image.assess import assess
+    from fpmatch.image.extract import assess
 
     height, width = image.pixels.shape
     notes = image.notes

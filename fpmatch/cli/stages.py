@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.base.text_table import count
 from fpmatch.cli.notes import say_notes_on, show_line
 from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from pathlib import Path

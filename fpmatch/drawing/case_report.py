@@ -18,7 +18,7 @@ from fpmatch._version import __version__
 from fpmatch.drawing.overlay.draw import View, panel_picture
 from fpmatch.drawing.overlay.marks import ExaminerMark
 from fpmatch.drawing.overlay.warp import pair_warp
-from fpmatch.drawing.scene.files import data_url, png_bytes
+from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.printable import printable, printable_lines

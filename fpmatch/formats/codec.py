@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.errors import TemplateError
-from fpmatch.formats.record import View
-from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.printable import count
+from fpmatch.templates.minutiae import Minutiae
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+    from fpmatch.templates.minutiae import Template
 
-HEAD_BYTES: Final = 4096  # enough to recognise a format
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
 
@@ -56,36 +53,11 @@ class Codec:
     encode: Callable[[TemplateRecord], Encoded] | None = None
 
 
-def read_head(path: str | os.PathLike[str]) -> bytes:
-    """Return the first bytes of a regular file; none where it cannot be read."""
-    file = Path(path)
-    try:
-        if file.is_file():
-            with file.open("rb") as stream:
-                return stream.read(HEAD_BYTES)
-    except (OSError, ValueError):
-        pass
-    return b""
-
-
 def minutiae_from_columns(
     x: ArrayLike, y: ArrayLike, angle: ArrayLike, kind: ArrayLike, quality: ArrayLike
 ) -> Minutiae:
     """Return minutiae from columns of any numeric type; raises MinutiaeError for invalid values."""
     return Minutiae(x, y, angle, kind, quality)  # type: ignore[arg-type]
-
-
-def view_without_frame(
-    minutiae: tuple[ArrayLike, ...],
-    size: tuple[int, int],
-    options: ReadingOptions,
-    *,
-    quality_known: bool,
-) -> View:
-    """Return a print, of columns as above, of a format that keeps neither size nor resolution."""
-    options.limits.check_size(*size)
-    template = Template(minutiae_from_columns(*minutiae), *size, options.assumed_dpi)
-    return View(template, dpi_known=False, size_known=False, quality_known=quality_known)
 
 
 def dropped_notes(view: View, *, field: bool = False) -> list[str]:

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import plain_csv
 from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View

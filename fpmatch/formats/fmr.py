@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
-from fpmatch.base.text_table import count
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import (
     check_fits,
@@ -26,6 +25,7 @@ from fpmatch.formats.codec import (
 )
 from fpmatch.formats.fmr_header import MAGIC, dpi_of
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ import numpy as np
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import UNKNOWN, range_notes
-from fpmatch.formats.codec import LARGEST, Codec, side, view_without_frame
+from fpmatch.formats.codec import LARGEST, Codec, side
 from fpmatch.formats.csv_format import parse_number, text_lines
-from fpmatch.formats.record import ReadingOptions, TemplateRecord
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _record(array: NDArray[np.float64], name: str, options: ReadingOptions) -> T
     kind = np.full(len(array), MinutiaKind.OTHER)
     minutiae = x, y, options.angles.to_radians(angle), kind, quality
     size = options.size or (side(x), side(y))
-    view = view_without_frame(minutiae, size, options, quality_known=bool(qualities))
+    view = View.without_frame(minutiae, size, options, quality_known=bool(qualities))
     return TemplateRecord(name, (view,), tuple(range_notes(angle, options.angles)))
 
 

@@ -22,7 +22,7 @@ from typing import Final, NamedTuple
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
-from fpmatch.formats.codec import Codec, dropped_notes, side, view_without_frame
+from fpmatch.formats.codec import Codec, dropped_notes, side
 from fpmatch.formats.csv_format import (
     BYTE_ORDER_MARK,
     KINDS,
@@ -31,7 +31,7 @@ from fpmatch.formats.csv_format import (
     read_table,
     text_lines,
 )
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.templates.minutiae import MinutiaKind
 
 COLUMNS: Final = ("x", "y", "theta", "type", "quality")
@@ -110,7 +110,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     )
     minutiae = x, y, convention.to_radians(angle), kind, quality
     known, size = "quality" in header.given, options.size or (side(x), side(y))
-    view = view_without_frame(minutiae, size, options, quality_known=known)
+    view = View.without_frame(minutiae, size, options, quality_known=known)
     notes = range_notes(angle, convention)
     if options.angles is None and header.given["theta"] != "theta":
         notes.append(f"angles taken for {convention} (--angles sets it)")

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
 from fpmatch.templates.bounds import MOST_SIDE_PX
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from fpmatch.formats.angles import AngleConvention
-    from fpmatch.templates.minutiae import Template
 
 # Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
 IMPRESSIONS: Final = {
@@ -146,6 +147,24 @@ class View:
     quality_known: bool = True
     extended: ExtendedData | None = None
     fields: tuple[tuple[str, str], ...] = ()
+
+    @classmethod
+    def without_frame(
+        cls,
+        minutiae: tuple[ArrayLike, ...],
+        size: tuple[int, int],
+        options: ReadingOptions,
+        *,
+        quality_known: bool,
+    ) -> View:
+        """Return a print of a format that keeps neither size nor resolution.
+
+        Its minutiae are the columns of `Minutiae`; raises MinutiaeError for invalid values.
+        """
+        options.limits.check_size(*size)
+        columns: Any = minutiae
+        template = Template(Minutiae(*columns), *size, options.assumed_dpi)
+        return cls(template, dpi_known=False, size_known=False, quality_known=quality_known)
 
     def at(self, dpi: float | None) -> View:
         """Return this print at another resolution (None: at its own)."""

@@ -28,10 +28,9 @@ from fpmatch.formats.codec import (
     dropped_notes,
     fit_minutiae,
     side,
-    view_without_frame,
     whole_steps,
 )
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def decode(data: bytes, options: ReadingOptions, *, m1: bool) -> TemplateRecord:
     kind = np.full(len(rows), MinutiaKind.OTHER)
     quality = np.clip(qualities[0] if qualities else np.full(len(rows), 100), 0, 100)
     minutiae = x, y if m1 else height - y, np.radians(degrees), kind, quality
-    view = view_without_frame(minutiae, (width, height), options, quality_known=bool(qualities))
+    view = View.without_frame(minutiae, (width, height), options, quality_known=bool(qualities))
     convention = "ANSI/INCITS 378: y down, units of 2°" if m1 else "NIST: y up, degrees"
     return TemplateRecord("xyt-m1" if m1 else "xyt", (view,), (f"angles taken for {convention}",))
 

@@ -1,29 +1,35 @@
-"""Extract minutiae: the stages of the algorithm, one call each."""
+"""Extract minutiae: the stages of the algorithm, one call each; and grade the image on the way."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
-from fpmatch.image.io.grey import GreyImage, as_grey
-from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.grey import GreyImage, ImageLimits, as_grey
 from fpmatch.image.io.read import name_errors, read_image
-from fpmatch.image.preprocess.arrays import UncropRecorder
-from fpmatch.image.preprocess.blocks import BLOCK_PX
+from fpmatch.image.preprocess.arrays import BLOCK_PX, UncropRecorder
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
+from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
+from fpmatch.image.quality.print_quality import (
+    MIN_CONCENTRATION,
+    PrintQuality,
+    grade,
+    wrong_resolution,
+)
 from fpmatch.image.skeleton.binarize import binarize
-from fpmatch.image.skeleton.crossing_number import find_nodes
-from fpmatch.image.skeleton.minutia_quality import minutia_quality
-from fpmatch.image.skeleton.spurious import (
+from fpmatch.image.skeleton.minutiae import (
     BRANCH_PX,
     directions,
     filter_spurious,
+    find_nodes,
+    minutia_quality,
     remove_spurs_and_islands,
 )
 from fpmatch.image.skeleton.thin import thin
@@ -40,6 +46,8 @@ if TYPE_CHECKING:
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, max_megapixels=16.0)
 DEFAULT_ENHANCEMENT: Final = "learned"
+_NOTHING_FOUND: Final = {"no ridges", "too small"}  # reasons of an image to look at enlarged
+_ENLARGED: Final = 2.5
 
 
 def extract(
@@ -167,3 +175,68 @@ def _ridge_field(
     ridges = np.packbits(in_cells, axis=2, bitorder="little").view("<u8")[..., 0]
     fields = (orientation.astype(np.float32), mask, ridges)
     return RidgeField(step / zoom, *(box.uncrop(field, shape, step) for field in fields))
+
+
+@dataclass(frozen=True, slots=True)
+class AssessedPrint:
+    """The template that extraction found in an image, and the quality of the image."""
+
+    template: Template
+    quality: PrintQuality
+
+
+class QualityRecorder:
+    """Keep the stages of an extraction that quality is measured on."""
+
+    wanted = frozenset(MEASURED_STAGES)
+
+    def __init__(self) -> None:
+        self._stages: dict[str, NDArray[Any]] = {}
+
+    def record(self, stage: str, array: NDArray[Any]) -> None:
+        """Keep the array itself, which no later stage changes."""
+        self._stages[stage] = array
+
+    def measures(self) -> QualityMeasures:
+        """Return the quality measures of the print that was extracted last."""
+        return measure_quality(self._stages)
+
+    def quality(self, dpi: float) -> PrintQuality:
+        """Return the quality of that print, whose resolution was taken to be `dpi`."""
+        quality = grade(self.measures(), dpi)
+        codes = {reason.code for reason in quality.reasons}
+        return (self._quality_enlarged(dpi) if codes >= _NOTHING_FOUND else None) or quality
+
+    def _quality_enlarged(self, dpi: float) -> PrintQuality | None:
+        """Return the quality of a small image with ridges too fine to be found; None without."""
+        grey = np.asarray(self._stages["input"], np.uint8)
+        enlarged = cv2.resize(grey, None, fx=_ENLARGED, fy=_ENLARGED, interpolation=cv2.INTER_CUBIC)
+        stages = QualityRecorder()
+        extract(np.asarray(enlarged, np.uint8), STANDARD_DPI, recorder=stages)
+        measures = stages.measures()
+        if not measures.ridges_mm2 > 0 or measures.concentration < MIN_CONCENTRATION:
+            return None
+        return PrintQuality(0, (wrong_resolution(measures.period_px / _ENLARGED, dpi),))
+
+
+def assess(
+    image: str | Path | GreyImage | NDArray[np.generic],
+    dpi: float | None = None,
+    *,
+    enhance: str = DEFAULT_ENHANCEMENT,
+) -> AssessedPrint:
+    """Extract the minutiae of a fingerprint image, and grade the image.
+
+    Parameters and errors are those of `extract`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fpmatch import assess
+    >>> blank = assess(np.full((200, 200), 255, np.uint8), dpi=500)
+    >>> blank.quality.score, str(blank.quality.reasons[0])
+    (0, 'no ridges: no fingerprint is found in the image')
+    """
+    stages = QualityRecorder()
+    template = extract(image, dpi, enhance=enhance, recorder=stages)
+    return AssessedPrint(template, stages.quality(template.dpi))

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.explanation import Explanation
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.scale import ScaleMeasurement
+    from fpmatch.matching.verify import Explanation
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
 

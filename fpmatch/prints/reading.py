@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.formats.codec import HEAD_BYTES, read_head
-from fpmatch.image.assess import QualityRecorder
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
-from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
+from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import is_image_file
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
@@ -31,8 +30,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.io.grey import RawSize
-    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.grey import ImageLimits, RawSize
     from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality

@@ -6,8 +6,8 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.text_table import count
 from fpmatch.matching.calibration import MAX_SCORE
+from fpmatch.printable import count
 from fpmatch.prints.words import odds, outcome, score_as_high
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import numpy as np
 from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
-from fpmatch.drawing.scene.files import data_url, png_bytes, webp_bytes
 from fpmatch.drawing.scene.ink import ridge_picture, shrunk
+from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.scene.placement import zoomed
+from fpmatch.drawing.scene.raster import data_url, png_bytes, webp_bytes
 from fpmatch.errors import GalleryError
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint

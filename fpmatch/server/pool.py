@@ -162,7 +162,7 @@ def _warm_up() -> None:
     import fpmatch.server.gallery  # noqa: PLC0415
     import fpmatch.server.pair  # noqa: PLC0415
     import fpmatch.server.single  # noqa: F401, PLC0415
-    from fpmatch.image.assess import assess  # noqa: PLC0415
+    from fpmatch.image.extract import assess  # noqa: PLC0415
     from fpmatch.matching.verify import verify  # noqa: PLC0415
 
     y, x = np.mgrid[:200, :200]

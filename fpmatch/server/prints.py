@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.grey import ImageLimits
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.prints.reading import decode_print, make_given_print
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi

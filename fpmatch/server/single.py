@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.scene.files import data_url, reduced, webp_bytes
+from fpmatch.drawing.scene.raster import data_url, reduced, webp_bytes
 from fpmatch.drawing.stages.pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord, View

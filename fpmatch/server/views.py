@@ -10,10 +10,9 @@ import numpy as np
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.overlay.superposed import SIMILARITY, probe_outline, view_of
 from fpmatch.drawing.overlay.warp import pair_warp
-from fpmatch.drawing.scene.files import data_url, png_bytes
-from fpmatch.drawing.scene.items import Box
+from fpmatch.drawing.scene.items import Box, bounds, of_transform, zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, agreement, hexadecimal
-from fpmatch.drawing.scene.placement import bounds, of_transform, zoomed
+from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.server.pair import INKED, LARGEST_SIDE_SHOWN, pixels_of, rgba
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import click
 import numpy as np
 
-from fpmatch.base.text_table import text_table
+from fpmatch.printable import text_table
 from research.attacks.attackers import Attackers
 from research.attacks.kinds import ATTACKS
 from research.attacks.requests import KINDS, OrdinaryClient, Times

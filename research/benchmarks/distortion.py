@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 import repository  # noqa: F401
 
-from fpmatch.base.text_table import text_table
+from fpmatch.printable import text_table
 from research.commands import Command, json_file, workers, write_json
 from research.experiments.distortion import KINDS, DistortionParameters, measure_distortion
 from research.tables.accuracy import FORMS, distortion_rows

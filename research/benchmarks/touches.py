@@ -18,7 +18,6 @@ import numpy as np
 from numpy.random import default_rng
 from repository import ROOT
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.fingers.finger import Finger, fused_score
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
@@ -27,6 +26,7 @@ from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.plan import plain_sensor
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.printable import markdown_table
 from research.commands import PATH, Command, workers
 from research.marked_blocks import write_marked_block
 

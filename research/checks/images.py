@@ -10,10 +10,10 @@ import click
 import numpy as np
 
 from fpmatch import Template, find_scale, verify
-from fpmatch.base.text_table import markdown_table
-from fpmatch.image.assess import assess
+from fpmatch.image.extract import assess
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
 from research.marked_blocks import write_marked_block

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
@@ -21,6 +20,7 @@ from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
 from research.marked_blocks import write_marked_block

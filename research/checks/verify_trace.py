@@ -1,30 +1,30 @@
 """The command ``check trace``: what one bare verification loads and runs, where all is compiled.
 
-A module's floor is the number of modules that it stands on, at most, by the imports at its head. A
-climb is a call from a file to one on a higher floor: to a page, a matcher or a recorder that was
-handed down, and to modules that load where they are used.
+A climb is a call from a file to one in a room (a folder, or a module beside the folders) that may
+import the caller's, by the import contract: to a matcher or a recorder that was handed down, or to
+a module that loads where it is used. A property that is read of a value is not a call.
 """
 
 from __future__ import annotations
 
-import ast
 import inspect
 import sys
 import tempfile
 from collections import Counter
-from functools import cache
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base import kernels
+import fpmatch
 from research.commands import Command
+from research.rooms import allowed
 
 if TYPE_CHECKING:
     from types import FrameType
 
-PACKAGE: Final = Path(kernels.__file__).parent
+PACKAGE: Final = Path(fpmatch.__file__).parent
 _COMPREHENSIONS: Final = ("<genexpr>", "<listcomp>", "<dictcomp>", "<setcomp>", "<lambda>")
 
 
@@ -47,8 +47,14 @@ class Trace:
         caller = frame.f_back
         while caller is not None and _file_of(caller) is None:
             caller = caller.f_back
-        if caller is not None and (origin := _file_of(caller)) != file:
+        if caller is not None and (origin := _file_of(caller)) != file and not _is_read(frame):
             self.calls[str(origin), file] += 1
+
+
+def _is_read(frame: FrameType) -> bool:
+    """Return whether a frame computes a property of a value."""
+    owner, name = type(frame.f_locals.get("self")), frame.f_code.co_name
+    return isinstance(inspect.getattr_static(owner, name, None), property | cached_property)
 
 
 def _file_of(frame: FrameType) -> str | None:
@@ -57,17 +63,15 @@ def _file_of(frame: FrameType) -> str | None:
     return path.relative_to(PACKAGE).as_posix() if PACKAGE in path.parents else None
 
 
-@cache
-def floor(file: str) -> int:
-    """Return on how many modules, at most, a module stands."""
-    tree = ast.parse((PACKAGE / file).read_text(encoding="utf-8"))
-    under = set()
-    for node in tree.body:
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("fpmatch"):
-            modules = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-            files = [f"{'/'.join(module.split('.')[1:])}.py" for module in modules]
-            under |= {one for one in files if (PACKAGE / one).is_file()} - {file}
-    return 1 + max(map(floor, under), default=-1)
+def room_of(file: str) -> str:
+    """Return the room of a file: its folder, or the module itself beside the folders."""
+    return file.rpartition("/")[0] or file.removesuffix(".py")
+
+
+def is_climb(origin: str, file: str) -> bool:
+    """Return whether a call from one file to another goes up: to a room that stands on its own."""
+    lower, upper = room_of(origin), room_of(file)
+    return lower != upper and lower in allowed(upper)
 
 
 def loaded_lines() -> int:
@@ -105,11 +109,11 @@ def command(probe: str, reference: str) -> None:
             pass
         finally:
             sys.setprofile(None)
-    climbs = [(a, b) for a, b in trace.calls if floor(b) > floor(a)]
+    climbs = [(a, b) for a, b in trace.calls if is_climb(a, b)]
     files = len({file for file, _ in trace.functions})
     click.echo(
         f"{loaded_lines()} lines loaded, {files} files and {len(trace.functions)} functions run, "
         f"{len(climbs)} climbs:"
     )
     for origin, file in sorted(climbs):
-        click.echo(f"  {origin} ({floor(origin)}) -> {file} ({floor(file)})")
+        click.echo(f"  {origin} -> {file}")

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.base.text_table import text_table
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
+from fpmatch.printable import text_table
 from research.all_pairs import impostors_among
 from research.commands import Command, folders, json_file, synthetic_folder, workers, write_json
 from research.synthetic_sets import TEST_SEED, extract_synthetic_sets

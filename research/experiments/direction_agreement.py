@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Final
 import click
 import numpy as np
 
-from fpmatch.base.text_table import text_table
 from fpmatch.errors import DatasetError
 from fpmatch.formats.files import load_record
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.pointset.geometry.pairing import greedy_pairs
+from fpmatch.printable import text_table
 from research.commands import PATH, Command, workers
 
 if TYPE_CHECKING:

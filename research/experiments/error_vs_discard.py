@@ -11,7 +11,7 @@ import numpy as np
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.image.assess import assess
+from fpmatch.image.extract import assess
 from fpmatch.image.quality.print_quality import PrintQuality
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction, attempt_each_image

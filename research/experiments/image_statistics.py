@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import text_table
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
+from fpmatch.printable import text_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
+from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

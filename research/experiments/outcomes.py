@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.cropping import crop_at
@@ -30,6 +29,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.printable import markdown_table
 from research.commands import Command, folders, json_file, workers, write_json
 from research.partial_templates import fragment
 

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.drawing.scene.files import png_bytes
+from fpmatch.drawing.scene.raster import png_bytes
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.run import load_datasets

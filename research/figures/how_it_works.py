@@ -15,9 +15,21 @@ from fpmatch.drawing.overlay.page import Print, frame
 from fpmatch.drawing.overlay.superposed import inks, minutiae_and_pairs
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import wrapped
-from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Pen, Scene, Text
+from fpmatch.drawing.scene.items import (
+    Box,
+    Circle,
+    Group,
+    Ink,
+    Pen,
+    Scene,
+    Text,
+    bounds,
+    direction_on_page,
+    moved,
+    of_transform,
+    zoomed,
+)
 from fpmatch.drawing.scene.items import Path as Line
-from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.paper_figures.marks import MESH, TINTS, Tint

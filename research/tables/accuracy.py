@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.report.rate_text import percent
+from fpmatch.printable import markdown_table
 from research.experiments.distortion import KINDS
 from research.experiments.minutiae_places import format_places
 from research.experiments.outcomes import format_outcomes

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.text_table import count, markdown_table
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, limits, percent
+from fpmatch.printable import count, markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.lab.evaluation.rates.error_rates import POOLED
+from fpmatch.printable import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

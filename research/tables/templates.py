@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.lab.evaluation.report.rate_text import percent
+from fpmatch.printable import markdown_table
 from research.experiments.template_statistics import RATES, TITLES
 
 if TYPE_CHECKING:

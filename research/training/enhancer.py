@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import click
 import torch
 
-from fpmatch.image.enhancement.network import NETWORK_FILE
+from fpmatch.image.enhancement.enhancers import NETWORK_FILE
 from fpmatch.lab.synthesis.sensor import SENSORS
 from research.commands import PATH, Command
 from research.training.enhancer_data import make_pairs
@@ -56,4 +56,4 @@ def command(seed: int, fingers: int, steps: int, workers: int, into: Path) -> No
     content = into.read_bytes()
     click.echo(f"{into}: {len(content)} bytes")
     digest = sha256(content).hexdigest()
-    click.echo(f"NETWORK_SHA256 of fpmatch/image/enhancement/network.py: {digest}")
+    click.echo(f"NETWORK_SHA256 of fpmatch/image/enhancement/enhancers.py: {digest}")

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from fpmatch.image.enhancement.network import PATCH_PX
+from fpmatch.image.enhancement.enhancers import PATCH_PX
 from research.training.enhancer_data import STEPS_OF_TARGET, STEPS_PER_UNIT
 
 if TYPE_CHECKING:

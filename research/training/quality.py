@@ -20,9 +20,8 @@ from scipy.optimize import Bounds, minimize
 
 from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.image.assess import QualityRecorder
-from fpmatch.image.extract import extract
-from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.extract import QualityRecorder, extract
+from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.image.quality.print_quality import (
     FEATURES,
     WEIGHTS_FILE,

@@ -16,9 +16,9 @@ from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
     RidgeSearchParameters,
     aligner_of,
+    local_similarity,
 )
 from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,

@@ -9,12 +9,12 @@ import click
 import cv2
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.base.text_table import text_table
 from fpmatch.errors import DatasetError
 from fpmatch.formats.files import save_template
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.printable import text_table
 from research.commands import PATH, Command, json_file, synthetic_folder, workers, write_json
 from research.synthetic_sets import TEST_SEED, extract_synthetic_sets
 from research.wolves.candidates import search_spaces

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.text_table import markdown_table
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.printable import markdown_table
 from research.experiments.calibration_check import LARGEST_FACTOR
 
 if TYPE_CHECKING:

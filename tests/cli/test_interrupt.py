@@ -78,7 +78,7 @@ def test_a_command_ends_at_once_and_says_no_more_than_how_to_resume(
 
 START = """
 import os, signal, time
-from fpmatch.cli.interrupt import repeat_swallowed_interrupts
+from fpmatch.cli import repeat_swallowed_interrupts
 from fpmatch.base.threads import interrupt_deferred, interrupt_kept_from_children
 signal.signal(signal.SIGINT, signal.default_int_handler)
 repeat_swallowed_interrupts()

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.files import png_bytes, reduced, webp_bytes
 from fpmatch.drawing.scene.fonts import printable, text_width, wrapped
+from fpmatch.drawing.scene.items import mixed
+from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 
 # Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by
 # dichromats" (1999): linear RGB as a protanope and a deuteranope see it.
@@ -19,7 +20,7 @@ SEEN = {
 
 @pytest.mark.parametrize("viewer", SEEN)
 def test_inks_and_their_mixture_are_distinguishable(viewer):
-    both = palette.mixed((palette.PROBE_INK, palette.REFERENCE_INK))
+    both = mixed((palette.PROBE_INK, palette.REFERENCE_INK))
     assert max(both) < 90
     colours = [palette.PAPER, palette.PROBE_INK, palette.REFERENCE_INK, both]
     linear = (np.array(colours) / 255) ** 2.2
@@ -30,7 +31,7 @@ def test_inks_and_their_mixture_are_distinguishable(viewer):
 
 def test_colours_are_written_and_mixed():
     assert palette.hexadecimal((255, 128, 0)) == "#ff8000"
-    assert palette.mixed(((255, 128, 0), (0, 128, 255))) == (0, 64, 0)
+    assert mixed(((255, 128, 0), (0, 128, 255))) == (0, 64, 0)
 
 
 def test_wider_text_is_wider():

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.drawing.scene.placement import (
+from fpmatch.drawing.scene.items import (
+    Box,
     bounds,
-    corners,
     direction_on_page,
     magnification,
     moved,
@@ -40,8 +40,8 @@ def test_directions_turn_with_the_points(transform, angle):
 def test_zooming_takes_the_origin_where_it_should_go():
     placed = moved(zoomed(3.0, (5.0, 6.0), (100.0, 50.0)), [[5.0, 6.0], [6.0, 8.0]])
     assert placed == [(100.0, 50.0), (103.0, 56.0)]
-    half = moved(zoomed(2.0, (-0.5, -0.5), (-0.5, -0.5)), corners(20, 10))
-    assert bounds(half) == bounds(moved(np.eye(3), corners(40, 20)))
+    half = moved(zoomed(2.0, (-0.5, -0.5), (-0.5, -0.5)), Box(-0.5, -0.5, 20, 10).corners)
+    assert bounds(half) == bounds(moved(np.eye(3), Box(-0.5, -0.5, 40, 20).corners))
 
 
 def test_what_lies_absurdly_far_stays_finite():

@@ -12,9 +12,8 @@ from fpmatch import extract, read_image, verify
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.overlay.superposed import probe_outline
 from fpmatch.drawing.overlay.warp import pair_warp
-from fpmatch.drawing.scene.items import Box
+from fpmatch.drawing.scene.items import Box, of_transform
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.scene.placement import of_transform
 from fpmatch.matching.result import Comparison, Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template

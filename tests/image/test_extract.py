@@ -20,8 +20,7 @@ from made_images import (
 )
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
-from fpmatch.image.assess import QualityRecorder
-from fpmatch.image.extract import extract, resample
+from fpmatch.image.extract import QualityRecorder, extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.lab.evaluation.databases.dataset import load_dataset

@@ -11,8 +11,7 @@ from fpmatch.image.enhancement.gabor import gabor_filter
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 from fpmatch.image.skeleton.binarize import binarize
-from fpmatch.image.skeleton.crossing_number import find_nodes
-from fpmatch.image.skeleton.minutia_quality import minutia_quality
+from fpmatch.image.skeleton.minutiae import find_nodes, minutia_quality
 from fpmatch.image.skeleton.thin import thin
 
 WAVE = plane_wave(33, 7, (60, 90))

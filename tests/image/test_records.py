@@ -15,7 +15,7 @@ from made_files import (
 
 from fpmatch.base.binary_records import Record
 from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.wsq import decode_wsq
 

@@ -14,8 +14,8 @@ from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
     aligner_of,
     hypotheses,
+    local_similarity,
 )
-from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepare import PreparedTemplate, prepare

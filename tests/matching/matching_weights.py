@@ -15,12 +15,12 @@ import pytest
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
+    LocalParameters,
     PairMeshParameters,
     RelaxationParameters,
     RidgeSearchParameters,
 )
 from fpmatch.matching.pipeline.evidence import ScoreParameters
-from fpmatch.matching.pipeline.local import LocalParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,

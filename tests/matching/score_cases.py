@@ -7,9 +7,8 @@ import numpy as np
 from matching_prints import jittered, moved, plane, spread_points, striped_field, template_of
 from matching_weights import some_weights
 
-from fpmatch.matching.pipeline.alignment import Alignment
+from fpmatch.matching.pipeline.alignment import Alignment, local_similarity
 from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
-from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prints.prepare import prepare
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])

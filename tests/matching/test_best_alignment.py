@@ -13,13 +13,15 @@ from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
+    LocalParameters,
     RidgeSearchParameters,
     aligner_of,
+    index_neighbours,
     kept_alignment,
+    local_similarity,
     make_aligner,
 )
 from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
-from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
 from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.prints.bit_descriptors import prefilter
 

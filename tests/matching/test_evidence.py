@@ -30,9 +30,9 @@ from fpmatch.matching.pipeline.alignment import (
     RelaxationParameters,
     aligner_of,
     identity_alignment,
+    local_similarity,
 )
 from fpmatch.matching.pipeline.evidence import ScoreParameters, evidence_scorer, gather_evidence
-from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prints.prepare import prepare
 
 P = ScoreParameters()

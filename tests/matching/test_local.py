@@ -17,7 +17,7 @@ from matching_prints import (
 )
 
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
-from fpmatch.matching.pipeline.local import LocalParameters, local_similarity
+from fpmatch.matching.pipeline.alignment import LocalParameters, local_similarity
 from fpmatch.matching.prints.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,

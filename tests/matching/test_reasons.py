@@ -20,7 +20,7 @@ from matching_weights import NEVER, scored_by, some_weights
 
 from fpmatch import verify
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.alignment import local_similarity
 from fpmatch.matching.pipeline.reasons import competing_pairs
 from fpmatch.matching.prints.prepare import prepare
 

@@ -19,8 +19,7 @@ from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import RidgeSearchParameters, aligner_of
-from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.alignment import RidgeSearchParameters, aligner_of, local_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.templates.minutiae import RidgeField

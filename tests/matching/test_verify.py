@@ -12,11 +12,10 @@ from matching_prints import EMPTY, spread_points, template_of
 from fpmatch import extract, read_image
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
-from fpmatch.matching.explanation import as_explaining
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, as_explaining, verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_text
 

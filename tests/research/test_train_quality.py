@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fpmatch.image.quality.line_cues import LINE_CUES
-from fpmatch.image.quality.linear_weights import LinearWeights
-from fpmatch.image.quality.measures import QualityMeasures
+from fpmatch.image.quality.measures import LinearWeights, QualityMeasures
 from fpmatch.image.quality.polarity import evidence_of_cues
 from fpmatch.image.quality.print_quality import (
     FEATURES,

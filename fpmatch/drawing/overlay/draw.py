@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.drawing.overlay.page import Print, panel_of
 from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
-from fpmatch.drawing.scene.files import png_bytes
-from fpmatch.drawing.scene.raster import paint
+from fpmatch.drawing.scene.raster import paint, png_bytes
 from fpmatch.errors import OutputError
 
 # The pages that few calls draw are imported where they are drawn.

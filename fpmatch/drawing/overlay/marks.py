@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text
+from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text, direction_on_page, moved
 from fpmatch.drawing.scene.palette import (
     EXAMINER_MARK,
     PAIR_LINK,
@@ -18,7 +18,6 @@ from fpmatch.drawing.scene.palette import (
     REFERENCE_MARK,
     Colour,
 )
-from fpmatch.drawing.scene.placement import direction_on_page, moved
 from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:

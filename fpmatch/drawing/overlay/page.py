@@ -6,13 +6,22 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.caption import MARGIN, header
 from fpmatch.drawing.scene.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
-from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Path, Pen, Scene
+from fpmatch.drawing.scene.items import (
+    Box,
+    Group,
+    Ink,
+    Item,
+    Path,
+    Pen,
+    Scene,
+    magnification,
+    zoomed,
+)
 from fpmatch.drawing.scene.palette import PANEL_EDGE
-from fpmatch.drawing.scene.placement import magnification, zoomed
 from fpmatch.errors import ImageError
+from fpmatch.printable import count
 from fpmatch.prints.words import odds, outcome
 
 if TYPE_CHECKING:
@@ -39,6 +48,11 @@ class Print:
 
     pixels: NDArray[np.uint8]
     template: Template
+
+    @property
+    def box(self) -> Box:
+        """The image as a box in its own pixels."""
+        return Box(-0.5, -0.5, self.template.width, self.template.height)
 
     @classmethod
     def of(cls, name: str, image: Any, template: Template) -> Print:

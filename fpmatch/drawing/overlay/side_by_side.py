@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.legend import side_by_side_legend
 from fpmatch.drawing.overlay.marks import (
@@ -21,9 +20,22 @@ from fpmatch.drawing.overlay.marks import (
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Point, Scene, Text
+from fpmatch.drawing.scene.items import (
+    Box,
+    Group,
+    Item,
+    Path,
+    Pen,
+    Point,
+    Scene,
+    Text,
+    direction_on_page,
+    moved,
+    of_transform,
+    zoomed,
+)
 from fpmatch.drawing.scene.palette import NEUTRAL_INK, TEXT
-from fpmatch.drawing.scene.placement import direction_on_page, moved, of_transform, zoomed
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

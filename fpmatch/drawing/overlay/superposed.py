@@ -20,9 +20,20 @@ from fpmatch.drawing.overlay.marks import (
     unpaired,
 )
 from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
-from fpmatch.drawing.scene.items import Box, Group, Item, Overprint, Path, Point, Scene
+from fpmatch.drawing.scene.items import (
+    Box,
+    Group,
+    Item,
+    Overprint,
+    Path,
+    Point,
+    Scene,
+    bounds,
+    moved,
+    of_transform,
+    zoomed,
+)
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,8 +74,10 @@ def superposed_page(
         moving = to_page @ probe_to_reference
         inside: tuple[Item, ...] = (
             *inks(probe, reference, moving, to_page, warp, place),
-            _edge(moved(to_page, _corners(reference)), "reference"),
-            _edge(moved(to_page, outline), "probe"),
+            *(
+                Path(tuple(moved(to_page, edge)), EDGES[side], closed=True, role=f"{side} edge")
+                for side, edge in (("reference", reference.box.corners), ("probe", outline))
+            ),
             *minutiae_and_pairs(verification, moving, to_page, place, warp),
             *_examiner_marks(own, moving, to_page, place, warp),
         )
@@ -93,15 +106,11 @@ def _examiner_marks(
     return examiner_marks(warped, "reference", to_page, to_page, place)
 
 
-def _corners(side: Print) -> Matrix:
-    return corners(side.template.width, side.template.height)
-
-
 def probe_outline(
     probe: Print, probe_to_reference: Matrix, warp: PairWarp | None = None
 ) -> list[Point]:
     """Return the edge of the probe's image in pixels of the reference."""
-    ends = _corners(probe)
+    ends = np.array(probe.box.corners)
     if warp is None:
         return moved(probe_to_reference, ends)
     along = np.linspace(0.0, 1.0, _SIDE_POINTS, endpoint=False)[:, None]
@@ -111,11 +120,9 @@ def probe_outline(
 
 def view_of(reference: Print, outline: list[Point]) -> Box:
     """Return the part of the reference's plane to show: its image and an outline, to `_REACH`."""
-    t = reference.template
-    own = Box(-0.5, -0.5, t.width, t.height)
-    other = bounds(outline)
+    own = reference.box
     limit = own.grown(_REACH * max(own.width, own.height))
-    both = bounds([*own.corners, *other.corners])
+    both = bounds([*own.corners, *bounds(outline).corners])
     return both.intersection(limit).grown(_BORDER_PX)
 
 
@@ -133,10 +140,6 @@ def inks(
     if upper and warp and place:
         upper = warp.ink(upper, to_page, place)
     return [Overprint(lower, upper)] if lower and upper else [i for i in (lower, upper) if i]
-
-
-def _edge(outline: list[Point], role: str) -> Path:
-    return Path(tuple(outline), EDGES[role], closed=True, role=f"{role} edge")
 
 
 def minutiae_and_pairs(

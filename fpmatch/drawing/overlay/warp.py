@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.scene.ink import at_pixels
-from fpmatch.drawing.scene.items import Ink
-from fpmatch.drawing.scene.placement import zoomed
+from fpmatch.drawing.scene.items import Ink, zoomed
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae
 
 if TYPE_CHECKING:

@@ -1,23 +1,33 @@
-"""The items of a page, before they become pixels or vectors.
+"""The items of a page, before they become pixels or vectors, and their places on it.
 
 Page coordinates are continuous: x to the right, y down, the first pixel of the page covers 0 to 1,
 so that its centre is at 0.5. Lengths are in page pixels. An item's `role` becomes its SVG class,
 its `title` the text that a viewer shows on hovering.
+
+A matrix, 3 x 3, maps the pixels of a print, counted at their centres from (0, 0), to page
+coordinates.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
 
 from fpmatch.drawing.scene.palette import PAPER, Colour
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.geometry.similarity import Similarity
+
+    Matrix = NDArray[np.float64]
 
 Point: TypeAlias = tuple[float, float]
 Anchor: TypeAlias = Literal["start", "middle", "end"]
+_FAR: Final = 1e7  # page pixels; beyond it nothing is drawn, and integers must not overflow
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +147,13 @@ class Overprint:
     upper: Ink
 
 
+def mixed(colours: tuple[Colour, ...]) -> Colour:
+    """Return the colour of inks printed over each other on white paper."""
+    levels = zip(*colours, strict=True)
+    red, green, blue = (round(255 * math.prod(c / 255 for c in channel)) for channel in levels)
+    return red, green, blue
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
     """Draw `items` in order, and only inside `clip`."""
@@ -158,3 +175,41 @@ class Scene:
     items: tuple[Item, ...]
     description: str = ""
     paper: Colour = PAPER
+
+
+def zoomed(zoom: float, origin: Point, to: Point) -> Matrix:
+    """Return the matrix that magnifies by `zoom` and takes `origin` (in the print) to `to`."""
+    x, y = to[0] - zoom * origin[0], to[1] - zoom * origin[1]
+    return np.array([[zoom, 0.0, x], [0.0, zoom, y], [0.0, 0.0, 1.0]])
+
+
+def of_transform(transform: Similarity) -> Matrix:
+    """Return a similarity transform as a matrix."""
+    return np.vstack([transform.matrix, [0.0, 0.0, 1.0]])
+
+
+def moved(matrix: Matrix, points: ArrayLike) -> list[Point]:
+    """Map `points` (shape (N, 2)) onto the page; coordinates are clipped to ±1e7 pixels."""
+    p = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    with np.errstate(over="ignore", invalid="ignore"):
+        q = p @ matrix[:2, :2].T + matrix[:2, 2]
+    q = np.clip(np.nan_to_num(q, nan=_FAR), -_FAR, _FAR)
+    return [(x, y) for x, y in q.tolist()]
+
+
+def magnification(matrix: Matrix) -> float:
+    """Return by how much `matrix` enlarges lengths."""
+    return math.hypot(matrix[0, 0], matrix[1, 0])
+
+
+def direction_on_page(matrix: Matrix, angle: float) -> Point:
+    """Return the unit vector on the page of a minutia's direction, y down."""
+    linear = matrix[:2, :2] / magnification(matrix)
+    x, y = linear @ (math.cos(angle), -math.sin(angle))
+    return float(x), float(y)
+
+
+def bounds(points: list[Point]) -> Box:
+    """Return the smallest box around `points`."""
+    xs, ys = zip(*points, strict=True)
+    return Box(min(xs), min(ys), max(xs) - min(xs), max(ys) - min(ys))

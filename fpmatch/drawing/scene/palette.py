@@ -7,7 +7,6 @@ relatives of the palette in Okabe and Ito, "Color Universal Design" (2008).
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 Colour = tuple[int, int, int]
@@ -53,11 +52,4 @@ def agreement(value: float) -> Colour:
     k = min(int(place), len(AGREEMENT) - 2)
     low, high, share = AGREEMENT[k], AGREEMENT[k + 1], place - k
     red, green, blue = (round(a + share * (b - a)) for a, b in zip(low, high, strict=True))
-    return red, green, blue
-
-
-def mixed(colours: tuple[Colour, ...]) -> Colour:
-    """Return the colour of inks printed over each other on white paper."""
-    levels = zip(*colours, strict=True)
-    red, green, blue = (round(255 * math.prod(c / 255 for c in channel)) for channel in levels)
     return red, green, blue

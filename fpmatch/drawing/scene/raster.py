@@ -1,4 +1,4 @@
-"""Paint a scene into pixels.
+"""Paint a scene into pixels, and encode pixels as the content of a file.
 
 A shape is drawn four times too large into a mask of its own bounding box and shrunk, which gives
 the share of each pixel that it covers. (OpenCV's own anti-aliased lines have widths of 1.4, 3.4,
@@ -7,6 +7,7 @@ the share of each pixel that it covers. (OpenCV's own anti-aliased lines have wi
 
 from __future__ import annotations
 
+import base64
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -16,9 +17,9 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.scene.fonts import font, parts, text_width
-from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text, bounds
 from fpmatch.drawing.scene.palette import PAPER
-from fpmatch.drawing.scene.placement import bounds
+from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -204,3 +205,39 @@ def _dashes(path: Path, dash: float, gap: float, box: Box) -> Iterator[Path]:
             shares = np.array([[begin], [min(begin + dash, length)]]) / length
             (x0, y0), (x1, y1) = (start + shares * np.subtract(end, start)).tolist()
             yield Path(((x0, y0), (x1, y1)), pen)
+
+
+def png_bytes(picture: NDArray[np.uint8]) -> bytes:
+    """Encode a picture, grey (H, W), RGB (H, W, 3) or RGBA (H, W, 4), as PNG."""
+    return _encoded(picture, ".png", [])
+
+
+def webp_bytes(picture: NDArray[np.uint8], quality: int = 80) -> bytes:
+    """Encode a picture as WebP, which is lossy and much smaller, at a quality from 1 to 100."""
+    return _encoded(picture, ".webp", [cv2.IMWRITE_WEBP_QUALITY, quality])
+
+
+def data_url(content: bytes, kind: str) -> str:
+    """Return a picture as a URL that contains it."""
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def reduced(picture: NDArray[np.uint8], *, width: int, height: int) -> NDArray[np.uint8]:
+    """Return a picture made smaller, where it is larger, to fit into a width and a height."""
+    rows, columns = picture.shape[:2]
+    factor = min(width / columns, height / rows)
+    if factor >= 1:
+        return picture
+    size = (max(round(columns * factor), 1), max(round(rows * factor), 1))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> bytes:
+    order = {3: cv2.COLOR_RGB2BGR, 4: cv2.COLOR_RGBA2BGRA}
+    channels = picture.shape[2] if picture.ndim == 3 else 1
+    stored = picture if channels == 1 else cv2.cvtColor(picture, order[channels])
+    done, encoded = cv2.imencode(suffix, stored, options)
+    if not done:
+        size = f"{picture.shape[1]} x {picture.shape[0]}"
+        raise OutputError(f"a picture of {size} has no {suffix[1:].upper()} form")
+    return encoded.tobytes()

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
-from fpmatch.drawing.scene.files import data_url, png_bytes
 from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Path, Text
-from fpmatch.drawing.scene.palette import PAPER, hexadecimal, mixed
+from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Path, Text, mixed
+from fpmatch.drawing.scene.palette import PAPER, hexadecimal
+from fpmatch.drawing.scene.raster import data_url, png_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

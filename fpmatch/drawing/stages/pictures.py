@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.overlay.marks import MarkStyle, marks
-from fpmatch.drawing.scene.items import Box, Path, Pen
+from fpmatch.drawing.scene.items import Box, Path, Pen, zoomed
 from fpmatch.drawing.scene.palette import PROBE_MARK, REFERENCE_MARK
-from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import ImageError
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind

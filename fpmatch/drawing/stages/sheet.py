@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.scene.files import png_bytes, write_files
+from fpmatch.base.output import write_files
 from fpmatch.drawing.scene.ink import shrunk
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Scene, Text
 from fpmatch.drawing.scene.palette import PANEL_EDGE, TEXT, TEXT_MUTED
-from fpmatch.drawing.scene.raster import paint
+from fpmatch.drawing.scene.raster import paint, png_bytes
 from fpmatch.drawing.stages.pictures import Picture, stage_picture, value_range
 from fpmatch.errors import OutputError
 

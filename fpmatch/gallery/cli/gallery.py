@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.text_table import count
-from fpmatch.cli.notes import first_of, json_lines, say_damaged, say_note, show, show_line
+from fpmatch.cli.notes import (
+    ProgressBars,
+    first_of,
+    json_lines,
+    say_damaged,
+    say_note,
+    show,
+    show_line,
+)
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.gallery_rewrite import compact, rotate
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.text_table import count
 from fpmatch.cli.notes import json_lines, say_note, show, show_line
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.base.text_table import count
-from fpmatch.cli.notes import say_note, show, show_line
+from fpmatch.cli.notes import ProgressBars, say_note, show, show_line
 from fpmatch.cli.options import json_option, key_option
-from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from fpmatch.gallery.erasure import FreedSpace

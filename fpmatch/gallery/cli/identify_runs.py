@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.base.text_table import count
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
+    ProgressBars,
     notes_as_json,
     say_damaged,
     say_errors,
@@ -23,9 +23,8 @@ from fpmatch.cli.notes import (
     show,
 )
 from fpmatch.cli.options import requested_loss
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

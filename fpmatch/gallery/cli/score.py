@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.text_table import count
 from fpmatch.cli.notes import (
+    ProgressBars,
     notes_as_json,
     say_dpi_assumed,
     say_failures,
@@ -31,8 +31,7 @@ from fpmatch.cli.options import (
     scheduler_option,
     workers_option,
 )
-from fpmatch.cli.progress import ProgressBars
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path

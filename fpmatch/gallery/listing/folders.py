@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.parsing import read_head
 from fpmatch.errors import DatasetError, ImageReadError
-from fpmatch.formats.codec import read_head
 from fpmatch.gallery.listing.entry import Label, NamePattern
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.image.dataset_folder import images_in, natural_key

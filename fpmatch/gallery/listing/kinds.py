@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from fpmatch.formats.codec import read_head
+from fpmatch.base.parsing import read_head
 from fpmatch.gallery.listing.manifest import is_manifest
 
 if TYPE_CHECKING:

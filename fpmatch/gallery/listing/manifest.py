@@ -20,8 +20,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.parsing import read_head
 from fpmatch.errors import DatasetError, GalleryError, ResolutionError
-from fpmatch.formats.codec import read_head
 from fpmatch.gallery.listing.csv_rows import DELIMITERS, csv_rows, row_error
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.listing.print_file import PrintFile, number_impressions

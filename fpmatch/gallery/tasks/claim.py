@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.text_table import count
 from fpmatch.fingers.finger import verify_finger
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
-from fpmatch.printable import printable
+from fpmatch.printable import count, printable
 
 if TYPE_CHECKING:
     from fpmatch.fingers.finger import FingerVerification

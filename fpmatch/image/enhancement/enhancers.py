@@ -3,38 +3,96 @@
 *Learned*: a small network enhances the ridges, from which mask and orientation are measured.
 *Filters*: mask, orientation and period come from a windowed spectrum, and every pixel is filtered
 along its ridge, twice.
+
+The network: Ronneberger, Fischer, Brox, "U-Net: convolutional networks for biomedical image
+segmentation", MICCAI 2015. ``python -m research train enhancer`` trains it on synthetic prints and
+their ideal ridges; OpenCV runs it.
 """
 
 from __future__ import annotations
 
+import hashlib
+import threading
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
-from fpmatch.image.enhancement.network import enhance_by_network
-from fpmatch.image.enhancement.orientation import (
-    enhanced_orientation,
-    orientation_at_pixels,
-    ridge_orientation,
-)
-from fpmatch.image.preprocess.blocks import blocks_to_pixels
-from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
+from fpmatch.errors import FpmatchError
+from fpmatch.image.preprocess.arrays import block_mean_product, blocks_to_pixels, blur_blocks
+from fpmatch.image.preprocess.foreground import mask_at_pixels, segment, segment_enhanced
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from fpmatch.image.enhancement.orientation import OrientationField
     from fpmatch.image.preprocess.arrays import Floats, Mask, UncropRecorder
     from fpmatch.image.preprocess.normalize import NormalizedImage
 
     Enhancer = Callable[[NormalizedImage, UncropRecorder], "EnhancedPrint"]
+
+# Of the smoothing of orientations.
+FINE_SIGMA_BLOCKS: Final = 0.8
+COARSE_SIGMA_BLOCKS: Final = 2.5
+TRUSTED_COHERENCE: Final = 0.5  # from which the fine orientation is taken alone
 
 # Of the blend, on which orientation and period are measured again.
 ENHANCED_SHARE: Final = 0.5
 BLEND_SIGMA_PX: Final = 12.0  # window in which the enhanced image is scaled to unit amplitude
 MIN_AMPLITUDE: Final = 0.05  # added to the local one, so that noise is not amplified
 MAX_AMPLITUDE: Final = 2.0  # of the scaled image
+NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
+NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
+PATCH_PX: Final = 4  # side of a patch, one position of the network
+SIDE_STEP_PX: Final = 16  # the sides of its input are multiples of this
+# Of the two engines of OpenCV 5, the older one, which is that of OpenCV 4, is faster here.
+_ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC") else ()
+_own = threading.local()  # a network of OpenCV serves one thread
+
+
+class OrientationField(NamedTuple):
+    """The local ridge orientation of blocks, (rows, columns)."""
+
+    orientation: Floats  # radians in [0, π), counter-clockwise on screen from +x
+    coherence: Floats  # agreement of the neighbourhood with it, 0 (none) to 1
+
+
+def enhanced_orientation(enhanced: Floats, mask: Mask) -> OrientationField:
+    """Measure the local ridge orientation of an enhanced image (H, W) by its gradient."""
+    gx, gy = (np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1 - k, k), np.float32) for k in (0, 1))
+    xx, yy, xy = (block_mean_product(a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
+    return smoothed_orientation(np.stack([yy - xx, 2 * xy, xx + yy], axis=2) * mask[..., None])
+
+
+def smoothed_orientation(stacked: Floats) -> OrientationField:
+    """Smooth (cosine, sine, weight) of the doubled angle, shape (rows, columns, 3).
+
+    The average is taken over a narrow neighbourhood where the orientations in it agree, and a wider
+    one where they do not (Kass, Witkin, "Analyzing oriented patterns", CVGIP 37, 1987).
+    """
+    fine, coherence = _unit(blur_blocks(stacked, FINE_SIGMA_BLOCKS))
+    coarse, _ = _unit(blur_blocks(stacked, COARSE_SIGMA_BLOCKS))
+    trust = np.square(np.minimum(coherence / np.float32(TRUSTED_COHERENCE), 1))
+    cosine, sine = trust * fine + (1 - trust) * coarse
+    orientation = np.mod(0.5 * np.arctan2(sine, cosine), np.float32(np.pi))
+    orientation[orientation >= np.float32(np.pi)] = 0.0
+    return OrientationField(orientation, coherence)
+
+
+def _unit(stacked: Floats) -> tuple[Floats, Floats]:
+    """Return the unit vectors, (2, rows, columns), and their length relative to the weight."""
+    least = np.float32(1e-9)
+    cosine, sine, weight = np.ascontiguousarray(stacked.transpose(2, 0, 1))
+    length = np.sqrt(cosine * cosine + sine * sine)
+    unit = np.stack([cosine, sine]) / np.maximum(length, least)
+    return unit, np.asarray(length / np.maximum(weight, least), np.float32)
+
+
+def orientation_at_pixels(orientation: Floats, shape: tuple[int, ...]) -> Floats:
+    """Interpolate an orientation field of blocks to pixels (H, W), in the double angle."""
+    doubled = np.dstack([np.cos(2 * orientation), np.sin(2 * orientation)]).astype(np.float32)
+    large = blocks_to_pixels(doubled, shape)
+    return np.asarray(np.mod(0.5 * cv2.phase(large[..., 0], large[..., 1]), np.pi), np.float32)
 
 
 class EnhancedPrint(NamedTuple):
@@ -66,8 +124,11 @@ def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedP
 def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
     """Filter the image along its ridges, whose course is measured on it and then on a blend."""
     # the filters are one method of two: their modules load where it is chosen
-    from fpmatch.image.enhancement.gabor import gabor_filter  # noqa: PLC0415
-    from fpmatch.image.enhancement.orientation import ridge_period  # noqa: PLC0415
+    from fpmatch.image.enhancement.gabor import (  # noqa: PLC0415
+        doubled_angles,
+        gabor_filter,
+        ridge_period,
+    )
     from fpmatch.image.preprocess.spectrum import ridge_spectrum  # noqa: PLC0415
 
     pixels, shape = image.pixels, image.pixels.shape
@@ -76,7 +137,7 @@ def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPri
     mask = mask_at_pixels(blocks, shape)
     stages.record("mask", mask)
     for last in (False, True):
-        field = ridge_orientation(spectrum, blocks)
+        field = smoothed_orientation(doubled_angles(spectrum, blocks))
         orientation = orientation_at_pixels(field.orientation, shape)
         period = blocks_to_pixels(ridge_period(spectrum, field, blocks), shape)
         enhanced = gabor_filter(pixels, mask, orientation, period)
@@ -103,3 +164,53 @@ def blend(pixels: Floats, enhanced: Floats, mask: Mask) -> Floats:
 
 ENHANCERS: Final[Mapping[str, Enhancer]] = {"learned": enhance_learned, "filters": enhance_gabor}
 """The methods by name."""
+
+
+def enhance_by_network(pixels: Floats) -> Floats:
+    """Enhance the ridges of a normalized image (H, W) at 500 dpi, ridges positive.
+
+    Returns twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
+    there is no print or nothing is certain. Raises FpmatchError if the file of the network is
+    missing, damaged or of another version, or OpenCV cannot use it.
+    """
+    height, width = pixels.shape
+    rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
+    padded = np.zeros((rows, columns), np.float32)
+    padded[:height, :width] = pixels
+    if not hasattr(_own, "network"):
+        _own.network = _read_network(NETWORK_FILE)
+    _own.network.setInput(_to_channels(padded))
+    logits = _from_channels(np.asarray(_own.network.forward(), np.float32))
+    return np.ascontiguousarray(np.tanh(0.5 * logits[:height, :width]), np.float32)
+
+
+def _to_channels(pixels: Floats) -> Floats:
+    """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each position in a patch."""
+    rows, columns = (side // PATCH_PX for side in pixels.shape)
+    patches = pixels.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
+    return np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns))
+
+
+def _from_channels(channels: Floats) -> Floats:
+    """Undo `_to_channels`."""
+    rows, columns = channels.shape[2:]
+    patches = channels.reshape(PATCH_PX, PATCH_PX, rows, columns).transpose(2, 0, 3, 1)
+    return np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
+
+
+def _read_network(path: Path) -> cv2.dnn.Net:
+    """Read a network after checking its file, because OpenCV may crash on a damaged one."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FpmatchError(f"{path}: cannot be read ({error.strerror or error})") from error
+    digest = hashlib.sha256(content).hexdigest()
+    if digest != NETWORK_SHA256:
+        raise FpmatchError(
+            f"{path}: damaged, or the network of another version (its SHA-256 is {digest})"
+        )
+    try:
+        return cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8), *_ENGINE)
+    except cv2.error as error:
+        version = cv2.__version__
+        raise FpmatchError(f"{path}: OpenCV {version} cannot use it ({error.err})") from error

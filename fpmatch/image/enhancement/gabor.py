@@ -1,4 +1,4 @@
-"""Gabor filters: every pixel is filtered along its ridge, which suppresses noise.
+"""Gabor filters: every pixel is filtered along its ridge, by the local orientation and period.
 
 Hong, Wan, Jain, "Fingerprint image enhancement: algorithm and performance evaluation", PAMI 20
 (1998).
@@ -12,16 +12,56 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
+from fpmatch.image.preprocess.arrays import blur_blocks
+from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
+    from fpmatch.image.enhancement.enhancers import OrientationField
     from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
+    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
-# Lengths in pixels at 500 dpi.
-ANGLES: Final = 32
-PERIODS_PX: Final = (5.5, 6.3, 7.2, 8.2, 9.3, 10.5, 11.9, 13.4, 15.0)
+PERIOD_SMOOTHING_BLOCKS: Final = 2.0
+ANGLE_SHARPNESS: Final = 8.0
+PEAK_POWER: Final = 3.0
+_NO_ENERGY: Final = 1e-9  # share of the local energy, summed over the angles
+
+# Of the filters; lengths in pixels at 500 dpi.
+FILTER_ANGLES: Final = 32
+FILTER_PERIODS_PX: Final = (5.5, 6.3, 7.2, 8.2, 9.3, 10.5, 11.9, 13.4, 15.0)
 RADIUS_PX: Final = 12
 ALONG_SIGMA_PX: Final = 5.0
 ACROSS_SIGMA_PERIODS: Final = 0.42
+
+
+def doubled_angles(spectrum: RidgeSpectrum, mask: Mask) -> Floats:
+    """Return cosine and sine of the doubled angle of the ridges, and weight, (rows, columns, 3).
+
+    They are means over the energies of the local spectrum. The weight is 0 outside the mask, so
+    that blocks there do not influence those inside.
+    """
+    weight = (mask / (spectrum.total + 1e-3)).astype(np.float32)
+    by_angle = (spectrum.energy * weight[..., None, None]).sum(axis=3)
+    doubled = 2.0 * ANGLES.astype(np.float32)
+    parts = (by_angle @ np.cos(doubled), by_angle @ np.sin(doubled), by_angle.sum(axis=2))
+    return np.stack(parts, axis=2)
+
+
+def ridge_period(spectrum: RidgeSpectrum, field: OrientationField, mask: Mask) -> Floats:
+    """Estimate the local ridge period, in pixels, of each block (rows, columns).
+
+    The energies of the waves along the local orientation, averaged over the neighbourhood, are
+    taken as a distribution over log-period, whose peak is the period. It lies within the range of
+    periods that the spectrum samples.
+    """
+    turn = 2.0 * (ANGLES.astype(np.float32) - field.orientation[..., None])
+    along = np.exp(ANGLE_SHARPNESS * (np.cos(turn) - 1.0)) * mask[..., None]
+    weight = along / (spectrum.total + 1e-3)[..., None]
+    by_period = np.einsum("ijaf,ija->ijf", spectrum.energy, weight)
+    blurred = blur_blocks(by_period, PERIOD_SMOOTHING_BLOCKS)
+    blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # no evidence: all periods are equally likely
+    peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** PEAK_POWER
+    log_periods = np.log(PERIODS_PX.astype(np.float32))
+    return np.asarray(np.exp((peaked @ log_periods) / peaked.sum(axis=2)), np.float32)
 
 
 def gabor_filter(pixels: Floats, mask: Mask, orientation: Floats, period: Floats) -> Floats:
@@ -33,10 +73,10 @@ def gabor_filter(pixels: Floats, mask: Mask, orientation: Floats, period: Floats
     if not pixels.shape == mask.shape == orientation.shape == period.shape:
         raise ValueError("pixels, mask, orientation and period must have one shape")
     y, x = np.nonzero(mask)
-    angle_index = np.rint(orientation[y, x] * (ANGLES / np.pi)).astype(np.int64) % ANGLES
-    edges = np.sqrt(np.multiply(PERIODS_PX[:-1], PERIODS_PX[1:]))
+    steps = np.rint(orientation[y, x] * (FILTER_ANGLES / np.pi)).astype(np.int64)
+    edges = np.sqrt(np.multiply(FILTER_PERIODS_PX[:-1], FILTER_PERIODS_PX[1:]))
     period_index = np.searchsorted(edges, period[y, x])
-    which = (angle_index * len(PERIODS_PX) + period_index).astype(np.int32)
+    which = (steps % FILTER_ANGLES * len(FILTER_PERIODS_PX) + period_index).astype(np.int32)
     margins = ((RADIUS_PX, RADIUS_PX), (RADIUS_PX, kernel.ROW))
     padded = np.pad(np.ascontiguousarray(pixels, np.float32), margins)
     out = np.zeros(pixels.shape, np.float32)
@@ -64,15 +104,15 @@ def filter_bank() -> Floats:
     """Return the filters, (angles·periods, side, kernel.ROW), of zero mean and unit gain."""
     r = np.arange(-RADIUS_PX, RADIUS_PX + 1, dtype=np.float64)
     x, y = np.meshgrid(r, r)
-    bank = np.zeros((ANGLES * len(PERIODS_PX), r.size, kernel.ROW), np.float32)
-    for a in range(ANGLES):
-        angle = a * np.pi / ANGLES
+    bank = np.zeros((FILTER_ANGLES * len(FILTER_PERIODS_PX), r.size, kernel.ROW), np.float32)
+    for a in range(FILTER_ANGLES):
+        angle = a * np.pi / FILTER_ANGLES
         along = x * np.cos(angle) - y * np.sin(angle)
         across = x * np.sin(angle) + y * np.cos(angle)
-        for f, period in enumerate(PERIODS_PX):
+        for f, period in enumerate(FILTER_PERIODS_PX):
             sigma = ACROSS_SIGMA_PERIODS * period
             window = np.exp(-((along / ALONG_SIGMA_PX) ** 2 + (across / sigma) ** 2) / 2)
             wave = np.cos(2 * np.pi * across / period)
             gabor = window * (wave - (window * wave).sum() / window.sum())
-            bank[a * len(PERIODS_PX) + f, :, : r.size] = gabor / (gabor * wave).sum()
+            bank[a * len(FILTER_PERIODS_PX) + f, :, : r.size] = gabor / (gabor * wave).sum()
     return bank

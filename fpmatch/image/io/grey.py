@@ -1,4 +1,4 @@
-"""`GreyImage`, made of samples of any type and colour, or of bare pixels of a given size."""
+"""`GreyImage`, of samples of any type and colour or of bare pixels, and the limits of its size."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.io.limits import DEFAULT_LIMITS
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.image.io.limits import ImageLimits
     from fpmatch.image.preprocess.arrays import Grey
 
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
@@ -27,6 +25,31 @@ ON_BLACK: Final = (
     "its transparent background was composed over black, as nothing is visible over white"
 )
 ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully transparent"
+
+
+@dataclass(frozen=True, slots=True)
+class ImageLimits:
+    """Bound the size of an image that is taken for a fingerprint."""
+
+    min_side_px: int = 48  # holds one ridge neighbourhood
+    max_side_px: int = 10_000
+    max_megapixels: float = 64.0  # checked before decoding; Pillow refuses more than 89 in any case
+    max_file_megabytes: float = 256.0  # checked before reading
+
+    def check(self, width: int, height: int, *, max_megapixels: float | None = None) -> None:
+        """Raise ImageError if the size breaks a limit; a format may have a smaller area limit."""
+        size = f"image of {width} x {height} pixels"
+        megapixels = min(self.max_megapixels, max_megapixels or self.max_megapixels)
+        if min(width, height) < self.min_side_px:
+            least = f"{self.min_side_px} x {self.min_side_px}"
+            raise ImageError(f"{size} is smaller than one ridge neighbourhood ({least})")
+        if max(width, height) > self.max_side_px:
+            raise ImageError(f"{size} is too large: a side may have {self.max_side_px} pixels")
+        if width * height > megapixels * 1e6:
+            raise ImageError(f"{size} is too large: more than {megapixels:g} megapixels")
+
+
+DEFAULT_LIMITS: Final = ImageLimits()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

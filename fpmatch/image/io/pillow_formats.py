@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import struct
 import threading
 import warnings
 from contextlib import contextmanager
@@ -13,7 +15,6 @@ from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import GreyImage, as_grey, flatten_transparency
-from fpmatch.image.io.limits import check_decoder_limits
 from fpmatch.image.io.resolution import tagged_dpi
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.grey import ImageLimits
 
 # Name of Pillow's decoder, and the first bytes of its files.
 SIGNATURES: Final = {
@@ -39,6 +40,17 @@ FIRST_OF_SEVERAL: Final = "the first of its several images was read"
 _BITS_PER_SAMPLE, _COMPRESSION, _PHOTOMETRIC, _SAMPLE_FORMAT = 258, 259, 262, 339
 _WHITE_IS_ZERO, _UNSIGNED = 0, 1
 _HEAD_BYTES: Final = 4096
+
+MAX_JPEG_SCANS: Final = 100  # each decodes the whole image again
+MAX_TIFF_NUMBERS: Final = 300_000  # in one tag: strips of a row, or tiles of 16 x 16
+MAX_TIFF_TAGS: Final = 1000
+MAX_PNM_HEADER: Final = 100_000  # bytes, comments and all
+MAX_PNM_TEXT: Final = 80_000_000  # bytes of a PNM whose pixels are written in digits
+
+_JPEG_SCAN: Final = b"\xff\xda"
+_PNM_TOKENS: Final = re.compile(rb"P[1-6](?:(?:#[^\r\n]*[\r\n]|[ \t\r\n\v\f])+[0-9]+){2,3}")
+# Types of tags that Pillow reads into one Python number each.
+_TIFF_NUMBERS: Final = frozenset((3, 4, 5, 8, 9, 10, 11, 12, 13, 16, 17, 18))
 
 _warnings_lock = threading.Lock()  # warning filters are global to the process
 
@@ -126,3 +138,39 @@ def _unknown_kind(data: bytes) -> str:
             return f"{bits} bits a sample and compression {int(tags[_COMPRESSION])}"
     except Exception:  # noqa: BLE001  # damaged tags
         return ""
+
+
+def check_decoder_limits(decoder: str, data: bytes) -> None:
+    """Raise ImageReadError if Pillow's `decoder` would take far more time or memory than usual.
+
+    No ordinary program writes such a file.
+    """
+    if decoder == "JPEG" and data.count(_JPEG_SCAN) > MAX_JPEG_SCANS:
+        raise ImageReadError(f"JPEG image of more than {MAX_JPEG_SCANS} scans")
+    if decoder == "PPM":
+        if _PNM_TOKENS.match(data, 0, MAX_PNM_HEADER) is None:
+            raise ImageReadError("damaged PPM image (its header cannot be read)")
+        if data[1:2] in b"123" and len(data) > MAX_PNM_TEXT:
+            raise ImageReadError(f"PPM image of more than {MAX_PNM_TEXT // 1_000_000} MB of digits")
+    if decoder == "TIFF":
+        _check_tiff(data)
+
+
+def _check_tiff(data: bytes) -> None:
+    """Check the first directory of tags; a damaged one is left to the decoder."""
+    order = "<" if data[:2] == b"II" else ">"
+    big = b"+" in data[2:4]
+    start_form, count_form, entry_form = ("Q", "Q", "HHQ8s") if big else ("L", "H", "HHL4s")
+    try:
+        (start,) = struct.unpack_from(order + start_form, data, 8 if big else 4)
+        (count,) = struct.unpack_from(order + count_form, data, start)
+        if count > MAX_TIFF_TAGS:
+            raise ImageReadError(f"TIFF image with {count} tags: too many")
+        first = start + struct.calcsize(order + count_form)
+        size = struct.calcsize(order + entry_form)
+        for at in range(first, first + count * size, size):
+            tag, kind, numbers, _ = struct.unpack_from(order + entry_form, data, at)
+            if kind in _TIFF_NUMBERS and numbers > MAX_TIFF_NUMBERS:
+                raise ImageReadError(f"TIFF image with {numbers} numbers in tag {tag}: too many")
+    except (struct.error, OverflowError):
+        return

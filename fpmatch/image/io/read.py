@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import GreyImage, as_grey, decode_raw
-from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
+from fpmatch.image.io.grey import DEFAULT_LIMITS, GreyImage, ImageLimits, as_grey, decode_raw
 from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from fpmatch.base.binary_records import Record
-    from fpmatch.image.io.grey import GreyImage
-    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.grey import GreyImage, ImageLimits
 
     DecodeFile = Callable[[bytes, ImageLimits], GreyImage | None]
     """Decode an image file that is no record; None if its format is unknown."""

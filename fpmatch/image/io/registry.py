@@ -11,8 +11,7 @@ from fpmatch.image.io import pillow_formats
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.image.io.grey import GreyImage
-    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.grey import GreyImage, ImageLimits
 
 
 class ImageReader(NamedTuple):

@@ -20,7 +20,7 @@ from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.resolution import usable_dpi
 
 if TYPE_CHECKING:
-    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.grey import ImageLimits
     from fpmatch.image.preprocess.arrays import Doubles, Floats
 
     Filters = tuple[Floats, Floats]

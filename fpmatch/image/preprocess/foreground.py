@@ -1,4 +1,4 @@
-"""Foreground: the box of the image in which anything varies in grey level.
+"""Foreground: the box of the image in which anything varies, and the mask of the print in it.
 
 Later stages work on that box alone. It may contain much besides the print, but all of the print.
 """
@@ -10,13 +10,20 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.image.preprocess.arrays import percentiles
-from fpmatch.image.preprocess.blocks import BLOCK_PX
+from fpmatch.image.preprocess.arrays import (
+    BLOCK_PX,
+    block_mean_product,
+    blocks_to_pixels,
+    blur_blocks,
+    percentiles,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.preprocess.arrays import Grey, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
+    from fpmatch.image.preprocess.normalize import NormalizedImage
+    from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 # Lengths in pixels at 500 dpi, ranges in grey levels.
 ALIGNMENT_PX: Final = 2 * BLOCK_PX  # of the box's first row and column: a cell of a ridge field
@@ -24,9 +31,22 @@ WINDOW_PX: Final = 9  # in which the range is taken
 MIN_RANGE: Final = 12
 MIN_RELATIVE_RANGE: Final = 0.15  # of the strong range, which is this percentile:
 STRONG_PERCENTILE: Final = 95.0
-OPENING_BLOCKS: Final = 3
+BOX_OPENING_BLOCKS: Final = 3
 MARGIN_PX: Final = 16
 MIN_SIDE_PX: Final = 64
+
+# Lengths in blocks (8 px at 500 dpi), contrasts in grey levels.
+SMOOTHING_BLOCKS: Final = 1.2
+MIN_STRENGTH: Final = 0.10  # share of the local energy in one wave
+MIN_CERTAINTY: Final = 0.15  # mean square of the network's output
+MIN_CONTRAST: Final = 8.0
+MIN_RELATIVE_CONTRAST: Final = 0.25  # of the usual contrast of strong ridges
+MIN_RELATIVE_CONTRAST_OF_CERTAIN: Final = 0.3
+CLOSING_BLOCKS: Final = 5
+OPENING_BLOCKS: Final = 5
+OPENING_BLOCKS_OF_CERTAIN: Final = 3
+MIN_AREA_BLOCKS: Final = 40
+MIN_RELATIVE_AREA: Final = 0.2  # of the largest part
 
 
 class Box(NamedTuple):
@@ -67,7 +87,7 @@ def foreground_box(grey: Grey) -> Box:
         return Box(0, height, 0, width)
     strong = float(percentiles(blocks.ravel().astype(np.float32), STRONG_PERCENTILE)[0])
     lively = (blocks > max(MIN_RANGE, MIN_RELATIVE_RANGE * strong)).astype(np.uint8)
-    element = np.ones((OPENING_BLOCKS, OPENING_BLOCKS), np.uint8)
+    element = np.ones((BOX_OPENING_BLOCKS, BOX_OPENING_BLOCKS), np.uint8)
     opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
     rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
     return Box(*_side(rows, height), *_side(columns, width))
@@ -90,3 +110,68 @@ def _side(lively: Mask, size: int) -> tuple[int, int]:
     first = max(0, first - lacking) // ALIGNMENT_PX * ALIGNMENT_PX
     last = -(-(last + lacking) // ALIGNMENT_PX) * ALIGNMENT_PX
     return first, min(last, size)
+
+
+def segment(image: NormalizedImage, spectrum: RidgeSpectrum) -> Mask:
+    """Find the blocks, (rows, columns), that contain ridges.
+
+    A block belongs to the print where one wave carries enough of the local energy and the local
+    contrast is not small compared with that of the print; then edges are smoothed, holes filled and
+    small parts dropped.
+    """
+    strength = ridge_strength(spectrum)
+    ridges = _of_contrast(image, strength, strength >= MIN_STRENGTH, MIN_RELATIVE_CONTRAST)
+    return _tidy(ridges, OPENING_BLOCKS)
+
+
+def segment_enhanced(image: NormalizedImage, enhanced: Floats) -> Mask:
+    """Find the blocks, (rows, columns), whose ridges the network is certain of, not near 0."""
+    certainty = blur_blocks(block_mean_product(enhanced, enhanced), SMOOTHING_BLOCKS)
+    certain = certainty >= MIN_CERTAINTY
+    ridges = _of_contrast(image, certainty, certain, MIN_RELATIVE_CONTRAST_OF_CERTAIN)
+    return _tidy(ridges, OPENING_BLOCKS_OF_CERTAIN)
+
+
+def _of_contrast(
+    image: NormalizedImage, strength: Floats, ridges: Mask, min_relative_contrast: float
+) -> Mask:
+    """Return those of the blocks `ridges` whose contrast is similar to that of strong ones."""
+    valid = image.valid.astype(np.float32)
+    contrast = block_mean_product(image.contrast, valid)
+    ridges = ridges & (block_mean_product(valid, valid) > 0.5)
+    if not ridges.any():
+        return ridges
+    strong = ridges & (strength >= percentiles(strength[ridges], 50)[0])
+    usual = float(percentiles(contrast[strong], 50)[0])
+    ridges &= contrast >= max(MIN_CONTRAST, min_relative_contrast * usual)
+    return ridges
+
+
+def ridge_strength(spectrum: RidgeSpectrum) -> Floats:
+    """Return the largest share of the local energy in one wave, 0..1, shape (rows, columns)."""
+    energy = blur_blocks(spectrum.energy.reshape(*spectrum.total.shape, -1), SMOOTHING_BLOCKS)
+    total = blur_blocks(spectrum.total, SMOOTHING_BLOCKS)
+    return np.asarray(energy.max(axis=2) / (total + 1e-3), np.float32)
+
+
+def mask_at_pixels(mask: Mask, shape: tuple[int, ...]) -> Mask:
+    """Return the mask of blocks as a smooth mask of pixels, (H, W)."""
+    return np.asarray(blocks_to_pixels(mask.astype(np.float32), shape) > 0.5)
+
+
+def _tidy(ridges: Mask, opening_blocks: int) -> Mask:
+    """Close, open, drop small parts, fill holes."""
+    margin = CLOSING_BLOCKS
+    padded = np.pad(ridges, margin).astype(np.uint8)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(CLOSING_BLOCKS))
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(opening_blocks))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    area = stats[:, cv2.CC_STAT_AREA].copy()
+    area[0] = 0
+    keep = area >= max(MIN_AREA_BLOCKS, MIN_RELATIVE_AREA * area.max(initial=0))
+    _, outside = cv2.connectedComponents((~keep[labels]).astype(np.uint8), connectivity=4)
+    return np.asarray(outside != outside[0, 0])[margin:-margin, margin:-margin]
+
+
+def _disc(diameter: int) -> Grey:
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter)), np.uint8)

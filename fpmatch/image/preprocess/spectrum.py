@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.image.preprocess.blocks import BLOCK_PX
+from fpmatch.image.preprocess.arrays import BLOCK_PX
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Floats

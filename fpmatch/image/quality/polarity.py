@@ -18,7 +18,7 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
-from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

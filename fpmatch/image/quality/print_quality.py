@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.image.quality.linear_weights import LinearWeights
-from fpmatch.image.quality.measures import MM_PER_PX
+from fpmatch.image.quality.measures import MM_PER_PX, LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

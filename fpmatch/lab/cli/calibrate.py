@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.notes import say_slow_kernels, show
+from fpmatch.cli.notes import ProgressBars, say_slow_kernels, show
 from fpmatch.cli.options import (
     by_folder_option,
     json_option,
@@ -17,7 +17,6 @@ from fpmatch.cli.options import (
     places_argument,
     workers_option,
 )
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import json_text, printable
 

@@ -9,6 +9,7 @@ import click
 from fpmatch.base.kernels import build_command, outdated_kernels
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
+    ProgressBars,
     notes_as_json,
     say_dpi_assumed,
     say_note,
@@ -27,7 +28,6 @@ from fpmatch.cli.options import (
     places_argument,
     workers_option,
 )
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.cli.evaluate_epilog import EPILOG
 from fpmatch.lab.cli.evaluate_identification import (

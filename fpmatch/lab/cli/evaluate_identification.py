@@ -8,6 +8,7 @@ import click
 
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import (
+    ProgressBars,
     notes_as_json,
     say_dpi_assumed,
     say_note,
@@ -16,7 +17,6 @@ from fpmatch.cli.notes import (
     show,
 )
 from fpmatch.cli.options import file_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_note, show
+from fpmatch.cli.notes import ProgressBars, say_note, show
 from fpmatch.cli.options import FROM_0, FROM_1, Name, file_option
-from fpmatch.cli.progress import ProgressBars
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,9 +13,8 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write, check_writable
-from fpmatch.cli.notes import say_note, show
+from fpmatch.cli.notes import ProgressBars, say_note, show
 from fpmatch.cli.options import Name, file_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points.match import (
     POINT_MATCHERS,

@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.text_table import count
-from fpmatch.cli.notes import first_of, say_note, show
+from fpmatch.cli.notes import ProgressBars, first_of, say_note, show
 from fpmatch.cli.options import Name, json_option, workers_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from fpmatch.lab.synthesis.database import DatabaseMade

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.calibrate import MIN_ABOVE
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
 from fpmatch.lab.evaluation.rates.intervals import Interval, interval_of
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.printable import count
 from fpmatch.prints.words import odds
 
 if TYPE_CHECKING:

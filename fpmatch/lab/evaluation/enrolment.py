@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.random import default_rng
 
-from fpmatch.base.text_table import count
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
 from fpmatch.lab.evaluation.databases.protocol import Pairs, finger_numbers
 from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 
-from fpmatch.drawing.scene.files import write_files
+from fpmatch.base.output import write_files
 from fpmatch.drawing.scene.fonts import wrapped
 from fpmatch.drawing.scene.palette import PANEL_EDGE, PAPER, TEXT, TEXT_MUTED, hexadecimal
 from fpmatch.errors import OutputError
@@ -87,7 +87,7 @@ def draw_sheets(
 
 
 def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[str]) -> list[Path]:
-    """Write figures into a folder as `fpmatch.drawing.scene.files.write_files` does."""
+    """Write figures into a folder as `fpmatch.drawing.scene.raster.write_files` does."""
     contents = {figure.file_name: figure.content for figure in figures}
     return write_files(contents, folder, public=True)
 

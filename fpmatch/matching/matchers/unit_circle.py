@@ -17,8 +17,7 @@ import numpy as np
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.pipeline.local import local_similarity
+from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE, local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, similarities, workspace_for
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors

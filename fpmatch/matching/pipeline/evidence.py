@@ -55,11 +55,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.matching.pipeline._kernels import _evidence_kernel as kernel
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.score_model import ScoreWeights
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -13,12 +13,14 @@ from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
+    LocalParameters,
     RidgeSearchParameters,
     identity_alignment,
+    index_neighbours,
     kept_alignment,
+    local_similarity,
     make_aligner,
 )
-from fpmatch.matching.pipeline.local import LocalParameters, index_neighbours, local_similarity
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.numpy_forms.local import NeighbourIndex, like_neighbours
-from fpmatch.matching.pipeline.local import LocalParameters
+from fpmatch.matching.pipeline.alignment import LocalParameters
 from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear

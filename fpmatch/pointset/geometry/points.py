@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -39,14 +38,6 @@ def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.f
     if not bounding_box(array, box):
         raise PointSetError(f"{name}: coordinates must be finite")
     return array, box.tolist()
-
-
-def is_finite(value: float) -> bool:
-    """Return whether a number is one that float64 can hold."""
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an int
-        return False
 
 
 def sort_into_cells(

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
-from fpmatch.cli.notes import say_damaged, say_note, say_slow_kernels, show_line
+from fpmatch.cli.notes import ProgressBars, say_damaged, say_note, say_slow_kernels, show_line
 from fpmatch.cli.options import file_option, key_option, old_names, workers_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from fpmatch.formats.files import decode_record
 from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content
 from fpmatch.image.extract import extract
-from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.grey import ImageLimits
 from fpmatch.image.io.read import decode_image, read_image
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.verify import verify

@@ -8,8 +8,8 @@ from made_images import concentric_rings, correlation, plane_wave
 
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 from fpmatch.image.enhancement.gabor import (
-    ANGLES,
-    PERIODS_PX,
+    FILTER_ANGLES,
+    FILTER_PERIODS_PX,
     RADIUS_PX,
     filter_bank,
     filter_with_numpy,
@@ -40,7 +40,7 @@ def enhanced(pixels, angle_deg, period):
     return gabor_filter(pixels, np.ones(shape, bool), angle, constant(shape, period))
 
 
-@pytest.mark.parametrize("period", PERIODS_PX[1:-1:2])
+@pytest.mark.parametrize("period", FILTER_PERIODS_PX[1:-1:2])
 @pytest.mark.parametrize("angle", np.arange(0, 180, 22.5))
 def test_a_wave_passes_its_own_filter_and_no_other(angle, period):
     wave = plane_wave(angle, period)
@@ -70,9 +70,9 @@ def test_the_filter_is_chosen_pixel_by_pixel():
     ("angle", "period", "same_angle", "same_period"),
     [
         (179.99, 9, 0, 9),
-        (30, 0.1, 30, PERIODS_PX[0]),
-        (30, 1000, 30, PERIODS_PX[-1]),
-        (30, np.nan, 30, PERIODS_PX[-1]),
+        (30, 0.1, 30, FILTER_PERIODS_PX[0]),
+        (30, 1000, 30, FILTER_PERIODS_PX[-1]),
+        (30, np.nan, 30, FILTER_PERIODS_PX[-1]),
     ],
 )
 def test_at_the_ends_of_the_bank(angle, period, same_angle, same_period, rng):
@@ -110,7 +110,7 @@ def test_arrays_of_different_shapes_are_refused(odd_one):
 def test_each_filter_of_the_bank_ignores_brightness_and_fits_its_row():
     bank = filter_bank()
     side = 2 * RADIUS_PX + 1
-    assert bank.shape == (ANGLES * len(PERIODS_PX), side, kernel.ROW)
+    assert bank.shape == (FILTER_ANGLES * len(FILTER_PERIODS_PX), side, kernel.ROW)
     assert np.abs(bank.sum(axis=(1, 2))).max() < 1e-5
     assert not bank[:, :, side:].any()
     turned = bank[:, ::-1, :side][:, :, ::-1]

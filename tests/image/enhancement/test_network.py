@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from made_images import correlation, dislocation, hostile_pictures, plane_wave
 
 from fpmatch.errors import FpmatchError
-from fpmatch.image.enhancement import network
-from fpmatch.image.enhancement.network import NETWORK_FILE, SIDE_STEP_PX, enhance_by_network
+from fpmatch.image.enhancement import enhancers
+from fpmatch.image.enhancement.enhancers import NETWORK_FILE, SIDE_STEP_PX, enhance_by_network
 from fpmatch.image.preprocess.normalize import normalize
 
 CONTRAST = 1.4  # of a wave of unit deviation, as normalised images have
@@ -109,8 +109,8 @@ def test_a_network_that_is_no_use_is_refused_by_name(damage, reason, tmp_path, m
     path, content = tmp_path / "network.onnx", damage(NETWORK_FILE.read_bytes())
     if content is not None:
         path.write_bytes(content)
-    monkeypatch.setattr(network, "NETWORK_FILE", path)
-    monkeypatch.setattr(network, "_own", type(network._own)())
+    monkeypatch.setattr(enhancers, "NETWORK_FILE", path)
+    monkeypatch.setattr(enhancers, "_own", type(enhancers._own)())
     monkeypatch.setattr(cv2.dnn, "readNetFromONNX", unusable)
     with pytest.raises(FpmatchError, match=reason) as caught:
         enhance_by_network(np.zeros((32, 32), np.float32))

@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave, turn_between
 
-from fpmatch.image.enhancement.orientation import (
+from fpmatch.image.enhancement.enhancers import (
     enhanced_orientation,
     orientation_at_pixels,
-    ridge_orientation,
+    smoothed_orientation,
 )
+from fpmatch.image.enhancement.gabor import doubled_angles
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 
@@ -20,7 +21,8 @@ def whole(pixels):
 
 
 def field_of(pixels, mask=None):
-    return ridge_orientation(ridge_spectrum(pixels), whole(pixels) if mask is None else mask)
+    blocks = whole(pixels) if mask is None else mask
+    return smoothed_orientation(doubled_angles(ridge_spectrum(pixels), blocks))
 
 
 def enhanced_field_of(pixels, mask=None):

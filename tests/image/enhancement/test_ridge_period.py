@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave
 
-from fpmatch.image.enhancement.orientation import ridge_orientation, ridge_period
-from fpmatch.image.preprocess.blocks import BLOCK_PX, blocks_to_pixels
+from fpmatch.image.enhancement.enhancers import smoothed_orientation
+from fpmatch.image.enhancement.gabor import doubled_angles, ridge_period
+from fpmatch.image.preprocess.arrays import BLOCK_PX, blocks_to_pixels
 from fpmatch.image.preprocess.spectrum import PERIODS_PX, ridge_spectrum
 
 SHORTEST, LONGEST = PERIODS_PX[[0, -1]]
@@ -17,7 +18,8 @@ SHORTEST, LONGEST = PERIODS_PX[[0, -1]]
 def period_of(pixels, mask=None):
     spectrum = ridge_spectrum(pixels)
     whole = np.ones(spectrum.total.shape, bool) if mask is None else mask
-    return ridge_period(spectrum, ridge_orientation(spectrum, whole), whole)
+    field = smoothed_orientation(doubled_angles(spectrum, whole))
+    return ridge_period(spectrum, field, whole)
 
 
 @given(st.floats(0, 180), st.floats(6, 13), st.floats(0, 7))

@@ -10,8 +10,7 @@ from made_files import damaged, one_of_each, rings, saved
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE, RawSize
-from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.grey import ALL_TRANSPARENT, DEFAULT_LIMITS, ON_BLACK, ON_WHITE, RawSize
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
 from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader

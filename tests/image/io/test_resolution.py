@@ -6,7 +6,7 @@ import pytest
 from made_files import rings, saved
 from PIL import Image, PngImagePlugin
 
-from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.resolution import ASSUMED_UNIT, usable_dpi
 

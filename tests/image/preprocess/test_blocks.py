@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.image.preprocess.blocks import (
+from fpmatch.image.preprocess.arrays import (
     BLOCK_PX,
     block_mean_product,
     blocks_to_pixels,

@@ -15,15 +15,15 @@ from made_images import (
     plane_wave,
 )
 
-from fpmatch.image.enhancement.network import enhance_by_network
-from fpmatch.image.preprocess import segment as segmentation
-from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.preprocess.segment import (
+from fpmatch.image.enhancement.enhancers import enhance_by_network
+from fpmatch.image.preprocess import foreground as segmentation
+from fpmatch.image.preprocess.foreground import (
     mask_at_pixels,
     ridge_strength,
     segment,
     segment_enhanced,
 )
+from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
 
 

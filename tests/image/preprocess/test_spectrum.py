@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_images import plane_wave, turn_between
 
-from fpmatch.image.preprocess.blocks import BLOCK_PX
+from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX, ridge_spectrum
 
 

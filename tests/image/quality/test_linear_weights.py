@@ -6,7 +6,7 @@ import pytest
 from fpmatch.errors import FpmatchError
 from fpmatch.image.quality import polarity, print_quality
 from fpmatch.image.quality.line_cues import LINE_CUES
-from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.quality.measures import LinearWeights
 
 WEIGHTS = {
     "scripts/train_polarity": LinearWeights.load(polarity.WEIGHTS_FILE, LINE_CUES),

@@ -10,7 +10,7 @@ from made_images import hostile_pictures
 from fpmatch.errors import ImageError
 from fpmatch.image.quality import polarity
 from fpmatch.image.quality.line_cues import LINE_CUES
-from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.image.quality.polarity import (
     MAX_EVIDENCE,
     MIN_EVIDENCE,

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fpmatch.image.assess import assess
-from fpmatch.image.extract import extract
+from fpmatch.image.extract import assess, extract
 from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import grade
 from fpmatch.lab.synthesis.impression import make_impression

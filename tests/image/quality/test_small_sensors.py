@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from PIL import Image
 
 from fpmatch.cli.group import fpmatch
-from fpmatch.image.assess import assess
+from fpmatch.image.extract import assess
 
 SAMPLE = Path(__file__).parents[3] / "sample_data" / "101_1.tif"
 SIZE = (96, 103)

@@ -15,7 +15,7 @@ from scipy.ndimage import distance_transform_edt, label
 from skimage.morphology import skeletonize
 
 from fpmatch import StageRecorder, extract
-from fpmatch.image.skeleton.crossing_number import find_nodes
+from fpmatch.image.skeleton.minutiae import find_nodes
 from fpmatch.image.skeleton.thin import thin
 
 SAMPLES = Path(__file__).parents[3] / "sample_data"

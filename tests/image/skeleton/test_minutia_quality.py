@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import plane_wave
 
-from fpmatch.image.skeleton.minutia_quality import RADIUS_PX, SIGMA_PX, minutia_quality
+from fpmatch.image.skeleton.minutiae import RADIUS_PX, SIGMA_PX, minutia_quality
 
 WAVE = plane_wave(30, 9, (90, 110))
 NOTHING = np.zeros_like(WAVE)

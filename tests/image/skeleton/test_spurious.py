@@ -9,9 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_images import extremes_too, lines, shapes, turn_between
 
-from fpmatch.image.skeleton import spurious
-from fpmatch.image.skeleton.crossing_number import SkeletonNodes, find_nodes
-from fpmatch.image.skeleton.spurious import directions, filter_spurious, remove_spurs_and_islands
+from fpmatch.image.skeleton import minutiae as spurious
+from fpmatch.image.skeleton.minutiae import (
+    SkeletonNodes,
+    directions,
+    filter_spurious,
+    find_nodes,
+    remove_spurs_and_islands,
+)
 from fpmatch.image.skeleton.thin import thin
 
 SHAPE = (80, 100)

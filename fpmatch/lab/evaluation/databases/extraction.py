@@ -109,8 +109,7 @@ def extract_image(
 
     An image is `graded` with its quality, which takes a tenth of the time of the extraction.
     """
-    from fpmatch.image.assess import QualityRecorder, assess  # noqa: PLC0415
-    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
+    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, assess, extract  # noqa: PLC0415  # noqa: PLC0415
 
     image, stages = reader(path), QualityRecorder() if graded else None
     if isinstance(image, TemplateRecord):

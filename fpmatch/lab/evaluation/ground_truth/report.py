@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import text_table
 from fpmatch.lab.evaluation.ground_truth.false_minutiae import Cause, false_minutiae
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
     MAIN_TOLERANCE,
@@ -23,6 +22,7 @@ from fpmatch.lab.evaluation.ground_truth.transform_error import (
     measure_transforms,
     summarise_transforms,
 )
+from fpmatch.printable import text_table
 from fpmatch.templates.minutiae import STANDARD_DPI, Template
 
 if TYPE_CHECKING:

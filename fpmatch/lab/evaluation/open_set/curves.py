@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.base.text_table import count
 from fpmatch.lab.evaluation.open_set.searches import LIST_LENGTH
 from fpmatch.lab.evaluation.report.curves import writable_files, write_files
 from fpmatch.lab.plots.style import (
@@ -17,6 +16,7 @@ from fpmatch.lab.plots.style import (
     figure_bytes,
     plain_style,
 )
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     import os

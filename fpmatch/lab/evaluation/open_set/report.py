@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.text_table import count, text_table
 from fpmatch.lab.evaluation.rates.error_rates import POOLED
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, interval_table, percent
+from fpmatch.printable import count, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
@@ -19,6 +18,7 @@ from fpmatch.lab.evaluation.open_set.searches import search_all
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

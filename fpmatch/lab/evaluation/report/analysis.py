@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.text_table import text_table
 from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP
 from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
@@ -35,6 +34,7 @@ from fpmatch.lab.evaluation.report.rate_text import (
     rate_cells,
 )
 from fpmatch.lab.evaluation.report.results import scores_of
+from fpmatch.printable import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count
 from fpmatch.drawing.overlay.draw import draw
-from fpmatch.drawing.scene.files import reduced, webp_bytes
 from fpmatch.drawing.scene.ink import ridge_picture
+from fpmatch.drawing.scene.raster import reduced, webp_bytes
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.formats.files import holds_minutiae_only
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.lab.evaluation.report.results import SetResult
 from fpmatch.matching.verify import verify
+from fpmatch.printable import count
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.text_table import text_table
+from fpmatch.printable import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

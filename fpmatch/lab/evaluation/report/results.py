@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.text_table import count, text_table
 from fpmatch.lab.evaluation.report.rate_text import (
     RATE_TITLES,
     decidability,
@@ -17,6 +16,7 @@ from fpmatch.lab.evaluation.report.rate_text import (
     percent,
     rate_cells,
 )
+from fpmatch.printable import count, text_table
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:

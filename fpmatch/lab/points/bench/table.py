@@ -5,11 +5,11 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.text_table import markdown_table, text_table
 from fpmatch.lab.points.bench.conditions import PAPER_ROWS, TARGET_FACTORS, Condition
 from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
 from fpmatch.lab.points.bench.summary import summarise
 from fpmatch.lab.points.random_sets import POINT_MODELS
+from fpmatch.printable import markdown_table, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,20 +1,29 @@
-"""Spurious minutiae: structures of the skeleton that the finger does not have."""
+"""Minutiae of a skeleton: its nodes, their direction and quality, and which are spurious.
+
+Spurious minutiae are structures of the skeleton that the finger does not have.
+"""
 
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cv2
 import numpy as np
 
-from fpmatch.image.skeleton.crossing_number import find_nodes
+from fpmatch.image.skeleton import _trace_kernel as kernel
+from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
-    from fpmatch.image.skeleton.crossing_number import SkeletonNodes
+    from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Ints, Mask
+
+# (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
+_STEP: Final = np.array(
+    [[0, 1], [-1, 0], [0, -1], [1, 0], [-1, 1], [-1, -1], [1, -1], [1, 1]], np.int32
+)
+_MAX_BRANCHES: Final = 4
 
 # Lengths in pixels at 500 dpi.
 MAX_SPUR_PX: Final = 8
@@ -27,6 +36,56 @@ BROKEN_PX: Final = 10.0
 BROKEN_ANGLE_DEG: Final = 50.0
 DIRECTION_PX: Final = 14
 BRANCH_PX: Final = max(DIRECTION_PX, MAX_BRIDGE_PX)  # of the branches that both need
+RADIUS_PX: Final = 14  # of the neighbourhood that quality is measured in
+SIGMA_PX: Final = 8.0
+
+
+class SkeletonNodes(NamedTuple):
+    """The N nodes of a skeleton and the beginnings of up to four branches of each."""
+
+    y: Ints  # pixels of the nodes, (N,)
+    x: Ints
+    crossing_number: Grey  # (N,): 1 for an ending, 3 for a bifurcation, 4 for a crossing
+    paths: Ints  # (y, x) of the branches' pixels from the node on, (N, 4, L, 2)
+    steps: Ints  # number of traced pixels of each branch, at most L, (N, 4)
+    target: Ints  # node that ends the branch, -1 if the trace met none, (N, 4)
+
+
+def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
+    """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
+    padded = bordered(skeleton)
+    list_nodes = nodes_with_kernel if kernel.COMPILED else nodes_with_numpy
+    nodes, number = list_nodes(padded)
+    count = len(nodes)
+    y, x = nodes.T
+    labels = padded.astype(np.int32)
+    labels[y, x] = np.arange(2, 2 + count)
+    paths = np.zeros((count, _MAX_BRANCHES, branch_px, 2), np.int32)
+    steps = np.zeros((count, _MAX_BRANCHES), np.int32)
+    target = np.full((count, _MAX_BRANCHES), -1, np.int32)
+    if branch_px > 0:
+        traced: list[Any] = [labels, nodes, _STEP, paths, steps, target]
+        if not kernel.COMPILED:  # single elements are read faster so
+            traced = [memoryview(array) for array in traced]
+        kernel.trace_branches(*traced)
+    return SkeletonNodes(y - 1, x - 1, number, paths, steps, target)
+
+
+def nodes_with_kernel(padded: Grey) -> tuple[Ints, Grey]:
+    """Return (y, x) and crossing numbers of the nodes of a skeleton with a border of zeros."""
+    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
+    yx = np.empty((len(pixels), 2), np.int32)
+    number = np.empty(len(pixels), np.uint8)
+    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
+    return yx[:count].copy(), number[:count].copy()
+
+
+def nodes_with_numpy(padded: Grey) -> tuple[Ints, Grey]:
+    """Return what `nodes_with_kernel` does: the uncompiled path, and the kernel's oracle."""
+    y, x = padded.nonzero()
+    number = crossing_number_table()[neighbour_code(padded)[y, x]]
+    chosen = (number == 1) | (number > 2)
+    return np.stack([y[chosen], x[chosen]], axis=1).astype(np.int32), number[chosen]
 
 
 def remove_spurs_and_islands(skeleton: Mask) -> Mask:
@@ -137,3 +196,29 @@ def _near_pairs(x: Ints, y: Ints, reach: float) -> tuple[NDArray[np.intp], NDArr
     i, j = by_y[first], by_y[second]
     near = np.abs(x[i] - x[j]) <= reach
     return i[near], j[near]
+
+
+def minutia_quality(pixels: Floats, enhanced: Floats, x: Ints, y: Ints) -> Grey:
+    """Measure the quality of the minutiae at `x` and `y`, 0 to 100.
+
+    It is 100 times the correlation of the normalised and the enhanced image, both (H, W), in a
+    Gaussian neighbourhood; 0 where the correlation is negative.
+    """
+    offsets = np.arange(-RADIUS_PX, RADIUS_PX + 1)
+    gauss = np.exp(-(offsets**2) / (2 * SIGMA_PX**2))
+    weight = np.outer(gauss, gauss).reshape(-1, 1)
+    stride = pixels.shape[1] + 2 * RADIUS_PX
+    centre = (y.astype(np.intp) + RADIUS_PX) * stride + x + RADIUS_PX
+    at = (offsets[:, None] * stride + offsets).reshape(-1, 1) + centre
+    a, b = (
+        np.pad(one, RADIUS_PX).ravel().take(at).astype(np.float64) for one in (pixels, enhanced)
+    )
+    cross, power, enhanced_power = (_column_sums(weight * one) for one in (a * b, a * a, b * b))
+    correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
+    return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
+
+
+def _column_sums(terms: Doubles) -> Doubles:
+    """Sum each column from top to bottom; `sum` adds a single column in another order."""
+    sums = terms.cumsum(axis=0)[-1] if terms.shape[1] == 1 else terms.sum(axis=0)
+    return np.asarray(sums, np.float64)

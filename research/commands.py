@@ -155,7 +155,6 @@ research.add_command(
                 "experiments.direction_agreement",
                 "Directions against other extractors.",
             ),
-            "interrupts": ("checks.interrupts", "Ctrl-C at many moments of every command."),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "points": (

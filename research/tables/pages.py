@@ -27,7 +27,7 @@ from research.tables.points import format_paper_choices
 from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
-from research.tables.searching import format_indexing, format_searching
+from research.tables.searching import format_searching
 from research.tables.serving import (
     OTHER_SERVERS,
     format_attacks,
@@ -224,7 +224,6 @@ PAGES: Final = {
             "stored": Part(
                 "research/benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
             ),
-            "index": Part("research/benchmarks/index_terms.py --json", "indexing.json", alone=True),
         },
         {
             (_explanation("searching.md"), "measured"): lambda results: format_searching(
@@ -232,9 +231,6 @@ PAGES: Final = {
             ),
             (_explanation("searching.md"), "stored"): lambda results: format_stored(
                 results["stored"]
-            ),
-            (_explanation("searching.md"), "index"): lambda results: format_indexing(
-                results["index"]
             ),
         },
     ),

@@ -103,7 +103,7 @@ research = LazyGroup(
         "case-study": ("case_study.command", "Draw the paper's case study on two prints."),
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
         "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
-        "compare-prints": ("experiments.compare_prints", "Compare statistics of images."),
+        "compare-prints": ("experiments.image_statistics", "Compare statistics of images."),
         "compare-templates": (
             "experiments.compare_templates",
             "Compare templates made without images with others.",

@@ -64,16 +64,7 @@ class Agreement:
 
 
 def compare_directions(ours: Minutiae, theirs: Minutiae) -> Agreement:
-    """Compare the directions of minutiae of one image that two extractors found in one place.
-
-    Examples
-    --------
-    >>> from fpmatch.templates.minutiae import Minutiae
-    >>> ours = Minutiae(x=[10, 50], y=[10, 50], angle=[0.0, 1.0])
-    >>> theirs = Minutiae(x=[12, 51, 90], y=[10, 50, 90], angle=[0.1, 1.0 + np.pi, 0.0])
-    >>> compare_directions(ours, theirs)
-    Agreement(pairs=2, agreeing=1, flipped=1)
-    """
+    """Compare the directions of minutiae of one image that two extractors found in one place."""
     if not (len(ours) and len(theirs)):
         return Agreement()
     i, j = greedy_pairs(ours.xy, theirs.xy, MAX_DISTANCE_PX).T

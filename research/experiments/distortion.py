@@ -90,14 +90,7 @@ class PressedFinger:
 
 
 def distorted(preset: Preset, share: float, parameters: DistortionParameters) -> Preset:
-    """Return a preset whose impressions all have one share of the largest distortion.
-
-    Examples
-    --------
-    >>> half = distorted(preset_named("clean"), 0.5, DistortionParameters())
-    >>> half.placement.torsion_deg, half.placement.traction
-    ((5.0, 5.0), (12.0, 12.0))
-    """
+    """Return a preset whose impressions all have one share of the largest distortion."""
     torsion = share * parameters.max_torsion_deg
     traction = share * parameters.max_traction_px
     placement = replace(
@@ -116,14 +109,6 @@ def distortion_between(
     larger principal strain: the share by which a length is longer or shorter than under the nearest
     similarity transform. The largest distance there between a point and its place under that
     transform, in pixels of the reference. Raises a `DatasetError` if the two share too little skin.
-
-    Examples
-    --------
-    >>> from fpmatch.lab.synthesis.master import MasterParameters
-    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
-    >>> one = make_impression(finger, 1, preset_named("clean"), SENSORS["plain-288x384"])
-    >>> [round(value, 6) for value in distortion_between(one, one)]
-    [0.0, 0.0]
     """
     points, there, inside = _skin_in_both(probe, reference, grid_px)
     # central differences, where the neighbours on the grid are shared as well

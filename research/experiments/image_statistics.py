@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+import click
 import numpy as np
 
 from fpmatch.base.text_table import text_table
@@ -18,8 +19,11 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
+from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
+from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.templates.minutiae import STANDARD_DPI
+from research.commands import PATH, Command, folders, json_file, workers, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -152,14 +156,7 @@ def measure_sets(
 
 
 def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
-    """Return the range of a statistic in some databases: from the least 5 % to the greatest 95 %.
-
-    Examples
-    --------
-    >>> even = ImageStatistics(9.0, 100.0, 0.2, 200.0, 50.0, 60.0, 0.5)
-    >>> span([DatabaseStatistics("one", (even, even))], "period_px")
-    (9.0, 9.0)
-    """
+    """Return the range of a statistic in some databases: from the least 5 % to the greatest 95 %."""
     quantiles = [s.quantiles(name) for s in sets]
     return min(q[0] for q in quantiles), max(q[-1] for q in quantiles)
 
@@ -223,3 +220,38 @@ def _number(value: float, digits: int, unit: str = "") -> str:
 
 def _rounded(value: float) -> float | None:
     return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+
+
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research compare-prints synthetic/* --against fvc/fvc2002/DB1_B --json prints.json
+""",
+)
+@folders
+@click.option(
+    "--against", metavar="DIR", type=PATH, multiple=True, help="Compare with it (repeatable)."
+)
+@json_file
+@workers
+def command(
+    folders: tuple[Path, ...],
+    against: tuple[Path, ...],
+    json_file: Path | None,
+    workers: int | None,
+) -> None:
+    """Compare statistics of the prints of FVC-style databases DIR.
+
+    Ridge period, area, minutiae, grey levels and foreground of every print are measured and their
+    distributions shown side by side; with --against, also the share of prints outside the range of
+    those databases (from the least 5 % to the greatest 95 %).
+    """
+    measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)
+    sets, others = measured[: len(folders)], measured[len(folders) :]
+    click.echo(format_statistics(sets, others))
+    for one in measured:
+        for reason in one.failures:
+            click.echo(reason, err=True)
+    if json_file:
+        write_json(json_file, statistics_as_json(sets, others))

@@ -150,16 +150,7 @@ def count_by_place(
 
 
 def format_places(rows: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
-    """Return recall and precision in Markdown, of the counts by source of minutiae and place.
-
-    Examples
-    --------
-    >>> counts = {"known": 4, "found": 3, "extracted": 5, "right": 3}
-    >>> print(format_places({"truth": {"all": counts}}))
-    | place | truth: known | recall | precision |
-    | --- | ---: | ---: | ---: |
-    | all | 4 | 75.0 % | 60.0 % |
-    """
+    """Return recall and precision in Markdown, of the counts by source of minutiae and place."""
     head = ["place"]
     for name in rows:
         head += [f"{name}: known", "recall", "precision"]

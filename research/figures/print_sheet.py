@@ -55,12 +55,6 @@ def print_sheet(
     sheet (default 250). The result is grey. Raises an `OutputError` if there is no print, or the
     sheet would be larger than 16384 pixels on a side; a `ResolutionError` if `dpi` is outside 100
     to 4000.
-
-    Examples
-    --------
-    >>> tile = PrintTile(np.zeros((300, 200), np.uint8), 500, "101_1")
-    >>> print_sheet([[tile, tile]], dpi=250).shape
-    (193, 242)
     """
     check_dpi(dpi)
     if not any(rows):

@@ -260,14 +260,6 @@ def fit_quantile(
     """Fit the sum that a share of the comparisons reach, given the amount of evidence.
 
     The result is coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> amounts = np.tile([1.0, 0, 0, 0, 0], (4000, 1))
-    >>> sample = AmountSample(rng.uniform(0, 100, 4000), amounts, 1.0)
-    >>> bool(abs(fit_quantile([sample], 0.1)[0] - 90) < 1)
-    True
     """
     p = parameters or AmountParameters()
     x = np.concatenate([one.amounts for one in samples])

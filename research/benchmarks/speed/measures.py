@@ -114,13 +114,7 @@ def _limit(group: Sequence[Mapping[str, Any]], value: float) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """Return a time with a unit that suits it.
-
-    Examples
-    --------
-    >>> in_words(0.0000312), in_words(0.0521), in_words(12.5)
-    ('31.2 µs', '52.1 ms', '12.5 s')
-    """
+    """Return a time with a unit that suits it."""
     for factor, unit in ((1e6, "µs"), (1e3, "ms")):
         if seconds * factor < 999.5:
             return f"{seconds * factor:.3g} {unit}"

@@ -146,7 +146,6 @@ research.add_command(
         name="check",
         help="Check a property of the package on data.",
         modules={
-            "batches": ("checks.batches", "Batches with damaged files among them."),
             "calibration": (
                 "experiments.calibration_check",
                 "False match rates at scores.",
@@ -157,10 +156,6 @@ research.add_command(
             ),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
-            "points": (
-                "experiments.point_targets",
-                "Results on point sets that miss targets.",
-            ),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },
     )

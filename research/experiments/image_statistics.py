@@ -156,7 +156,7 @@ def measure_sets(
 
 
 def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
-    """Return the range of a statistic in some databases: from the least 5 % to the greatest 95 %."""
+    """Return the range of a statistic in some databases, from the least 5 % to the largest 95 %."""
     quantiles = [s.quantiles(name) for s in sets]
     return min(q[0] for q in quantiles), max(q[-1] for q in quantiles)
 

@@ -150,10 +150,6 @@ research.add_command(
                 "experiments.calibration_check",
                 "False match rates at scores.",
             ),
-            "conventions": (
-                "experiments.direction_agreement",
-                "Directions against other extractors.",
-            ),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),

@@ -19,7 +19,6 @@ from research.experiments.direction_agreement import (
     measure_agreement,
 )
 
-ROOT = Path(__file__).resolve().parents[2]
 ONE = Minutiae(x=[50], y=[50], angle=[1.0])
 
 

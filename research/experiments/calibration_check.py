@@ -81,12 +81,7 @@ class CalibrationCheck:
 def check_calibration(
     report: EvaluationReport, calibration: Calibration | None = None
 ) -> list[CalibrationCheck]:
-    """Count the impostors of an evaluation that reach the scores.
-
-    `report`: the evaluation. `calibration`: gives the scores (default: the package's for the
-    report's matcher). The result is one for each database, in order, and a last one, "all", where
-    there are several. Raises a `MatcherError` if the package has no calibration for the matcher.
-    """
+    """Count the impostors that reach the scores: by database, and of several all."""
     used = calibration or load_calibration(report.matcher)
     checks = []
     for row in report.sets:

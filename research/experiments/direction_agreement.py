@@ -69,12 +69,7 @@ def compare_directions(ours: Minutiae, theirs: Minutiae) -> Agreement:
 
 
 def measure_agreement(prints: ExtractedSet, folder: str | os.PathLike[str]) -> Agreement:
-    """Measure the agreement on a whole database with another extractor's minutiae.
-
-    `prints`: the database and our templates; prints without a template add nothing. `folder`: holds
-    a file ``FFF_M.csv`` for each impression, with the columns x, y, theta. The result is over all
-    impressions together. Raises a `TemplateError` if a file is missing or malformed.
-    """
+    """Measure the agreement on a database with another extractor's minutiae, a CSV file a print."""
     total = Agreement()
     for impression, extraction in zip(prints.dataset.impressions, prints.extractions, strict=True):
         path = Path(folder, f"{impression.path.stem}.csv")

@@ -41,12 +41,7 @@ def sample_quality(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[QualitySample]:
-    """Extract, grade and compare the prints of some databases.
-
-    `datasets`: the databases. `workers`: processes to use (default: one a core). `progress`: called
-    with the stages "extract" and "compare". The result is one a database; a print without a
-    template has quality 0.
-    """
+    """Extract, grade and compare the prints of databases; without a template the quality is 0."""
     found = [
         [attempt.result for attempt in attempts if attempt.result]
         for attempts in attempt_each_image(
@@ -105,11 +100,7 @@ def _sample(row: SetResult, qualities: Sequence[PrintQuality]) -> QualitySample:
 
 
 def format_quality(results: Mapping[str, Any]) -> str:
-    """Return the tables in Markdown, of each part what `curves_as_json` returned.
-
-    They are the false non-match rates where the worst prints are discarded, and the quality of the
-    prints.
-    """
+    """Return the tables in Markdown, of each part what `curves_as_json` returned."""
     return "\n\n".join(discard_tables(part) for part in results.values())
 
 

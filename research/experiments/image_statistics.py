@@ -108,11 +108,7 @@ class DatabaseStatistics:
 
 
 def measure_image(path: Path, dpi: float | None) -> ImageStatistics:
-    """Measure one image file; without `dpi`, its resolution is the file's, or else 500 dpi.
-
-    Raises an `ImageReadError, ImageError, ResolutionError` if the file cannot be read, or contains
-    no image that could be a print.
-    """
+    """Measure one image file; without `dpi`, its resolution is the file's, or else 500 dpi."""
     image = read_image(path)
     recorder = StageRecorder()
     minutiae = extract(image, dpi, enhance="filters", recorder=recorder).minutiae
@@ -136,12 +132,7 @@ def measure_sets(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[DatabaseStatistics]:
-    """Measure all images of some databases.
-
-    `datasets`: the databases. `workers`: processes to use (default: one a core). The results are
-    the same for any number. `progress`: called with stage "measure" and numbers of images. The
-    result: one for each database.
-    """
+    """Measure all images of some databases."""
     measured = attempt_each_image(
         datasets, measure_image, stage="measure", workers=workers, progress=progress
     )
@@ -178,9 +169,9 @@ def format_statistics(
 ) -> str:
     """Return a table a statistic: a row a database, a column a quantile.
 
-    `sets`: the databases. `against`: others to compare with. They follow in the same tables, then
-    their range; a last column holds the share of the images of each of `sets` outside that range.
-    Raises a `DatasetError` if there is no database.
+    Where there are others to compare with, they follow, then their range; a last column holds the
+    share of the images of each of `sets` outside it. Raises a `DatasetError` if there is no
+    database.
     """
     if not sets:
         raise DatasetError("no database given")

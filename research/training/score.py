@@ -103,11 +103,7 @@ def _cross_validated(samples: list[ScoreSample], without: tuple[str, ...]) -> li
 
 
 def rates_of(samples: Sequence[ScoreSample], models: Sequence[ScoreModel]) -> dict[str, Any]:
-    """Return the error rates of databases, each scored by its own model, in percent.
-
-    `samples`: the databases. `models`: one for each. The result is under ``"sets"``, ``"mean"`` and
-    ``"pooled"`` the EER and the FNMR at an FMR of 0.1 %.
-    """
+    """Return EER and FNMR at an FMR of 0.1 % of databases, each by its own model, in percent."""
     scores = [_sums(*row) for row in zip(samples, models, strict=True)]
     sets = [_rates(*row) for row in scores]
     mean = {name: round(float(np.mean([one[name] for one in sets])), 3) for name in sets[0]}

@@ -34,11 +34,7 @@ def share_kept(row: Mapping[str, Any]) -> bool:
 
 
 def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Return the cells of the table, its head first.
-
-    `rows`: ``"rows"`` of what ``python -m research measure wolves --json`` wrote. The result is a
-    row each; "!" marks what is beyond its limit.
-    """
+    """Return the cells of the table, its head first; "!" marks what is beyond its limit."""
     head = ["templates", "size", "probes", "references", "number", "comparisons"]
     for at in rows[0]["scores"] if rows else ():
         head += [f"at {at['score']:g}", f"times {100 * score_to_fmr(at['score']):g} %"]
@@ -57,9 +53,8 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
 def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
 
-    `rows`: as for `wolf_cells`. The result is for each pair of forms the ratios of the shares at
-    the scores to the stated ones ("–" for templates that were searched for), and the share of
-    unseen prints that the worst matches.
+    These are the ratios of the shares at the scores to the stated ones ("–" for templates that were
+    searched for), and the share of unseen prints that the worst matches.
     """
     pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
     lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))

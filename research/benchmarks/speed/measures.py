@@ -57,12 +57,7 @@ MEASURES: Final = (
 
 
 def measured(benchmarks: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the results as ``scripts/bench --json`` writes them.
-
-    `benchmarks`: the entries that pytest-benchmark wrote. The result is ``name``, ``value``,
-    ``unit``, ``yardstick`` (name and time), ``target``, ``ok``, and the time of ours as ``ours``,
-    of those that were measured.
-    """
+    """Return the entries of pytest-benchmark as rows that ``scripts/bench --json`` writes."""
     found = []
     for measure in MEASURES:
         group = [b for b in benchmarks if b["group"] == measure.name]

@@ -123,7 +123,7 @@ research.add_command(
             "score": ("training.score", "Weights of the default matcher's score."),
             "quality": ("training.quality", "Weights of the quality of prints."),
             "polarity": ("training.polarity", "Weights of the polarity of prints."),
-            "enhancer": ("training.enhancer", "The network that enhances ridges."),
+            "enhancer": ("training.enhancer_net", "The network that enhances ridges."),
             "index": ("training.index", "The index of large galleries."),
         },
     )

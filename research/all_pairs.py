@@ -29,14 +29,6 @@ def compare_all_pairs(
 
     The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
     protocol, and the same for any number of threads `workers` (default: one a core).
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
-    >>> full, empty = (Template(m, 100, 100) for m in (minutiae, Minutiae.empty()))
-    >>> (compare_all_pairs([full, empty, full]) > 0).tolist()
-    [False, True, False]
     """
     prints = [MATCHER.prepare(template) for template in templates]
     many = PreparedPrints.pack(prints)

@@ -103,7 +103,7 @@ research = LazyGroup(
         "case-study": ("case_study.command", "Draw the paper's case study on two prints."),
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
         "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
-        "compare-prints": ("experiments.compare_prints", "Compare statistics of images."),
+        "compare-prints": ("experiments.image_statistics", "Compare statistics of images."),
         "compare-templates": (
             "experiments.compare_templates",
             "Compare templates made without images with others.",
@@ -123,7 +123,7 @@ research.add_command(
             "score": ("training.score", "Weights of the default matcher's score."),
             "quality": ("training.quality", "Weights of the quality of prints."),
             "polarity": ("training.polarity", "Weights of the polarity of prints."),
-            "enhancer": ("training.enhancer", "The network that enhances ridges."),
+            "enhancer": ("training.enhancer_net", "The network that enhances ridges."),
             "index": ("training.index", "The index of large galleries."),
         },
     )
@@ -146,22 +146,12 @@ research.add_command(
         name="check",
         help="Check a property of the package on data.",
         modules={
-            "batches": ("checks.batches", "Batches with damaged files among them."),
             "calibration": (
                 "experiments.calibration_check",
                 "False match rates at scores.",
             ),
-            "conventions": (
-                "experiments.direction_agreement",
-                "Directions against other extractors.",
-            ),
-            "interrupts": ("checks.interrupts", "Ctrl-C at many moments of every command."),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
-            "points": (
-                "experiments.point_targets",
-                "Results on point sets that miss targets.",
-            ),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },
     )

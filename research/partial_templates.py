@@ -23,13 +23,6 @@ def fragment(template: Template, size: int, rng: np.random.Generator) -> Templat
     """Keep a minutia drawn at random and its nearest neighbours, `size` minutiae in all.
 
     Of the ridge field the disc around these minutiae is kept.
-
-    Examples
-    --------
-    >>> from fpmatch.templates.minutiae import Minutiae, Template
-    >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
-    >>> len(fragment(whole, 2, np.random.default_rng(1)).minutiae)
-    2
     """
     m = template.minutiae
     if not len(m):
@@ -66,13 +59,6 @@ def window(template: Template, side_px: float, rng: np.random.Generator) -> Temp
 
     Its middle is drawn from the blocks of the ridge field, or from the minutiae where there is no
     ridge field.
-
-    Examples
-    --------
-    >>> from fpmatch.templates.minutiae import Minutiae, Template
-    >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
-    >>> len(window(whole, 40, np.random.default_rng(1)).minutiae)
-    2
     """
     px = template.dpi / STANDARD_DPI
     m, field = template.minutiae, template.field

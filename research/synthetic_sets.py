@@ -43,11 +43,9 @@ def make_synthetic_sets(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[Path]:
-    """Make a database of each of `KINDS`, or what is missing of it.
+    """Make a database of each of `KINDS`, or what is missing of it; return their folders.
 
-    `folder`: where to write them. `first_seed`: seed of the first; those of the others follow.
-    `fingers`: fingers of each. `workers`: processes to use (default: one a core). `progress`:
-    called with stage "synth" for each database in turn. The result is the databases.
+    `first_seed` is that of the first; those of the others follow.
     """
     made = []
     for seed, (preset, sensor) in enumerate(KINDS, first_seed):

@@ -1,8 +1,7 @@
 """Our minutia directions are those that three other extractors give on real prints.
 
 The prints and the other extractors' minutiae are not part of the project; where they are not
-beside the checkout, the test is skipped. `python -m research check conventions` makes the same
-table from all prints.
+beside the checkout, the test is skipped.
 """
 
 from dataclasses import replace

@@ -12,11 +12,9 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
-import cv2
 import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
@@ -34,7 +32,6 @@ from fpmatch.matching.prints.compact_template import (
 )
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.ridge_samples import ORIENTATIONS, RidgeSampleParameters
 from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
 from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.commands import Command, folders, json_file, workers, write_json
@@ -50,7 +47,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
-REACH = 5  # bits, of the weights of an estimate
 TIMED = 5  # the fastest of so many rounds
 COPIES = 20  # of each print, that are scored
 
@@ -68,68 +64,10 @@ def without_ridges(template: Template) -> Template:
     return replace(kept, field=replace(kept.field, ridges=None))
 
 
-def sampled(template: Template, *, kept: Callable[[Any, Any], Any], estimated: bool) -> Template:
-    """Return a template of whose ridges some bits are kept, by row and column.
-
-    The others are estimated along the ridges as `ridge_samples` does, or they are those of the
-    nearest kept bit.
-    """
-    p, found = RidgeSampleParameters(), exact(template)
-    if found.field is None or found.field.ridges is None:
-        return found
-    bits, field = found.field.bits, found.field
-    rows, columns = field.mask.shape
-    known = np.kron(field.mask, np.ones((8, 8), bool))
-    chosen = kept(*np.indices(bits.shape)) & known
-    if estimated:
-        signs = np.where(chosen, np.where(bits, 1.0, -1.0), 0.0)
-        steps = np.rint(field.orientation * (ORIENTATIONS / np.pi)).astype(int) % ORIENTATIONS
-        steps = np.kron(steps, np.ones((8, 8), int))
-        dy, dx = np.mgrid[-REACH : REACH + 1, -REACH : REACH + 1]
-        result = np.zeros(bits.shape, bool)
-        for step in range(ORIENTATIONS):
-            c, s = np.cos(step * np.pi / ORIENTATIONS), np.sin(step * np.pi / ORIENTATIONS)
-            along, across = (dx * c - dy * s) / p.along, dx * s + dy * c
-            fading = np.exp(-0.5 * (along**2 + (across / p.across) ** 2))
-            weight = fading * np.cos(2 * np.pi / p.period * across)
-            total = cv2.filter2D(signs, -1, weight, borderType=cv2.BORDER_CONSTANT)
-            result[steps == step] = total[steps == step] >= 0
-    else:
-        away = cv2.distanceTransformWithLabels(
-            (~chosen).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-        )[1]
-        value = np.zeros(away.max() + 1, bool)
-        value[away[chosen]] = bits[chosen]
-        result = value[away]
-    result = np.where(chosen, bits, result & known)
-    cells = result.reshape(rows, 8, columns, 8).swapaxes(1, 2).reshape(rows, columns, 64)
-    ridges = np.packbits(cells, axis=2, bitorder="little").view("<u8")[..., 0]
-    return replace(found, field=replace(field, ridges=ridges))
-
-
-def every_other(row: Any, column: Any) -> Any:
-    """Keep every other bit of every other row: sixteen a cell."""
-    return (row % 2 == 1) & (column % 2 == 1)
-
-
-def by_turns(row: Any, column: Any) -> Any:
-    """Keep every fourth bit of every other row, by turns: eight a cell."""
-    return (row % 2 == 1) & (column % 4 == row % 4)
-
-
-def every_fourth(row: Any, column: Any) -> Any:
-    """Keep every fourth bit of every fourth row: four a cell."""
-    return (row % 4 == 1) & (column % 4 == 1)
-
-
 FORMS: Mapping[str, tuple[Callable[[Template], Template], float | None]] = {
     "as extracted": (lambda template: template, None),
     "all bits, as galleries keep them": (exact, 8),
-    "16 bits a cell, the nearest": (partial(sampled, kept=every_other, estimated=False), 2),
-    "16 bits a cell, estimated": (partial(sampled, kept=every_other, estimated=True), 2),
-    "8 bits a cell, the nearest": (partial(sampled, kept=by_turns, estimated=False), 1),
     "8 bits a cell, estimated: compact": (lambda template: expand(compact(template)), 1),
-    "4 bits a cell, estimated": (partial(sampled, kept=every_fourth, estimated=True), 0.5),
     "without ridges": (without_ridges, 0),
 }
 """What comes back of a template, and the bytes a cell of its ridges."""

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 import repository  # noqa: F401
-from disturbed_prints import disturbed, sample_templates
 
 from fpmatch.base.encryption.keys import KEY_VARIABLE, KeyRing, new_key
 from fpmatch.errors import FpmatchError
@@ -34,13 +33,13 @@ from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import PACKED
+from fpmatch.lab.synthesis.templates import make_templates
 from research.commands import Command, json_file, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from fpmatch.templates.minutiae import Template
-
+SEED = 23
 BATCH = 500  # entries a transaction
 ROUNDS = 5
 PROBES = 5
@@ -49,16 +48,16 @@ LIMITS = {"store": 1.2, "open": 1.2, "search": 1.02}
 KINDS = ("plain", "encrypted")
 
 
-def entries(templates: Sequence[Template], count: int) -> list[NewEntry]:
-    """Return entries of disturbed copies of templates, each with the ridges of its own."""
+def entries(count: int) -> list[NewEntry]:
+    """Return entries of synthetic prints of different fingers."""
     return [
         NewEntry(
             Label(str(number)),
             f"{number}.tif",
             hashlib.sha256(str(number).encode()).digest(),
-            disturbed(templates[number % len(templates)], number),
+            template,
         )
-        for number in range(count)
+        for number, template in enumerate(make_templates(SEED, range(count)))
     ]
 
 
@@ -173,7 +172,7 @@ def main(context: click.Context, prints: int, flips: int, json_file: Path | None
     and open) or 1.02 (search), or a change is not detected.
     """
     ring = KeyRing([new_key()])
-    made = entries(sample_templates(), prints)
+    made = entries(prints)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         times = measured(folder, ring, made)

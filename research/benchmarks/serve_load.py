@@ -26,7 +26,7 @@ from typing import Any
 import httpx
 import numpy as np
 
-SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 PRINTS = ("101_1.tif", "101_3.tif", "102_1.tif", "103_2.tif")
 BROKEN = "README.md"
 SETTLE_S = 3.0

@@ -73,8 +73,7 @@ class Work:
 def ablation_command(variants: Sequence[Variant], script: str) -> click.Command:
     """Return the command that measures variants, the first of which is the base.
 
-    `variants`: the variants. `script`: the file that runs `run_worker` when its first argument is
-    ``--worker``.
+    `script` is the file that runs `run_worker` when its first argument is ``--worker``.
     """
 
     @click.command(cls=Command)

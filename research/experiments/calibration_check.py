@@ -81,12 +81,7 @@ class CalibrationCheck:
 def check_calibration(
     report: EvaluationReport, calibration: Calibration | None = None
 ) -> list[CalibrationCheck]:
-    """Count the impostors of an evaluation that reach the scores.
-
-    `report`: the evaluation. `calibration`: gives the scores (default: the package's for the
-    report's matcher). The result is one for each database, in order, and a last one, "all", where
-    there are several. Raises a `MatcherError` if the package has no calibration for the matcher.
-    """
+    """Count the impostors that reach the scores: by database, and of several all."""
     used = calibration or load_calibration(report.matcher)
     checks = []
     for row in report.sets:
@@ -96,14 +91,7 @@ def check_calibration(
 
 
 def together(name: str, checks: Sequence[CalibrationCheck]) -> CalibrationCheck:
-    """Return the check of all comparisons of some checks.
-
-    Examples
-    --------
-    >>> one, two = CalibrationCheck("one", 100, (2, 1, 0)), CalibrationCheck("two", 50, (3, 0, 0))
-    >>> together("both", [one, two])
-    CalibrationCheck(name='both', impostors=150, reached=(5, 1, 0))
-    """
+    """Return the check of all comparisons of some checks."""
     reached = np.sum([check.reached for check in checks], axis=0).tolist()
     return CalibrationCheck(name, sum(check.impostors for check in checks), tuple(reached))
 
@@ -120,14 +108,7 @@ def check_impostors(
 
 
 def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
-    """Return a table: a row a database, for each score the measured share and its factor.
-
-    Examples
-    --------
-    >>> print(format_calibration_checks([CalibrationCheck("one", 20000, (240, 50, 1))]))
-    database  impostors  from 20 on  times 1 %  from 30 on  times 0.1 %  from 40 on  times 0.01 %
-    one           20000    1.2000 %       1.20    0.2500 %       2.50 !    0.0050 %          0.50
-    """
+    """Return a table: a row a database, for each score the measured share and its factor."""
     head = ["database", "impostors"]
     for score in SCORES:
         head += [f"from {score:g} on", f"times {100 * score_to_fmr(score):g} %"]

@@ -13,7 +13,7 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from research.commands import PATH, Command, folders, json_file, workers, write_json
 from research.experiments.template_statistics import Group, compare_non_mates, describe
-from research.tables.templates import format_templates
+from research.tables.synthesis import format_templates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -90,14 +90,7 @@ class PressedFinger:
 
 
 def distorted(preset: Preset, share: float, parameters: DistortionParameters) -> Preset:
-    """Return a preset whose impressions all have one share of the largest distortion.
-
-    Examples
-    --------
-    >>> half = distorted(preset_named("clean"), 0.5, DistortionParameters())
-    >>> half.placement.torsion_deg, half.placement.traction
-    ((5.0, 5.0), (12.0, 12.0))
-    """
+    """Return a preset whose impressions all have one share of the largest distortion."""
     torsion = share * parameters.max_torsion_deg
     traction = share * parameters.max_traction_px
     placement = replace(
@@ -109,21 +102,11 @@ def distorted(preset: Preset, share: float, parameters: DistortionParameters) ->
 def distortion_between(
     probe: Impression, reference: Impression, grid_px: int = 12
 ) -> tuple[float, float]:
-    """Measure how far the map from one impression to another is from a similarity transform.
+    """Return how far the map from one impression to another is from the nearest similarity.
 
-    `probe`, `reference`: two impressions of one finger. `grid_px`: step of the grid of points, in
-    pixels of the probe. The result is the 95th percentile, over the skin in both prints, of the
-    larger principal strain: the share by which a length is longer or shorter than under the nearest
-    similarity transform. The largest distance there between a point and its place under that
-    transform, in pixels of the reference. Raises a `DatasetError` if the two share too little skin.
-
-    Examples
-    --------
-    >>> from fpmatch.lab.synthesis.master import MasterParameters
-    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
-    >>> one = make_impression(finger, 1, preset_named("clean"), SENSORS["plain-288x384"])
-    >>> [round(value, 6) for value in distortion_between(one, one)]
-    [0.0, 0.0]
+    These are the 95th percentile, over the skin in both prints, of the larger principal strain, and
+    the largest distance between a point and its place under that similarity, in pixels of the
+    reference. Raises a `DatasetError` if the two share too little skin.
     """
     points, there, inside = _skin_in_both(probe, reference, grid_px)
     # central differences, where the neighbours on the grid are shared as well
@@ -193,16 +176,9 @@ def measure_distortion(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> dict[str, Any]:
-    """Measure scores and error rates of the default matcher by distortion.
+    """Return scores and error rates of the default matcher by classes of strain, as JSON values.
 
-    `parameters`: the prints and the classes of strain. `workers`: processes to use (default: one a
-    core). The results are the same for any number. `progress`: called as ``progress("press", done,
-    total)`` with numbers of fingers. The result is JSON values: the parameters, and
-    ``"conditions"``, one for each of `CONDITIONS`. A condition holds its numbers of pairs and
-    ``"classes"`` by strain; a class its limits, the number of genuine pairs, the medians of strain
-    and displacement, and for each of `KINDS` the median and quartiles of the score, the share of
-    scores below the default threshold, and FNMR at an FMR of 0.1 % among the impostor pairs of the
-    condition.
+    They are the same for any number of `workers`.
     """
     p = parameters or DistortionParameters()
     done = 0

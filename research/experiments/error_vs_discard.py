@@ -15,6 +15,7 @@ from fpmatch.image.extract import assess
 from fpmatch.image.quality.print_quality import PrintQuality
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction, attempt_each_image
+from fpmatch.lab.evaluation.rates.error_rates import POOLED
 from fpmatch.lab.evaluation.rates.error_vs_discard import (
     FMR,
     SHARES,
@@ -23,11 +24,11 @@ from fpmatch.lab.evaluation.rates.error_vs_discard import (
     pool,
 )
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.printable import markdown_table
 from research.commands import Command, folders, json_file, workers, write_json
-from research.tables.quality import discard_tables
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from fpmatch.lab.evaluation.databases.dataset import Dataset
@@ -40,12 +41,7 @@ def sample_quality(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[QualitySample]:
-    """Extract, grade and compare the prints of some databases.
-
-    `datasets`: the databases. `workers`: processes to use (default: one a core). `progress`: called
-    with the stages "extract" and "compare". The result is one a database; a print without a
-    template has quality 0.
-    """
+    """Extract, grade and compare the prints of databases; without a template the quality is 0."""
     found = [
         [attempt.result for attempt in attempts if attempt.result]
         for attempts in attempt_each_image(
@@ -101,6 +97,36 @@ def _sample(row: SetResult, qualities: Sequence[PrintQuality]) -> QualitySample:
         scores[~genuine],
         reasons,
     )
+
+
+def format_quality(results: Mapping[str, Any]) -> str:
+    """Return the tables in Markdown, of each part what `curves_as_json` returned."""
+    return "\n\n".join(discard_tables(part) for part in results.values())
+
+
+def discard_tables(results: Mapping[str, Any]) -> str:
+    """Return the tables of one part."""
+    head = ["discarded", *(f"{100 * share:.0f} %" for share in results["shares"])]
+    rows = [
+        [row["name"], *(_rate(*pair) for pair in zip(row["lost"], row["genuine"], strict=True))]
+        for row in results["sets"]
+    ]
+    rows += [
+        [f"{row['name']}: quality at least", *map(str, row["below"])]
+        for row in results["sets"]
+        if row["name"] == POOLED
+    ]
+    names = list(dict.fromkeys(name for row in results["sets"] for name in row["reasons"]))
+    prints = [["", "prints", "quality: 5 %", "median", "95 %", *names]]
+    for row in results["sets"]:
+        counts = [str(row["reasons"].get(name, 0)) for name in names]
+        quantiles = [f"{value:.0f}" for value in row["quality"]]
+        prints.append([row["name"], str(row["prints"]), *quantiles, *counts])
+    return f"{markdown_table([head, *rows])}\n\n{markdown_table(prints)}"
+
+
+def _rate(lost: int, genuine: int) -> str:
+    return f"{100 * lost / max(1, genuine):.2f} % ({lost} of {genuine:,})"
 
 
 @click.command(

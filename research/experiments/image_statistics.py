@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+import click
 import numpy as np
 
 from fpmatch.errors import DatasetError
@@ -17,9 +18,12 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
+from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
+from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.printable import text_table
 from fpmatch.templates.minutiae import STANDARD_DPI
+from research.commands import PATH, Command, folders, json_file, workers, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -104,11 +108,7 @@ class DatabaseStatistics:
 
 
 def measure_image(path: Path, dpi: float | None) -> ImageStatistics:
-    """Measure one image file; without `dpi`, its resolution is the file's, or else 500 dpi.
-
-    Raises an `ImageReadError, ImageError, ResolutionError` if the file cannot be read, or contains
-    no image that could be a print.
-    """
+    """Measure one image file; without `dpi`, its resolution is the file's, or else 500 dpi."""
     image = read_image(path)
     recorder = StageRecorder()
     minutiae = extract(image, dpi, enhance="filters", recorder=recorder).minutiae
@@ -132,12 +132,7 @@ def measure_sets(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[DatabaseStatistics]:
-    """Measure all images of some databases.
-
-    `datasets`: the databases. `workers`: processes to use (default: one a core). The results are
-    the same for any number. `progress`: called with stage "measure" and numbers of images. The
-    result: one for each database.
-    """
+    """Measure all images of some databases."""
     measured = attempt_each_image(
         datasets, measure_image, stage="measure", workers=workers, progress=progress
     )
@@ -152,14 +147,7 @@ def measure_sets(
 
 
 def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
-    """Return the range of a statistic in some databases: from the least 5 % to the greatest 95 %.
-
-    Examples
-    --------
-    >>> even = ImageStatistics(9.0, 100.0, 0.2, 200.0, 50.0, 60.0, 0.5)
-    >>> span([DatabaseStatistics("one", (even, even))], "period_px")
-    (9.0, 9.0)
-    """
+    """Return the range of a statistic in some databases, from the least 5 % to the largest 95 %."""
     quantiles = [s.quantiles(name) for s in sets]
     return min(q[0] for q in quantiles), max(q[-1] for q in quantiles)
 
@@ -181,9 +169,9 @@ def format_statistics(
 ) -> str:
     """Return a table a statistic: a row a database, a column a quantile.
 
-    `sets`: the databases. `against`: others to compare with. They follow in the same tables, then
-    their range; a last column holds the share of the images of each of `sets` outside that range.
-    Raises a `DatasetError` if there is no database.
+    Where there are others to compare with, they follow, then their range; a last column holds the
+    share of the images of each of `sets` outside it. Raises a `DatasetError` if there is no
+    database.
     """
     if not sets:
         raise DatasetError("no database given")
@@ -223,3 +211,38 @@ def _number(value: float, digits: int, unit: str = "") -> str:
 
 def _rounded(value: float) -> float | None:
     return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+
+
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research compare-prints synthetic/* --against fvc/fvc2002/DB1_B --json prints.json
+""",
+)
+@folders
+@click.option(
+    "--against", metavar="DIR", type=PATH, multiple=True, help="Compare with it (repeatable)."
+)
+@json_file
+@workers
+def command(
+    folders: tuple[Path, ...],
+    against: tuple[Path, ...],
+    json_file: Path | None,
+    workers: int | None,
+) -> None:
+    """Compare statistics of the prints of FVC-style databases DIR.
+
+    Ridge period, area, minutiae, grey levels and foreground of every print are measured and their
+    distributions shown side by side; with --against, also the share of prints outside the range of
+    those databases (from the least 5 % to the greatest 95 %).
+    """
+    measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)
+    sets, others = measured[: len(folders)], measured[len(folders) :]
+    click.echo(format_statistics(sets, others))
+    for one in measured:
+        for reason in one.failures:
+            click.echo(reason, err=True)
+    if json_file:
+        write_json(json_file, statistics_as_json(sets, others))

@@ -76,11 +76,9 @@ def places_of(
     xy: NDArray[np.floating],
     cores: NDArray[np.floating] | None = None,
 ) -> dict[str, NDArray[np.bool_]]:
-    """Return which points lie in each of `PLACES`.
+    """Return which points (N, 2) of an image lie in each of `PLACES`.
 
-    `grey` (H, W): the image, ridges dark. `dpi`: its resolution. `xy` (N, 2): points, in pixels of
-    the image. `cores` (K, 2): cores of the print, in the same frame; without them no point is at
-    the core.
+    Without `cores` (K, 2) no point is at the core.
     """
     px = dpi / STANDARD_DPI
     window = WINDOW_PX * px
@@ -123,12 +121,7 @@ def count_by_place(
     places: tuple[Mapping[str, NDArray[np.bool_]], Mapping[str, NDArray[np.bool_]]],
     tolerance: Tolerance = MAIN_TOLERANCE,
 ) -> dict[str, PlaceCounts]:
-    """Count extracted and known minutiae of one print in each place.
-
-    `extracted`, `known`: in one frame. `visible` (number of known,): which of the known ones can be
-    seen. `places`: `places_of` the extracted and the known ones. `tolerance`: within which two
-    minutiae are the same.
-    """
+    """Count extracted and known minutiae of one print in each place, given the places of both."""
     pairs = assign_minutiae(extracted, known, visible, tolerance)
     seen = visible[pairs[:, 1]]
     right = np.zeros(len(extracted), bool)
@@ -150,16 +143,7 @@ def count_by_place(
 
 
 def format_places(rows: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
-    """Return recall and precision in Markdown, of the counts by source of minutiae and place.
-
-    Examples
-    --------
-    >>> counts = {"known": 4, "found": 3, "extracted": 5, "right": 3}
-    >>> print(format_places({"truth": {"all": counts}}))
-    | place | truth: known | recall | precision |
-    | --- | ---: | ---: | ---: |
-    | all | 4 | 75.0 % | 60.0 % |
-    """
+    """Return recall and precision in Markdown, of the counts by source of minutiae and place."""
     head = ["place"]
     for name in rows:
         head += [f"{name}: known", "recall", "precision"]

@@ -54,11 +54,9 @@ def measure_paper(
 ) -> dict[str, Any]:
     """Measure the paper's method at one condition with one area tolerance.
 
-    The result is JSON values: the condition; ``passing``, the share of similar pairs among the ring
-    pairs of equal degree; ``median_ms`` of a genuine pair and ``independent_ms`` of an independent
-    pair; ``true_positives`` and ``false_positives`` by the paper's rule, more than ρ of the points;
-    the same with the suffix ``_at_rho`` by ρ or more of them, and with the suffix ``_80`` by 80 %
-    of ⌈ρm⌉.
+    ``passing`` is the share of similar pairs among the ring pairs of equal degree. Positives are
+    counted by the paper's rule, more than ρ of the points; with the suffix ``_at_rho`` by ρ or more
+    of them, and with ``_80`` by 80 % of ⌈ρm⌉.
     """
     rho, fewest = (
         condition.parameters.rho,
@@ -102,11 +100,9 @@ def measure_paper(
 def measure_exit(
     condition: Condition, per_point: int, trials: int, independent_trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Measure the default matcher at one condition with a limit on its proposals.
+    """Measure the default matcher at one condition, with so many proposals per point of Q at most.
 
-    `per_point` is the largest number of proposals per point of Q, 0 for the matcher's default. The
-    result: JSON values: the condition; ``true_positives`` of ``trials``, the median and the longest
-    time of a genuine pair, and the median time of an independent pair, in ms.
+    0 stands for the matcher's own limit.
     """
     parameters = TriangleParameters()
     if per_point:
@@ -139,10 +135,7 @@ def measure_points(
 ) -> dict[str, list[dict[str, Any]]]:
     """Measure both matchers at every condition with up to 200 points of P.
 
-    `trials`: genuine pairs, and independent pairs, per condition; a quarter of them where they are
-    slow. `finished`: called with the name of each condition when it is done. The result is
-    ``paper`` and ``exits``: results of `measure_paper` and `measure_exit`, the latter with
-    ``paper_ms``, the time of the paper's method on an independent pair.
+    A quarter of the `trials` is made where they are slow.
     """
     few = max(1, trials // 4)
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}

@@ -185,15 +185,8 @@ def d_sys(mated: ArrayLike, non_mated: ArrayLike, *, omega: float = 1.0) -> floa
     of mated ones. `mated`, `non_mated` (M,): judgements of pairs of templates of one finger, and of
     different fingers. `omega`: ratio of the prior probabilities of both.
 
-    References
-    ----------
-    Gomez-Barrero, Galbally, Rathgeb, Busch: General framework to evaluate unlinkability in
+    By Gomez-Barrero, Galbally, Rathgeb, Busch: General framework to evaluate unlinkability in
     biometric template protection systems, IEEE TIFS 13(6), 2018, eq. 4 to 8.
-
-    Examples
-    --------
-    >>> d_sys([1.0] * 50, [0.0] * 50), d_sys([1.0] * 50, [1.0] * 80)
-    (1.0, 0.0)
     """
     m, n = np.sort(np.asarray(mated, float)), np.sort(np.asarray(non_mated, float))
     edges = _edges(m, n)

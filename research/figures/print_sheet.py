@@ -49,18 +49,10 @@ class PrintTile:
 def print_sheet(
     rows: Sequence[Sequence[PrintTile]], *, dpi: float = DEFAULT_DPI
 ) -> NDArray[np.uint8]:
-    """Draw prints row by row, all at one scale, each above its caption.
+    """Draw prints row by row, all at one scale, each above its caption; rows may differ in length.
 
-    `rows`: the prints, as they are to stand; rows may differ in length. `dpi`: resolution of the
-    sheet (default 250). The result is grey. Raises an `OutputError` if there is no print, or the
-    sheet would be larger than 16384 pixels on a side; a `ResolutionError` if `dpi` is outside 100
-    to 4000.
-
-    Examples
-    --------
-    >>> tile = PrintTile(np.zeros((300, 200), np.uint8), 500, "101_1")
-    >>> print_sheet([[tile, tile]], dpi=250).shape
-    (193, 242)
+    Raises an `OutputError` if there is no print, or the sheet would be larger than 16384 pixels on
+    a side; a `ResolutionError` if `dpi` is outside 100 to 4000.
     """
     check_dpi(dpi)
     if not any(rows):

@@ -154,10 +154,8 @@ def run(
 ) -> Iterator[Count]:
     """Feed a target until its limits are reached; yield the counts so far now and then.
 
-    `target`, `reader`: the target, and what it made. `extra`: files besides the target's own.
-    `seed`: another seed gives other inputs; so does another number of jobs. `limits`: of time,
-    files and memory. `jobs`: number of processes. The result is the outcomes of the inputs that
-    were read: the same object, updated.
+    They are the same object, updated. Another seed gives other inputs; so does another number of
+    jobs.
     """
     total = Count()
     corpus = [*reader.corpus, *extra]

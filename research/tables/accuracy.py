@@ -200,11 +200,7 @@ def distortion_rows(
 ) -> list[list[str]]:
     """Return one condition, measured once or several times, as rows of a table below a head.
 
-    `conditions`: one of the ``"conditions"`` of `measure_distortion`, from each measurement.
-    `kind`: one of `KINDS`. `names`: what to call each measurement in the head. The result is a row
-    a class of strain: largest displacement in the median, genuine pairs, and of each measurement
-    the median score, the share below the threshold, and FNMR. Raises a `DatasetError` if the
-    measurements are not of the same pairs.
+    Raises a `DatasetError` if the measurements are not of the same pairs.
     """
     columns = ("median score", "below threshold", "FNMR")
     head = ["strain", "displacement", "pairs"]

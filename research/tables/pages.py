@@ -17,6 +17,7 @@ from fpmatch.lab.points.bench.plot import save_bench_plot
 from fpmatch.lab.points.bench.results import read_results
 from fpmatch.lab.points.bench.table import format_bench_markdown
 from research.commands import ROOT, write_json
+from research.experiments.error_vs_discard import format_quality
 from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
@@ -24,10 +25,9 @@ from research.tables.identification import format_fusion, format_identification,
 from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
-from research.tables.quality import format_quality
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
-from research.tables.searching import format_indexing, format_searching
+from research.tables.searching import format_searching
 from research.tables.serving import (
     OTHER_SERVERS,
     format_attacks,
@@ -35,8 +35,7 @@ from research.tables.serving import (
     format_serving,
 )
 from research.tables.stored_prints import format_stored
-from research.tables.synthesis import format_synthesis, preset_rows
-from research.tables.templates import format_templates
+from research.tables.synthesis import format_synthesis, format_templates, preset_rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -224,7 +223,6 @@ PAGES: Final = {
             "stored": Part(
                 "research/benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
             ),
-            "index": Part("research/benchmarks/index_terms.py --json", "indexing.json", alone=True),
         },
         {
             (_explanation("searching.md"), "measured"): lambda results: format_searching(
@@ -232,9 +230,6 @@ PAGES: Final = {
             ),
             (_explanation("searching.md"), "stored"): lambda results: format_stored(
                 results["stored"]
-            ),
-            (_explanation("searching.md"), "index"): lambda results: format_indexing(
-                results["index"]
             ),
         },
     ),

@@ -34,11 +34,7 @@ def format_ratios(results: Mapping[str, Any]) -> str:
 
 
 def format_stages(results: Mapping[str, Any]) -> str:
-    """Return the times of the stages, before and now, as a table for each part.
-
-    They are milliseconds by part and stage, as
-    ``research/benchmarks/stages.py --json`` writes them.
-    """
+    """Return the times of the stages, before and now, in milliseconds, as a table for each part."""
     before, now = results["before"], results["now"]
     tables = []
     for part, title in _TITLES.items():

@@ -26,12 +26,7 @@ PARTS: Final = ("decision", "area", "rule", "exit")
 def count_accepted(
     name: str, similarity: NDArray[np.float64], genuine: NDArray[np.bool_]
 ) -> dict[str, Any]:
-    """Count the pairs of a database that match, for each ρ of `RHOS`.
-
-    `name`: the database. `similarity` (N,): share of the smaller template's minutiae that are
-    paired, by pair of prints. `genuine` (N,): whether the pair is mated. The result is JSON values:
-    name, numbers of pairs, and ``accepted``, [genuine, impostor] for each ρ.
-    """
+    """Count the pairs of a database that match, genuine and impostor, for each ρ of `RHOS`."""
     return {
         "name": name,
         "genuine": int(genuine.sum()),
@@ -43,12 +38,7 @@ def count_accepted(
 
 
 def format_paper_choices(results: Mapping[str, Any]) -> dict[str, str]:
-    """Return the tables of each of `PARTS`, in Markdown.
-
-    `results`: ``prints``, one entry per area tolerance: ``area_tolerance``, ``ms`` per comparison,
-    and ``sets`` of `count_accepted`; ``paper`` and ``exits`` of
-    `research.experiments.point_choices.measure_points`. The result is markdown by part.
-    """
+    """Return the tables of each of `PARTS`, in Markdown, of what ``paper-choices`` measured."""
     return {
         "decision": _decision(results["prints"]),
         "area": "\n\n".join([_area_on_prints(results["prints"]), _area(results["paper"])]),

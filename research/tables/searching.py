@@ -1,4 +1,4 @@
-"""Tables of searches of large galleries, and of their index: bytes, time, mates lost."""
+"""Tables of searches of large galleries: bytes, time, mates lost."""
 
 from __future__ import annotations
 
@@ -102,43 +102,3 @@ def _exact(results: Mapping[str, Any]) -> str:
         for r, b in zip(results["exact"], results["bound"], strict=True)
     ]
     return markdown_table([head, *rows])
-
-
-def format_indexing(results: Mapping[str, Any]) -> str:
-    """Format what ``research/benchmarks/index_terms.py --json`` wrote as Markdown tables."""
-    return "\n\n".join(
-        [_speed_of_index(results), _plans_of_index(results), _lost_by_index(results)]
-    )
-
-
-def _speed_of_index(results: Mapping[str, Any]) -> str:
-    rows = [["prints", "first stage", "Delaunay calls", "passed on", "compared"]]
-    rows += [
-        [
-            f"{s['prints']:,}",
-            f"{s['ms']:.1f} ms",
-            f"{s['delaunay_calls']:,.0f}",
-            *(f"{s[key]:,}" for key in ("passed_on", "compared")),
-        ]
-        for s in results["speed"]
-    ]
-    return markdown_table(rows)
-
-
-def _plans_of_index(results: Mapping[str, Any]) -> str:
-    rows = [["wanted loss", "prints", "budget", "passed on", "compared"]]
-    for plans, gallery in zip(results["plans"], results["loss"][0]["galleries"], strict=True):
-        for loss, (budget, by_terms, by_descriptors) in zip(results["losses"], plans, strict=True):
-            counts = f"{by_terms:,}", f"{by_descriptors:,}"
-            rows.append([f"{loss:.1%}", f"{gallery['prints']:,}", f"{budget:g}", *counts])
-    return markdown_table(rows)
-
-
-def _lost_by_index(results: Mapping[str, Any]) -> str:
-    rows = [["mates of", "prints", "mates", "bytes a print"]]
-    rows[0] += [f"lost at {loss:.1%}" for loss in results["losses"]]
-    for found, size in zip(results["loss"], results["bytes"], strict=True):
-        for g in found["galleries"]:
-            row = [found["prints"], f"{g['prints']:,}", str(g["mates"]), f"{size['bytes']:.0f}"]
-            rows.append(row + [f"{percent(one)} ({percent(both)})" for one, both in g["lost"]])
-    return markdown_table(rows)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.lab.evaluation.report.rate_text import percent
 from fpmatch.printable import markdown_table
 from research.experiments.image_statistics import TITLES
+from research.experiments.template_statistics import RATES
+from research.experiments.template_statistics import TITLES as TEMPLATE_TITLES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,3 +80,31 @@ def _presets_table(rows: Sequence[Mapping[str, Any]]) -> str:
         for row in rows
     ]
     return markdown_table([head, *body])
+
+
+def format_templates(results: Mapping[str, Any]) -> str:
+    """Return the tables in Markdown: minutiae and mates, then non-mates."""
+    groups = results["groups"]
+    rows = [["", *(group["name"] for group in groups)]]
+    rows.append(["prints", *(str(group["prints"]) for group in groups)])
+    for name, (title, digits) in TEMPLATE_TITLES.items():
+        cells = []
+        for group in groups:
+            found = group["quantiles"].get(name)
+            low, middle, high = (found[k] for k in _EXTREMES) if found else (0.0, 0.0, 0.0)
+            shown = f"{middle:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
+            cells.append(shown if found else "-")
+        rows.append([title, *cells])
+    return f"{markdown_table(rows)}\n\n{_non_mates(results)}"
+
+
+def _non_mates(results: Mapping[str, Any]) -> str:
+    head = ["real probes with prints that are", "pairs"]
+    head += ["similarity, median", "99 %", "99.9 %", "prefilter, median", "99 %", "99.9 %"]
+    head += [f"FMR where that of real ones is {percent(rate)}" for rate in RATES]
+    rows = [head]
+    for r in results["non_mates"]:
+        scores = [f"{r[name][k]:.2f}" for name in ("similarity", "prefilter") for k in (0, 2, 3)]
+        rates = [f"{100 * rate:.3f} %" for rate in r["fmr"]]
+        rows.append([r["gallery"], f"{r['pairs']:,}", *scores, *rates])
+    return markdown_table(rows)

@@ -109,12 +109,7 @@ def fit_amounts(
     workers: int | None = None,
     parameters: AmountParameters | None = None,
 ) -> ScoreWeights:
-    """Return the weights with quantiles of impostor, and medians of genuine comparisons.
-
-    `weights`: weights of the features. `sets`: databases with their templates. `workers`: processes
-    to use (default: one a core). The result is the same for any number. `parameters`: comparisons
-    and fit.
-    """
+    """Return the weights with quantiles of impostor, and medians of genuine comparisons."""
     p = parameters or AmountParameters()
     with ProcessPoolExecutor(workers) as pool:
 
@@ -155,16 +150,12 @@ def amount_samples(
     genuine: bool = False,
     parameters: AmountParameters | None = None,
 ) -> list[AmountSample]:
-    """Compare prints and parts of prints of a database with whole prints.
+    """Compare prints and parts of prints of a database with whole prints; a sample a kind of part.
 
     Impostor comparisons in which nothing is paired are left out: they have no sum, so that the
-    shares of those with a sum are overestimated rather than underestimated. `extracted`: the
-    database and its templates. `seed`: of the draws. `weights`: weights of the features. `model`:
-    the one of `fpmatch.matching.pipeline.score_model.MODELS` whose comparisons are wanted.
-    `ridges`: whether the parts, and the whole prints, keep their ridges. `genuine`: whether to
-    compare with other impressions of the finger instead of other fingers; the amount is then that
-    of the smaller print. `parameters`: comparisons. The result is one for each kind of part with
-    any comparison.
+    shares of those with a sum are overestimated rather than underestimated. With `genuine`, parts
+    are compared with other impressions of their fingers; the amount is then that of the smaller
+    print.
     """
     p = parameters or AmountParameters()
     whole: list[Template] = []
@@ -260,14 +251,6 @@ def fit_quantile(
     """Fit the sum that a share of the comparisons reach, given the amount of evidence.
 
     The result is coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> amounts = np.tile([1.0, 0, 0, 0, 0], (4000, 1))
-    >>> sample = AmountSample(rng.uniform(0, 100, 4000), amounts, 1.0)
-    >>> bool(abs(fit_quantile([sample], 0.1)[0] - 90) < 1)
-    True
     """
     p = parameters or AmountParameters()
     x = np.concatenate([one.amounts for one in samples])

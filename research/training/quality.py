@@ -92,8 +92,8 @@ def spoilt_impression(
 def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], list[float]]:
     """Press one synthetic finger well and badly, and compare.
 
-    The result is measures of the bad impressions, and their similarity to the good ones as a share,
-    0 to 1; those without ridges are left out.
+    The result is measures of the bad impressions with ridges, and their similarity to the good
+    ones, as a share.
     """
     rng = np.random.default_rng([seed, finger])
     sensors = list(SENSORS.values())

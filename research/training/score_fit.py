@@ -98,10 +98,7 @@ def fit_weights(
 ) -> ScoreWeights:
     """Fit the weights of all models, whose quantiles do not yet depend on what was compared.
 
-    `samples`, `alone`: the databases with ridges, and the same on minutiae alone. `small`: windows
-    of the prints, with ridges, against whole ones; the model of small prints is fitted to them and
-    to the whole prints. `without`: features that get no weight. `command`: command that runs it,
-    for the provenance. `parameters`: the fit.
+    The model of small prints is fitted to windows of the prints against whole ones, and to these.
     """
     p = parameters or FitParameters()
     genuine = np.concatenate([one.genuine for one in samples])

@@ -91,12 +91,9 @@ def sample_of(
     ridges: bool = True,
     window_px: float | None = None,
 ) -> ScoreSample:
-    """Compare the impressions of a database with one another.
+    """Compare the impressions of a database with one another; all must have a ridge field.
 
-    `extracted`: the database and its templates, which must have a ridge field. `parameters`: which
-    share of the impostor comparisons to make. `ridges`: whether the templates keep their ridges.
-    `window_px`: side in pixels at 500 dpi of the windows that are cut from the probes (default:
-    whole).
+    With `window_px`, windows of that side at 500 dpi are cut from the probes.
     """
     p = parameters or SampleParameters()
     pairs = choose_pairs(extracted.dataset.impressions)

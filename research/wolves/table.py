@@ -24,41 +24,17 @@ def factors_kept(row: Mapping[str, Any]) -> bool:
     """Return whether impostors reach no score more than twice as often as stated.
 
     No rate is stated for templates that were searched for.
-
-    Examples
-    --------
-    >>> scores = [{"score": 40.0, "factor": 2.1}]
-    >>> factors_kept({"scores": scores, "adversarial": False})
-    False
     """
     return bool(row["adversarial"]) or all(at["factor"] <= LARGEST_FACTOR for at in row["scores"])
 
 
 def share_kept(row: Mapping[str, Any]) -> bool:
-    """Return whether the worst template matches few enough unseen prints.
-
-    Examples
-    --------
-    >>> share_kept({"worst_share": 0.02})
-    False
-    """
+    """Return whether the worst template matches few enough unseen prints."""
     return bool(row["worst_share"] <= LARGEST_SHARE)
 
 
 def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Return the cells of the table, its head first.
-
-    `rows`: ``"rows"`` of what ``python -m research measure wolves --json`` wrote. The result is a
-    row each; "!" marks what is beyond its limit.
-
-    Examples
-    --------
-    >>> row = {"kind": "fragment", "size": 3, "probes": "with ridges", "references": "with ridges",
-    ...        "templates": 2, "adversarial": False, "impostors": 200, "highest": 41.25,
-    ...        "scores": [{"score": 40.0, "share": 0.005, "factor": 50.0}], "worst_share": 0.01}
-    >>> wolf_cells([row])[1][4:]
-    ['2', '200', '0.500 %', '50.00 !', '41.2', '1.00 %']
-    """
+    """Return the cells of the table, its head first; "!" marks what is beyond its limit."""
     head = ["templates", "size", "probes", "references", "number", "comparisons"]
     for at in rows[0]["scores"] if rows else ():
         head += [f"at {at['score']:g}", f"times {100 * score_to_fmr(at['score']):g} %"]
@@ -77,9 +53,8 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
 def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
 
-    `rows`: as for `wolf_cells`. The result is for each pair of forms the ratios of the shares at
-    the scores to the stated ones ("–" for templates that were searched for), and the share of
-    unseen prints that the worst matches.
+    These are the ratios of the shares at the scores to the stated ones ("–" for templates that were
+    searched for), and the share of unseen prints that the worst matches.
     """
     pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
     lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))

@@ -1,7 +1,4 @@
-"""Ctrl-C at any moment: the exit status of an interrupt, no traceback, no process left behind.
-
-`python -m research check interrupts` tries many more moments and commands.
-"""
+"""Ctrl-C at any moment: the exit status of an interrupt, no traceback, no process left behind."""
 
 from __future__ import annotations
 

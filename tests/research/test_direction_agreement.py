@@ -1,7 +1,6 @@
 """`research.experiments.direction_agreement`: counts of directions that agree or are flipped."""
 
 import math
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,6 @@ from research.experiments.direction_agreement import (
     measure_agreement,
 )
 
-ROOT = Path(__file__).resolve().parents[2]
 ONE = Minutiae(x=[50], y=[50], angle=[1.0])
 
 
@@ -78,22 +76,3 @@ def test_a_database_is_all_its_impressions_but_those_without_a_template(tmp_path
     assert measure_agreement(extracted(template, template, None), tmp_path) == Agreement(2, 1, 1)
     with pytest.raises(TemplateError, match=r"101_4\.csv: "):
         measure_agreement(extracted(template, template, None, template), tmp_path)
-
-
-def test_the_command_prints_a_row_for_each_database_and_extractor(tmp_path, run_research):
-    prints, theirs = tmp_path / "year", tmp_path / "minutiae" / "theirs" / "year" / "DB1"
-    (prints / "DB1").mkdir(parents=True)
-    theirs.mkdir(parents=True)
-    shutil.copy(ROOT / "sample_data" / "101_1.tif", prints / "DB1")
-    (theirs / "101_1.csv").write_text("x,y,theta\n")
-    done = run_research("check", "conventions", prints, tmp_path / "minutiae", "--workers", 1)
-    assert (done.exit_code, done.stderr) == (1, "")
-    row = done.stdout.splitlines()[1].split()
-    assert row == ["DB1", "theirs", "0", "nan%", "nan%", "outside", "the", "limits"]
-
-
-def test_folders_without_minutiae_are_refused(tmp_path, run_research):
-    done = run_research("check", "conventions", tmp_path, tmp_path)
-    assert (done.exit_code, done.stdout) == (2, "")
-    assert done.stderr.startswith("research check conventions: error: ")
-    assert len(done.stderr.splitlines()) == 1

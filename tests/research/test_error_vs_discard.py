@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.rates.error_vs_discard import QualitySample, discard_curve, pool
-from research.experiments.error_vs_discard import curves_as_json
-from research.tables.quality import discard_tables
+from research.experiments.error_vs_discard import curves_as_json, discard_tables
 
 
 def made(seed, prints=20, *, predictive):

@@ -7,8 +7,8 @@ import pytest
 
 from fpmatch.matching.pipeline.alignment import AlignmentParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, MODELS, ScoreWeights
+from research.training.score import rates_of
 from research.training.score_fit import OF_RIDGES, FitParameters, _prefilter, fit_model, fit_weights
-from research.training.score_rates import rates_of
 from research.training.score_samples import NO_PREFILTER, ScoreSample
 
 N = len(FEATURES)

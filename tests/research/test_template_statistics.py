@@ -13,7 +13,7 @@ from research.experiments.template_statistics import (
     compare_non_mates,
     describe,
 )
-from research.tables.templates import format_templates
+from research.tables.synthesis import format_templates
 
 MIDDLE = 2  # of the quantiles
 

@@ -17,6 +17,7 @@ from fpmatch.cli.notes import (
     show,
 )
 from fpmatch.cli.options import file_option
+from fpmatch.lab.cli.scores_in import add_options, refuse_others
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -70,9 +71,7 @@ _OPTIONS: Final = (
 
 def identification_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options of the protocol "identification"."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
+    return add_options(command, _OPTIONS)
 
 
 def evaluate_by_searches(
@@ -93,7 +92,7 @@ def evaluate_by_searches(
     as_json: bool,
 ) -> int:
     """Run the command with the protocol "identification"."""
-    _refuse_other_options()
+    refuse_others(_GO_WITH_IT, "--protocol identification goes without {}")
     with fast_imports():
         from fpmatch.gallery.engine.engine import processes
         from fpmatch.lab.evaluation import run
@@ -176,16 +175,6 @@ def _write_outputs(curves: Path | None, plot: Path | None, reports: Sequence[Any
 
         save_identification_plot(plot, reports)
         say_note(f"plot: {plot}")
-
-
-def _refuse_other_options() -> None:
-    """Raise a UsageError if an option was given that goes with comparing pairs only."""
-    context = click.get_current_context()
-    given = click.core.ParameterSource.COMMANDLINE
-    for parameter in context.command.params:
-        name = parameter.name or ""
-        if context.get_parameter_source(name) is given and name not in _GO_WITH_IT:
-            raise click.UsageError(f"--protocol identification goes without {parameter.opts[0]}")
 
 
 def refuse_identification_options(options: dict[str, Any]) -> None:

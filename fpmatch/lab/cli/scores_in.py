@@ -11,7 +11,7 @@ from fpmatch.cli.options import file_option
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.analysis import Report
@@ -56,11 +56,16 @@ _OPTIONS: Final = (
 )
 
 
-def scores_in_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of scores that are already there, and of what is made of scores."""
-    for option in reversed(_OPTIONS):
+def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable[..., Any]:
+    """Add options to a command, in their order."""
+    for option in reversed(options):
         command = option(command)
     return command
+
+
+def scores_in_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of scores that are already there, and of what is made of scores."""
+    return add_options(command, _OPTIONS)
 
 
 def evaluate_given_scores(
@@ -77,7 +82,7 @@ def evaluate_given_scores(
     **draws: Any,
 ) -> int:
     """Run the command with scores that are already there; `draws` are for `Report.of`."""
-    _refuse_options_of_images()
+    refuse_others(_GO_WITH_SCORES, "scores that are already there go without {}")
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import read_scores
@@ -138,12 +143,11 @@ def write_outputs(
         say_note(f"curves: {', '.join(map(str, files))}")
 
 
-def _refuse_options_of_images() -> None:
-    """Raise a UsageError if DIR, or an option that needs images, was given too."""
+def refuse_others(allowed: Collection[str], words: str) -> None:
+    """Raise a UsageError with these words if a parameter was given that is not allowed."""
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE
     for parameter in context.command.params:
         name = parameter.name or ""
-        if context.get_parameter_source(name) is given and name not in _GO_WITH_SCORES:
-            what = parameter.opts[0] if name != "places" else "DIR"
-            raise click.UsageError(f"scores that are already there go without {what}")
+        if context.get_parameter_source(name) is given and name not in allowed:
+            raise click.UsageError(words.format("DIR" if name == "places" else parameter.opts[0]))

@@ -13,9 +13,8 @@ import numpy as np
 
 from fpmatch.lab.synthesis import _ridge_phase_kernel as kernel
 from fpmatch.lab.synthesis.classes import NATURAL_SHARES, SINGULAR_RANGES, PatternClass
-from fpmatch.lab.synthesis.counted_random import keys_of, uniform
 from fpmatch.lab.synthesis.master import AVERAGE_ROWS, PERIOD_LEVELS, MasterParameters
-from fpmatch.lab.synthesis.noise import NO_IMPRESSION, spline_weights
+from fpmatch.lab.synthesis.noise import NO_IMPRESSION, keys_of, spline_weights, uniform
 from fpmatch.lab.synthesis.orientation import ARCHING
 
 if TYPE_CHECKING:
@@ -147,7 +146,7 @@ def _orientation(
     number = np.minimum(np.searchsorted(_LIMITS, drawn[:, 0] * _LIMITS[-1], "right"), 4)
     if p.pattern is not None:
         number = np.full(len(keys), _CLASSES.index(p.pattern))
-    size = _between(p.finger_size, drawn[:, 1]) * p.shape[0] / AVERAGE_ROWS
+    size = between(p.finger_size, drawn[:, 1]) * p.shape[0] / AVERAGE_ROWS
     mirrored = np.where(number == 2, False, (number == 3) | (drawn[:, 2] < 0.5))
     points = _BOXES[number, ..., 0] + drawn[:, 3:11].reshape(-1, _POINTS, 2) * (
         _BOXES[number, ..., 1] - _BOXES[number, ..., 0]
@@ -162,17 +161,17 @@ def _orientation(
     middle = (points * is_core[..., None]).sum(axis=1) / np.maximum(cores, 1)[:, None]
     towards = middle[:, None, :] - points
     to_cores = np.arctan2(towards[..., 1], towards[..., 0])[..., None]
-    lean = _between(zero_pole.uprightness, drawn[:, 11])[:, None, None] * (to_cores - np.pi / 2)
+    lean = between(zero_pole.uprightness, drawn[:, 11])[:, None, None] * (to_cores - np.pi / 2)
     lean = lean * np.clip(np.cos(corners - to_cores), 0, 1) * (TURN / (2 * np.pi))
     bend -= np.where((share < 0)[..., None] & (cores > 0)[:, None, None], lean, 0)
-    narrowing = _between(zero_pole.loop_narrowing_deg, drawn[:, 12]) * _PER_DEGREE
+    narrowing = between(zero_pole.loop_narrowing_deg, drawn[:, 12]) * _PER_DEGREE
     arching = np.empty((len(keys), 6))
-    arching[:, 0] = _between(_STEEPNESS[number].T, drawn[:, 13]) * _PER_DEGREE
-    arching[:, 1] = _between(_HALF_WIDTH[number].T, drawn[:, 14])
+    arching[:, 0] = between(_STEEPNESS[number].T, drawn[:, 13]) * _PER_DEGREE
+    arching[:, 1] = between(_HALF_WIDTH[number].T, drawn[:, 14])
     q = p.orientation
     arching[:, 2:5] = q.widening_px, q.joint_px, q.joint_softness_px
     arching[:, 5] = size
-    swing = _between(q.variation_deg, drawn[:, 15]) * _PER_DEGREE
+    swing = between(q.variation_deg, drawn[:, 15]) * _PER_DEGREE
     variation = smooth_grids(noise, shape, q.variation_extent_px / STEP_PX)
     variation *= swing[:, None, None].astype(np.float32)
     level = np.zeros((len(keys), *shape), np.int32)
@@ -199,14 +198,14 @@ def _silhouette(keys: NDArray[np.uint64], shape: tuple[int, int], p: MasterParam
     """Draw outlines, as `fingertip_silhouette`: left and right end of each row of nodes, px."""
     q, (height, width) = p.silhouette, p.shape
     drawn = uniform(keys, 6).astype(np.float64)
-    half_width = _between(q.half_width, drawn[:, 0])[:, None] * width
+    half_width = between(q.half_width, drawn[:, 0])[:, None] * width
     tip, foot = (
-        _between(heights, drawn[:, k])[:, None] * height
+        between(heights, drawn[:, k])[:, None] * height
         for k, heights in ((1, q.tip_height), (2, q.foot_height))
     )
-    tip_exponent = _between(q.tip_exponent, drawn[:, 3])[:, None]
-    foot_exponent = _between(q.foot_exponent, drawn[:, 4])[:, None]
-    middle = (0.5 + _between(q.off_middle, drawn[:, 5]))[:, None] * width
+    tip_exponent = between(q.tip_exponent, drawn[:, 3])[:, None]
+    foot_exponent = between(q.foot_exponent, drawn[:, 4])[:, None]
+    middle = (0.5 + between(q.off_middle, drawn[:, 5]))[:, None] * width
     up = height / 2 - np.arange(shape[0]) * STEP_PX
     exponent = np.where(up >= 0, tip_exponent, foot_exponent)
     along = np.where(up >= 0, up / tip, -up / foot)
@@ -214,7 +213,8 @@ def _silhouette(keys: NDArray[np.uint64], shape: tuple[int, int], p: MasterParam
     return np.asarray(np.stack([middle - reach, middle + reach], axis=-1), np.float32)
 
 
-def _between(limits: tuple[float, float], share: NDArray[np.floating]) -> NDArray[np.float64]:
+def between(limits: tuple[float, float], share: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the values at shares of the way between two limits."""
     low, high = limits
     return np.asarray(low + (high - low) * share, np.float64)
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from fpmatch.lab.synthesis import _impression_kernel as kernel
 from fpmatch.lab.synthesis.contact import DRY_SPOT, WET_SPOT
-from fpmatch.lab.synthesis.counted_random import keys_of, uniform
+from fpmatch.lab.synthesis.noise import keys_of, uniform
 from fpmatch.lab.synthesis.presets import preset_named
-from fpmatch.lab.synthesis.template_fingers import STEP_PX, TURN, smooth_grids
+from fpmatch.lab.synthesis.template_fingers import STEP_PX, TURN, between, smooth_grids
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 
@@ -142,24 +142,24 @@ def draw_warps(
     u = uniform(keys, 22).astype(np.float64)
     px = sensor.px
     sign = np.where(u[:, :4] < 0.5, -1.0, 1.0)
-    rotation = np.radians(_between(p.rotation_deg, u[:, 4])) * sign[:, 0]
-    scale = px * _between(p.scale, u[:, 5])
+    rotation = np.radians(between(p.rotation_deg, u[:, 4])) * sign[:, 0]
+    scale = px * between(p.scale, u[:, 5])
     middle = np.array(sensor.shape[::-1]) / 2
-    shift = px * _between(p.shift, u[:, 6:8]) * sign[:, 1:3]
+    shift = px * between(p.shift, u[:, 6:8]) * sign[:, 1:3]
     tip, cut = u[:, 8] < p.tip_only, u[:, 9] < p.cut_off
-    off = np.where(tip, _between(p.tip_off_centre, u[:, 10]), _between(p.off_centre, u[:, 10]))
+    off = np.where(tip, between(p.tip_off_centre, u[:, 10]), between(p.off_centre, u[:, 10]))
     towards = off[:, None] * _directions(u[:, 11])
-    beyond = _between(p.cut_shift, u[:, 12])[:, None] * 2 * middle * _directions(u[:, 13])
+    beyond = between(p.cut_shift, u[:, 12])[:, None] * 2 * middle * _directions(u[:, 13])
     shift = np.where(cut[:, None], beyond, shift)
-    torsion = np.radians(_between(p.torsion_deg, u[:, 14])) * sign[:, 3]
-    slide = px * _between(p.traction, u[:, 15])[:, None] * _directions(u[:, 16])
-    half_width = px * _between(p.half_width, u[:, 17])
-    half_width = half_width * np.where(tip, _between(p.tip_size, u[:, 18]), 1.0)
+    torsion = np.radians(between(p.torsion_deg, u[:, 14])) * sign[:, 3]
+    slide = px * between(p.traction, u[:, 15])[:, None] * _directions(u[:, 16])
+    half_width = px * between(p.half_width, u[:, 17])
+    half_width = half_width * np.where(tip, between(p.tip_size, u[:, 18]), 1.0)
     c, s = np.cos(rotation), np.sin(rotation)
     centre = middle + shift
     warp = np.empty((len(u), 13))
     warp[:, :2], warp[:, 2] = centre, half_width
-    warp[:, 3] = half_width * _between(p.elongation, u[:, 19])
+    warp[:, 3] = half_width * between(p.elongation, u[:, 19])
     warp[:, 4], warp[:, 5], warp[:, 6] = c, s, scale
     x, y = (np.array(master_shape[::-1]) / 2 + towards).T
     warp[:, 7], warp[:, 8] = (
@@ -179,10 +179,10 @@ def _pressure(
     rows, columns = np.linspace(-1, 1, shape[0])[:, None], np.linspace(-1, 1, shape[1])
     x, y = (part[column] for part in _directions(u[:, 1]).T)
     threshold = p.unevenness * smooth_grids(keys[1], shape, p.unevenness_extent_px / CELL_PX)
-    threshold += _between(p.dryness, u[:, 0])[column]
-    threshold += _between(p.tilt, u[:, 2])[column] * (x * columns + y * rows)
+    threshold += between(p.dryness, u[:, 0])[column]
+    threshold += between(p.tilt, u[:, 2])[column] * (x * columns + y * rows)
     worn = 1 + np.tanh(smooth_grids(keys[2], shape, p.wear_extent_px / CELL_PX))
-    strength = 1 - _between(p.wear, u[:, 3])[column] * worn / 2
+    strength = 1 - between(p.wear, u[:, 3])[column] * worn / 2
     outline = 1 + p.outline * smooth_grids(keys[3], shape, _OUTLINE_EXTENT_PX / CELL_PX)
     outline += (
         p.ragged
@@ -195,7 +195,7 @@ def _pressure(
 def _smears(keys: NDArray[np.uint64], shape: tuple[int, int], p: SmearParameters) -> Floats:
     """Draw patches of smeared ridges: what they add to the threshold in each cell."""
     u = uniform(keys, 2)
-    limit = np.interp(_between(p.share, u[:, 1]), _SMEAR_SHARES, _SMEAR_LIMITS)
+    limit = np.interp(between(p.share, u[:, 1]), _SMEAR_SHARES, _SMEAR_LIMITS)
     limit = np.where(u[:, 0] < p.chance, limit, np.inf)
     patches = smooth_grids(keys, shape, p.extent_px / CELL_PX, skip=2)
     return np.asarray(np.clip(2.5 * (patches - limit[:, None, None]), 0, 1), np.float32)
@@ -206,11 +206,11 @@ def _spots(keys: NDArray[np.uint64], sensor: Sensor, p: PressureParameters) -> N
     most = min(p.max_spots, _MOST_SPOTS)
     u = uniform(keys, 8 + _MOST_SPOTS * 5)[:, 8:].reshape(-1, _MOST_SPOTS, 5).astype(np.float64)
     count = uniform(keys, 5)[:, 4] * (most + 1)
-    extent = _between(p.spot_radius_px, u[..., 2]) * sensor.px
-    stretch = _between((0.6, 1.6), u[..., 3])
+    extent = between(p.spot_radius_px, u[..., 2]) * sensor.px
+    stretch = between((0.6, 1.6), u[..., 3])
     spots = np.empty((len(keys), _MOST_SPOTS, 5))
-    spots[..., 0] = _between((0.1, 0.9), u[..., 0]) * sensor.width
-    spots[..., 1] = _between((0.1, 0.9), u[..., 1]) * sensor.height
+    spots[..., 0] = between((0.1, 0.9), u[..., 0]) * sensor.width
+    spots[..., 1] = between((0.1, 0.9), u[..., 1]) * sensor.height
     spots[..., 2], spots[..., 3] = stretch / extent, 1 / (stretch * extent)
     spots[..., 4] = _SPOT_STRENGTH * np.where(u[..., 4] < 0.5, WET_SPOT, DRY_SPOT)
     spots[np.arange(_MOST_SPOTS) >= np.floor(count)[:, None], 4] = 0
@@ -219,8 +219,3 @@ def _spots(keys: NDArray[np.uint64], sensor: Sensor, p: PressureParameters) -> N
 
 def _directions(even: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.cos(2 * np.pi * even), np.sin(2 * np.pi * even)], axis=-1)
-
-
-def _between(limits: tuple[float, float], share: NDArray[np.floating]) -> NDArray[np.float64]:
-    low, high = limits
-    return np.asarray(low + (high - low) * share, np.float64)

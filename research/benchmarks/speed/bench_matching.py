@@ -1,4 +1,4 @@
-"""Matching: preparing and comparing templates of 40 minutiae, in triangulations by scipy."""
+"""Matching of templates of 40 minutiae, in triangulations by scipy; search of a large gallery."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pytest
 from in_turn import OURS, cpu, in_turn
+from made_prints import prints, repeated, without_prefilter
 
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.scale import find_scale
@@ -18,9 +23,13 @@ from fpmatch.templates.ridge_field import RidgeField
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
 FIELD_CELLS = (22, 19)
+PRINTS = 100_000
+COMPARED = 1_000  # of all: the yardstick's part
 
 
 @cpu("comparison, 1:1")
@@ -84,6 +93,33 @@ def test_verification(benchmark: Any, side: str, templates: dict[str, Template])
 
     benchmark.extra_info["calls"] = len(pairs)
     benchmark.pedantic(work, rounds=3, warmup_rounds=1)
+
+
+@pytest.fixture(scope="module")
+def search() -> WholeSearch:
+    """Return a search of prints of 40 minutiae, five of each finger."""
+    few = PreparedPrints.pack(prints(np.random.default_rng(42), COMPARED))
+    numbers = np.arange(PRINTS)
+    return WholeSearch(MATCHER, numbers, numbers, repeated(few, PRINTS))
+
+
+@cpu("search by a candidate list")
+@in_turn(3)
+def test_search(benchmark: Any, side: str, search: WholeSearch) -> None:
+    """Score all prints by bit descriptors, compare the candidates; the yardstick aligns all."""
+    probe = search.print_at(0)
+    assert search.candidate_list_size() is not None
+
+    def ours() -> NDArray[np.float64]:
+        ((listed,),) = search.compare([[probe]], SearchOptions(), Threads(1))
+        return listed.similarities
+
+    def yardstick() -> NDArray[np.float64]:
+        with without_prefilter():
+            return MATCHER.similarities(probe, search.prints, 0, COMPARED)
+
+    benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED
+    benchmark.pedantic(ours if side == OURS else yardstick, rounds=3, warmup_rounds=1)
 
 
 def _template_of(print_: PreparedTemplate, seed: int) -> Template:

@@ -57,12 +57,7 @@ MEASURES: Final = (
 
 
 def measured(benchmarks: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the results as ``scripts/bench --json`` writes them.
-
-    `benchmarks`: the entries that pytest-benchmark wrote. The result is ``name``, ``value``,
-    ``unit``, ``yardstick`` (name and time), ``target``, ``ok``, and the time of ours as ``ours``,
-    of those that were measured.
-    """
+    """Return the entries of pytest-benchmark as rows that ``scripts/bench --json`` writes."""
     found = []
     for measure in MEASURES:
         group = [b for b in benchmarks if b["group"] == measure.name]
@@ -114,13 +109,7 @@ def _limit(group: Sequence[Mapping[str, Any]], value: float) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """Return a time with a unit that suits it.
-
-    Examples
-    --------
-    >>> in_words(0.0000312), in_words(0.0521), in_words(12.5)
-    ('31.2 µs', '52.1 ms', '12.5 s')
-    """
+    """Return a time with a unit that suits it."""
     for factor, unit in ((1e6, "µs"), (1e3, "ms")):
         if seconds * factor < 999.5:
             return f"{seconds * factor:.3g} {unit}"

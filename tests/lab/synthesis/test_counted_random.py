@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fpmatch.lab.synthesis.counted_random import keys_of, uniform
+from fpmatch.lab.synthesis.noise import keys_of, uniform
 
 # the first numbers of SplitMix64 with the seed 1234567, as published with other implementations
 SPLITMIX = (6457827717110365317, 3203168211198807973, 9817491932198370423)

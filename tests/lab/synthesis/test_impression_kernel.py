@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fpmatch.lab.synthesis import _impression_kernel as kernel
 from fpmatch.lab.synthesis import template_impressions
 from fpmatch.lab.synthesis.contact import outline_radius
-from fpmatch.lab.synthesis.counted_random import keys_of
+from fpmatch.lab.synthesis.noise import keys_of
 from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS

@@ -120,26 +120,6 @@ def open_set_rates(
     points, between 0 and 1. `draws` (D, S): how often each subject was drawn in each replicate of
     the bootstrap; without draws there are no intervals, with fewer than five subjects that are
     drawn only those of rates of 0 or 1, where a subject is one trial.
-
-    Examples
-    --------
-    With a mate at 50 that comes second, one at 30 that comes first, and one that is not found:
-
-    >>> from fpmatch.lab.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, Searches
-    >>> from fpmatch.matching.calibration import load_calibration
-    >>> mates = np.array([50.0, 30.0, NO_SCORE])
-    >>> searches = Searches(
-    ...     mated=np.arange(3), score=mates, rank=np.array([2, 1, NOT_LISTED]), direct=mates,
-    ...     nonmated=np.zeros(4, int), highest=np.array([10.0, 20.0, 25.0, 35.0]),
-    ...     enrolled=np.array([100]), compared=np.array([100]), preselected=False,
-    ... )
-    >>> rates = open_set_rates(
-    ...     searches, np.arange(3), load_calibration("unit-circle"), fpirs=[0.25, 0.5]
-    ... )
-    >>> [(point.threshold, round(point.fnir, 3)) for point in rates.points]
-    [(25.0, 0.333), (20.0, 0.333)]
-    >>> [round(rate, 3) for rate in rates.fnir_at_rank[:2]]
-    [0.667, 0.333]
     """
     enough = draws is not None and np.count_nonzero(draws.any(axis=0)) >= MIN_FINGERS
     grid = [f for f in DET_FPIRS if f * searches.highest.size >= 1]
@@ -177,13 +157,7 @@ def open_set_rates(
 
 
 def predicted_threshold(fpir: float, subjects: float) -> float:
-    """Return the score that one of so many independent impostors reaches with the chance `fpir`.
-
-    Examples
-    --------
-    >>> round(predicted_threshold(0.01, 1), 6), round(predicted_threshold(0.01, 1_000_000), 1)
-    (20.0, 80.0)
-    """
+    """Return the score that one of so many independent impostors reaches with the chance `fpir`."""
     fmr = -math.expm1(math.log1p(-fpir) / max(subjects, 1.0))
     return min(MAX_SCORE, -10.0 * math.log10(fmr))
 

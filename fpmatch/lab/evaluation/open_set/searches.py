@@ -19,7 +19,7 @@ from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.whole import WholeSearch
-from fpmatch.lab.evaluation.open_set.enrolled import EnrolledSubjects
+from fpmatch.lab.evaluation.open_set.roles import EnrolledSubjects
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -171,20 +171,9 @@ def search_all(
 ) -> Searches:
     """Search for all presentations of a test, in all rounds.
 
-    Parameters
-    ----------
-    presentations : sequence of tuple
-        The template of each finger, None where there is none, in the order of the `roles`.
-    roles : Roles
-        Who is enrolled and who is searched for.
-    background : Background
-        Further prints of the gallery, perhaps none; its search has the matcher.
-    calibration : Calibration
-        Turns similarities into scores.
-    progress : callable
-        Called with stage "search" and numbers of presentations.
-    options
-        As for `fpmatch.gallery.search.identify.identify`.
+    A presentation has the template of each finger, None where there is none, in the order of the
+    `roles`. The search of the `background`, which may have no prints, has the matcher. `options`
+    are those of `fpmatch.gallery.search.identify.identify`.
     """
     gallery = _Gallery(presentations, background, calibration, options)
     rounds = [[roles.enrolled(g, t) for g in np.unique(roles.group)] for t in range(roles.turns)]

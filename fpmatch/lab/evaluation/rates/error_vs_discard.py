@@ -77,14 +77,6 @@ def discard_curve(
 
     A pair is discarded with either of its prints. The threshold is that of a false match rate on
     all impostor pairs. Raises a `DatasetError` if there are too few impostor pairs for the rate.
-
-    Examples
-    --------
-    >>> pairs = np.array([[0, 1], [1, 2], [0, 2]])
-    >>> scores = np.array([9.0, 0, 0]), np.arange(10) / 10
-    >>> sample = QualitySample("three", np.array([80.0, 70, 5]), pairs, *scores)
-    >>> discard_curve(sample, fmr=0.1, shares=(0, 0.4)).fnmr
-    (0.6666666666666666, 0.0)
     """
     threshold = threshold_at_fmr(sample.impostor, fmr)
     if threshold is None:

@@ -6,14 +6,11 @@ A command must finish, name exactly the damaged files, and end with the right ex
 from __future__ import annotations
 
 import json
-import tempfile
-import time
 from dataclasses import dataclass, field, replace
 from itertools import count, cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 import numpy as np
 from click.testing import CliRunner, Result
 from PIL import Image
@@ -23,8 +20,6 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS
-from research.commands import Command
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -43,15 +38,6 @@ class Batch:
     folder: Path
     files: list[Path] = field(default_factory=list)
     damaged: set[str] = field(default_factory=set)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The faults of one run of a command on a batch."""
-
-    command: str
-    seconds: float
-    faults: tuple[str, ...]
 
 
 def make_batches(
@@ -129,24 +115,17 @@ DAMAGES: tuple[Callable[[Path], None], ...] = (
 """Functions that damage a file."""
 
 
-def check_batches(
-    folder: Path, prints: int, sensor: Sensor, *, every: int = 10, workers: int = 1
-) -> list[Verdict]:
-    """Make batches and give them to every command that takes many prints.
-
-    `folder`: an empty folder for all files. `prints`: files of each batch. `sensor`: size and
-    resolution of the images. `every`: one file in so many is damaged. `workers`: processes that the
-    commands use. The result is one for each command and batch.
-    """
+def check_batches(folder: Path, prints: int, sensor: Sensor, every: int) -> dict[str, list[str]]:
+    """Give batches to every command that takes many prints; return its faults by command."""
     images, templates = make_batches(folder, prints, sensor, every)
-    verdicts = []
+    faults = {}
     numbers = count()
 
     def out(suffix: str = "") -> Path:
         return folder / f"out{next(numbers)}{suffix}"
 
     for batch in (images, templates):
-        files, work = [str(file) for file in batch.files], ("--workers", workers, "--json")
+        files, work = [str(file) for file in batch.files], ("--workers", 1, "--json")
         runs: list[tuple[tuple[object, ...], int, Callable[[Result], Iterable[str]]]] = [
             (("inspect", *files, "--json"), 1, _on_stderr),
             (("extract", *files, "-o", out(), "--json"), 2, _in_json("failures")),
@@ -157,8 +136,8 @@ def check_batches(
         sides = ("--references", batch.folder, "--probes", batch.folder)
         listed = ("--pairs", _few_pairs(batch, out(".csv")))
         runs.append((("score", *sides, *listed, "-o", out(".csv"), *work), 1, _in_json("failures")))
-        verdicts += [_verdict(batch, *run) for run in runs]
-    return verdicts
+        faults |= {f"{run[0][0]} {batch.folder.name}": _faults(batch, *run) for run in runs}
+    return faults
 
 
 def _few_pairs(batch: Batch, path: Path) -> Path:
@@ -182,16 +161,14 @@ def _in_json(key: str) -> Callable[[Result], Iterable[str]]:
     return lambda result: map(str, json.loads(result.stdout)[key])
 
 
-def _verdict(
+def _faults(
     batch: Batch,
     words: tuple[object, ...],
     status: int,
     named_in: Callable[[Result], Iterable[str]],
-) -> Verdict:
+) -> list[str]:
     """Run a command and compare the files that it names with the damaged ones."""
-    start = time.perf_counter()
     result = CliRunner().invoke(fpmatch, [str(word) for word in words], prog_name="fpmatch")
-    seconds = time.perf_counter() - start
     faults = []
     if result.exit_code != status:
         faults.append(f"exit status {result.exit_code}, not {status}: {result.exception!r}")
@@ -205,31 +182,9 @@ def _verdict(
         faults.append(f"damaged and not named: {', '.join(missed)}")
     if wrong := sorted(named - batch.damaged):
         faults.append(f"whole and named: {', '.join(wrong)}")
-    return Verdict(f"{words[0]} {batch.folder.name}", seconds, tuple(faults))
+    return faults
 
 
 def _names(line: str, file: Path) -> bool:
     """Return whether a line names a file: its path, or its bare name in quotes."""
     return f"/{file.name}" in line or f"'{file.name}'" in line
-
-
-SENSOR = SENSORS["optical-388x374"]
-
-
-@click.command(cls=Command)
-@click.option("--prints", default=640, show_default=True, help="Files of each kind.")
-@click.option("--workers", default=1, show_default=True, help="Processes that commands use.")
-@click.pass_context
-def command(context: click.Context, prints: int, workers: int) -> None:
-    """Check that commands finish batches with damaged files among them.
-
-    Images of FVC's size and templates are made, one in ten of them damaged, and given to inspect,
-    extract, enrol, evaluate and score. Each command must finish, name exactly the damaged files
-    and end with the right exit status; otherwise the exit status is 1.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        verdicts = check_batches(Path(folder), prints, SENSOR, workers=workers)
-    for verdict in verdicts:
-        words = "; ".join(verdict.faults) or "right"
-        click.echo(f"{verdict.command:<20} {verdict.seconds:7.1f} s  {words}")
-    context.exit(1 if any(verdict.faults for verdict in verdicts) else 0)

@@ -1,7 +1,5 @@
 """Files of arrays: what was written comes back, or the file is refused, whatever was done to it."""
 
-from __future__ import annotations
-
 import errno
 import gzip
 import io
@@ -134,7 +132,7 @@ def test_blocks_in_another_order_and_of_another_file_are_found(small):
                     assert refusal(small) == "damaged"
 
 
-HEADERS: list[tuple[str, object]] = [
+HEADERS = [
     ("arrays", []),
     ("arrays", None),
     ("arrays", 7),

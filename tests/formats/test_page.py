@@ -1,11 +1,8 @@
 """docs/reference/formats.md and the schema beside it say what the formats are."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 from made_records import read, record_of, sample_record, written
@@ -17,7 +14,7 @@ from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 DOCS = Path(__file__).parents[2] / "docs" / "reference"
 PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
-SCHEMA: dict[str, Any] = json.loads((DOCS / "template.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads((DOCS / "template.schema.json").read_text(encoding="utf-8"))
 pytestmark = pytest.mark.docs
 
 

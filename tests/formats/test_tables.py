@@ -1,7 +1,5 @@
 """Tables of minutiae of other programs: their names, angles, separators; arrays of numpy."""
 
-from __future__ import annotations
-
 import io
 import pickle
 import struct
@@ -13,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_records import columns, only_view
-from numpy.typing import NDArray
 
 from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError, TemplateError
@@ -225,7 +222,7 @@ def test_nothing_is_unpickled(tmp_path):
 
 @given(st.binary(max_size=60), st.integers(0, 140))
 def test_any_damaged_array_is_read_or_refused(data, at):
-    whole: NDArray[np.uint8] = np.frombuffer(npy(np.zeros((2, 3))), np.uint8)
+    whole = np.frombuffer(npy(np.zeros((2, 3))), np.uint8)
     for bad in (whole[:at].tobytes() + data, bytes([*whole[:at], *data, *whole[at + len(data) :]])):
         with suppress(TemplateError):
             decoded(bad, "rad")

@@ -63,7 +63,7 @@ def pairs(a, b, max_px, max_deg=180):
     distance = np.hypot(a.x[:, None] - b.x, a.y[:, None] - b.y)
     turn = turn_between(np.degrees(a.angle)[:, None], np.degrees(b.angle))
     near = np.argwhere((distance <= max_px) & (turn <= max_deg)).tolist()
-    chosen: dict[int, int] = {}
+    chosen = {}
     for i, j in sorted(near, key=lambda pair: distance[*pair]):
         if i not in chosen and j not in chosen.values():
             chosen[i] = j

@@ -14,9 +14,6 @@ from fpmatch.pointset.delaunay._point_order_kernel import sort_points
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate
 from fpmatch.pointset.geometry.frames import UnitFrame
 
-Points = np.ndarray
-Whole = tuple[int, int]
-
 
 def lattice(rng, n, step):
     side = math.isqrt(n) + 1

@@ -1,9 +1,6 @@
 """Numbers outside the bounds of templates are refused in one line, in every format."""
 
-from __future__ import annotations
-
 import json
-from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +27,7 @@ def json_file(**changes):
     """Return a JSON template with some members, or those of its parts, changed."""
     field = {"step": 16.0, "rows": 1, "columns": 2, "orientation": "AAAAAAAAAAA=", "mask": "wA=="}
     columns = {"x": [10.0], "y": [20.0], "angle": [1.0], "kind": [1], "quality": [50]}
-    document: dict[str, Any] = {"format": "fpmatch-template", "version": 2}
+    document = {"format": "fpmatch-template", "version": 2}
     document |= {"width": 300, "height": 400, "dpi": 500.0}
     document |= {"minutiae": columns, "ridge_field": field}
     for name, value in changes.items():

@@ -1,7 +1,5 @@
 """Packed templates: small, the same after the first rounding, and never misread."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from dataclasses import replace
@@ -126,12 +124,12 @@ def small_template(ridges=None):
     return Template(minutiae, 300, 400, 500.0, RidgeField(16.0, orientation, mask, ridges))
 
 
-def with_ridges(template: Template) -> Template:
+def with_ridges(template):
     ridges = np.random.default_rng(5).integers(0, 2**64, template.field.mask.shape, np.uint64)
     return replace(template, field=replace(template.field, ridges=ridges))
 
 
-def resealed(data: bytes) -> bytes:
+def resealed(data):
     return bytes(data) + struct.pack("<I", zlib.crc32(data))
 
 
@@ -172,7 +170,7 @@ def test_ridges_that_are_too_many_or_too_few_are_damage(bytes_more):
         unpack_template(resealed(changed))
 
 
-def full_field(rows: int, columns: int, step: float = 1.0) -> Template:
+def full_field(rows, columns, step=1.0):
     field = RidgeField(step, np.ones((rows, columns)), np.ones((rows, columns)))
     return Template(Minutiae.empty(), 10, 10, 500.0, field)
 

@@ -2,17 +2,13 @@
 
 import os
 import warnings
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image, TiffImagePlugin
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
-
-Pixels = NDArray[np.uint8]
 
 
 @pytest.fixture
@@ -175,7 +171,7 @@ def test_formats_that_start_other_programs_stay_shut(tmp_path, grey):
 
 def test_arrays_of_every_type_mean_the_same(grey):
     deep = grey.astype(np.uint16) * 257
-    same: dict[str, Any] = {
+    same = {
         "uint8": grey,
         "uint16": deep,
         "big-endian": deep.astype(">u2"),

@@ -113,9 +113,6 @@ def test_a_node_has_a_branch_for_each_change_around_it(binary):
     assert np.array_equal(np.lexsort((nodes.x, nodes.y)), np.arange(len(nodes.x)))
 
 
-Branch = tuple[list[tuple[int, int]], int]
-
-
 def branches_of(binary, nodes, limit):
     """Walk every branch of every node pixel by pixel: the slow, obvious twin."""
     ridge = {(int(y), int(x)) for y, x in np.argwhere(binary)}

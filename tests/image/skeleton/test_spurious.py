@@ -17,7 +17,6 @@ from fpmatch.image.skeleton.thin import thin
 SHAPE = (80, 100)
 RIDGE = ((15, 40), (85, 40))
 AT_THE_BORDER = {"min_mask_distance_px": 0, "min_border_distance_px": 0}
-Stroke = tuple[tuple[int, int], tuple[int, int]]
 
 
 @contextmanager

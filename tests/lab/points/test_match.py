@@ -1,10 +1,7 @@
 """What every user of `match_points` relies on, whatever stands behind it."""
 
-from __future__ import annotations
-
 import contextlib
 import math
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -27,7 +24,6 @@ from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.lab.points.triangles import _proposal_kernel
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
-from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import match_by_unit_circle
 
@@ -187,7 +183,7 @@ def test_coincident_points_have_a_partner_each():
         assert match.matched_share == 1
 
 
-BOUNDED: dict[str, Callable[..., PointMatch]] = {
+BOUNDED = {
     "triangles": partial(
         match_by_triangles, parameters=TriangleParameters(max_proposals=20_000 if COMPILED else 200)
     ),

@@ -43,6 +43,8 @@ def test_frames_agree_with_the_reference(seed, size, second):
     expected = reference.neighbourhoods(points, p)
     assert found.frame.shape == (points.shape[1], 6, size)
     assert found.count.tolist() == expected.count.tolist()
+    kept = np.arange(size) < found.count[:, None]
+    assert found.neighbour[kept].tolist() == expected.neighbour[kept].tolist()
     assert rounded(found).frame == pytest.approx(expected.frame, rel=1e-4, abs=1e-4)
 
 

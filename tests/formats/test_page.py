@@ -28,17 +28,6 @@ def test_the_table_lists_every_format_with_its_suffixes():
         assert (is_written == "yes") is (codec.encode is not None)
 
 
-def test_the_limits_on_the_page_are_those_of_the_reader():
-    limits = ReadLimits()
-    for words in (
-        f"files over {limits.max_bytes // 2**20} MiB",
-        f"{limits.max_minutiae:,} minutiae a print",
-        f"{limits.max_views} prints a file",
-        f"{limits.max_side_px:,} pixels",
-    ):
-        assert words in re.sub(r"\s+", " ", PAGE), words
-
-
 def test_the_schema_has_the_members_that_are_written(template):
     for record in (sample_record(), record_of(template)):
         document = json.loads(written("json", record))

@@ -29,7 +29,6 @@ from matching_weights import (
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
-from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE
 from fpmatch.matching.pipeline.match import (
     NEITHER_FIRST,
     PROBE_FIRST,
@@ -37,7 +36,6 @@ from fpmatch.matching.pipeline.match import (
     canonical_order,
     similarities,
 )
-from fpmatch.matching.pipeline.score_model import ScoreWeights
 from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
@@ -124,13 +122,6 @@ def test_probes_come_before_and_after_and_their_ridges_count():
     assert np.count_nonzero(always != never) >= 8
     some = [table_of(prints, refine=refine) for refine in range(0, 30, 2 if COMPILED else 6)]
     assert any((one != never).any() and (one != always).any() for one in some)
-
-
-def test_the_weights_of_the_package_give_the_same():
-    prints = impressions(5)
-    with scored_by(ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))):
-        for probe in prints:
-            assert at_once(probe, prints) == one_by_one(probe, prints)
 
 
 @given(templates(), st.lists(templates(), max_size=4), refine_thresholds)

@@ -16,23 +16,19 @@ from matching_prints import (
     template_of,
     templates,
 )
-from matching_weights import ALWAYS, NEVER, all_with, print_for, scored_by, some_weights
+from matching_weights import all_with, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, overlay, some_case, with_itself
 
 from fpmatch.matching.pipeline.alignment import (
-    AlignmentParameters,
-    PairMeshParameters,
-    RelaxationParameters,
     identity_alignment,
 )
-from fpmatch.matching.pipeline.evidence import ScoreParameters, evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.relaxation import relax
 
-P = ScoreParameters()
 FEW = 20 if COMPILED else 6
 FRAME = 8  # frame points of the mesh
 
@@ -84,29 +80,6 @@ def test_expected_pairs_are_those_of_minutiae_that_lie_anywhere(seed):
     assert 0 <= found.chance <= most * (1 + 1e-12)
     one_for_one = with_itself(a)
     assert one_for_one.chance == pytest.approx(len(a) ** 2 * 75.0 / one_for_one.area)
-
-
-@given(seeds, st.sampled_from([ALWAYS, NEVER, -12.0]))
-@settings(max_examples=FEW)
-def test_compiled_and_interpreted_agree(plain, seed, refine):
-    a, b, partner, transform = some_case(seed)
-    weights = some_weights(refine, apart=3.0)
-    room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, weights, room)
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    aligner = plain.alignment.Aligner(len(a), len(b), *parameters)
-    aligner.load_a(a.points, len(a))
-    aligner.load_b(b.points, len(b))
-    aligner.relax(similarity)
-    aligner.impose(partner, *transform.tolist())
-    sides = print_for(plain, a), print_for(plain, b)
-    minus_log_fmr = scorer.score_alignment(*sides, aligner, similarity)
-    similarity = plain.amount.as_similarity(minus_log_fmr)
-    found = overlay(a, b, partner, transform, weights)
-    same = [minus_log_fmr, scorer.total, similarity, *scorer.evidence, *scorer.feature]
-    expected = [found.minus_log_fmr, found.total, found.similarity, *entries_of(found)]
-    assert same == pytest.approx([*expected, *found.features], rel=1e-9, abs=1e-9)
 
 
 @given(seeds)

@@ -267,6 +267,7 @@ RIDGES_ALONE = Template(Minutiae.empty(), 300, 300, field=even_field())
         (EMPTY, some_print(1), "the probe has no ridges"),
         (EMPTY, EMPTY, "the probe has no ridges; the reference has no ridges"),
         (some_print(1), some_print(2, 2), "the reference has too few minutiae (2)"),
+        (RIDGES_ALONE, some_print(1), "the probe has too few minutiae (0)"),
     ],
 )
 def test_too_little_to_compare_is_named(probe, reference, reason):
@@ -274,12 +275,6 @@ def test_too_little_to_compare_is_named(probe, reference, reason):
     assert found.reason == reason
     assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
     assert verify(probe, reference, threshold=0).evidence.reason == reason
-
-
-def test_ridges_without_minutiae_are_too_little_to_compare():
-    found = compare(RIDGES_ALONE, some_print(1))
-    assert found.reason == "the probe has too few minutiae (0)"
-    assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
 
 
 def test_a_small_common_region_is_named():

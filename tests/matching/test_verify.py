@@ -16,18 +16,13 @@ from fpmatch.matching.explanation import as_explaining
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
+from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_text
 
 POINTS = spread_points(np.random.default_rng(1), 18, 20.0)
 PROBE = template_of(POINTS)
 IMPOSTOR = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
-
-
-def test_default_threshold_is_one_false_match_in_ten_thousand():
-    assert score_to_fmr(DEFAULT_THRESHOLD) == 1e-4
-    assert verify(EMPTY, EMPTY).threshold == DEFAULT_THRESHOLD
 
 
 @pytest.mark.parametrize("matcher", matcher_names())
@@ -106,11 +101,6 @@ def test_threshold_outside_the_scale(threshold):
     with pytest.raises(MatcherError, match=r"threshold must lie in 0\.\.100, not ") as caught:
         verify(EMPTY, EMPTY, threshold=threshold)
     assert f"{threshold:g}" in str(caught.value)
-
-
-def test_unknown_matcher():
-    with pytest.raises(MatcherError, match=r"unknown matcher 'nobody'; known: .*unit-circle"):
-        verify(EMPTY, EMPTY, matcher="nobody")
 
 
 class _Halves:

@@ -1,4 +1,4 @@
-"""One-to-one comparison: a workspace used again changes nothing, and the fit has a plain twin."""
+"""One-to-one comparison: a workspace used again changes nothing, and interpreted is compiled."""
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
@@ -127,26 +127,6 @@ def fit_of(module, given_, *, swapped):
     return Similarity(*transform), pairs.tolist(), rms
 
 
-def fit_twin(given_, *, swapped):
-    a, b, zoom_a, zoom_b, index_a, index_b, partner, weight, turn, fewest, stretch = given_.values()
-    i = np.flatnonzero(partner >= 0)
-    j, w = partner[i], weight[i]
-    p, q = (a[:2, i] / zoom_a * [[1], [-1]]).T, (b[:2, j] / zoom_b * [[1], [-1]]).T
-    turned = Similarity(zoom_a / zoom_b, turn)
-    free = Similarity.fit(p, q, w)
-    if len(i) >= fewest and 1 / stretch <= free.scale / turned.scale <= stretch:
-        transform = free
-    else:
-        shift = np.average(q - turned.apply(p), axis=0, weights=w)
-        transform = Similarity(turned.scale, turned.rotation, *shift.tolist())
-    pairs = np.column_stack([index_a[i], index_b[j]])
-    if swapped:
-        transform, p, q = transform.inverse(), q, p
-        pairs = pairs[np.argsort(pairs[:, 1]), ::-1]
-    off = transform.apply(p) - q
-    return transform, pairs.tolist(), float(np.sqrt((off**2).sum(axis=1).mean()))
-
-
 def pairs_to_fit(seed, paired):
     """Return pairs under a transform of some scale, among minutiae of which not all are paired."""
     rng = np.random.default_rng(seed)
@@ -176,13 +156,11 @@ def pairs_to_fit(seed, paired):
 
 @given(seeds, st.integers(1, 14), st.booleans())
 @settings(max_examples=EXAMPLES)
-def test_the_fit_compiled_and_interpreted_agrees_with_its_twin(plain, seed, paired, swapped):
+def test_the_fit_compiled_and_interpreted_agrees(plain, seed, paired, swapped):
+    """`test_reference` holds the compiled one equal to eq. (1) in numpy."""
     given_ = pairs_to_fit(seed, paired)
     transform, pairs, rms = fit_of(_pipeline_kernel, given_, swapped=swapped)
-    expected, expected_pairs, expected_rms = fit_twin(given_, swapped=swapped)
     same, same_pairs, same_rms = fit_of(plain.pipeline, given_, swapped=swapped)
-    assert pairs == expected_pairs == same_pairs
-    assert rms == pytest.approx(expected_rms, abs=1e-9)
+    assert pairs == same_pairs
     assert rms == pytest.approx(same_rms, rel=1e-12, abs=1e-12)
-    assert transform.matrix == pytest.approx(expected.matrix, rel=1e-9, abs=1e-8)
     assert transform.matrix == pytest.approx(same.matrix, rel=1e-12)

@@ -13,7 +13,6 @@ from matching_prints import COMPILED, spread_points, striped_field, template_of,
 
 from fpmatch.errors import TemplateError
 from fpmatch.matching.prints.compact_template import COLUMNS, CompactTemplates, compact, expand
-from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.ridge_samples import sample_ridges
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -68,13 +67,6 @@ def test_a_print_of_a_finger_takes_less_than_750_bytes():
     template = a_print(n=34, side=17)
     assert np.count_nonzero(template.field.mask) >= 280
     assert len(compact(template)) <= 750
-
-
-def test_it_is_prepared_and_compared_as_any_template():
-    template = a_print()
-    prepared = prepare(expand(compact(template)))
-    assert prepared.region.ridges is not None
-    assert len(prepared) == 30
 
 
 def test_what_does_not_fit_is_refused():

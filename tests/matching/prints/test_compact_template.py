@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from array_cases import assert_damaged, from_file
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED, spread_points, striped_field, template_of, templates
 
 from fpmatch.errors import TemplateError
-from fpmatch.matching.prints.compact_template import COLUMNS, CompactTemplates, compact, expand
+from fpmatch.matching.prints.compact_template import compact, expand
 from fpmatch.matching.prints.ridge_samples import sample_ridges
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -123,25 +122,3 @@ def test_whoever_made_the_checksum_gets_an_error_or_a_template(rng):
         assert compact(expand(compact(template))) == compact(template)
         read += 1
     assert read
-
-
-def test_many_are_kept_in_columns(tmp_path):
-    given_ = [a_print(), Template(Minutiae.empty(), 10, 10), a_print(2, 5, 4)]
-    many = CompactTemplates.concatenate(
-        [CompactTemplates.pack(given_[:2]), CompactTemplates.pack(given_[2:])]
-    )
-    loaded = from_file(many, tmp_path / "many", COLUMNS)
-    for k, template in enumerate(given_):
-        assert loaded[k] == expand(compact(template))
-    assert loaded.take(np.array([2, 0]))[0] == loaded[2]
-    assert len(CompactTemplates.pack([])) == len(CompactTemplates.concatenate([])) == 0
-    for outside in (-1, 3):
-        with pytest.raises(IndexError, match="of 3"):
-            loaded[outside]
-
-
-@pytest.mark.parametrize(
-    "change", [(0, 1), (1, 10**9), (1, -1), (2, 3), (3, 0), (1, 2**63 - 1), (2, -(2**63))]
-)
-def test_starts_that_lead_astray_are_refused(change):
-    assert_damaged(CompactTemplates.pack([a_print()] * 3), "content_start", *change)

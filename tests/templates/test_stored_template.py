@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
 from fpmatch.image.extract import extract
@@ -19,31 +18,7 @@ from fpmatch.templates.stored_template import (
     stored_minutiae_digest,
     unpack_template,
 )
-
-
-@st.composite
-def templates(draw):
-    """Draw any template that has a reasonable size, hostile in everything else."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    n = draw(st.integers(0, 60))
-    width, height = draw(st.integers(1, 2000)), draw(st.integers(1, 2000))
-    minutiae = Minutiae(
-        x=rng.uniform(-50, width + 50, n),
-        y=rng.uniform(-50, height + 50, n),
-        angle=rng.uniform(0, 2 * np.pi, n),
-        kind=rng.integers(0, 3, n),
-        quality=rng.integers(0, 101, n),
-    )
-    field = None
-    if draw(st.booleans()):
-        mask = rng.random((draw(st.integers(0, 30)), draw(st.integers(0, 30)))) < draw(
-            st.sampled_from([0.0, 0.02, 0.7, 1.0])
-        )
-        ridges = rng.integers(0, 2**64, mask.shape, np.uint64) if draw(st.booleans()) else None
-        orientation = rng.uniform(0, np.pi, mask.shape)
-        field = RidgeField(draw(st.floats(1, 100)), orientation, mask, ridges)
-    dpi = draw(st.floats(100, 4000) | st.sampled_from([500, 569, 499.9]))
-    return Template(minutiae, width, height, dpi, field)
+from tests.matching.matching_prints import templates
 
 
 @given(templates())

@@ -6,10 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch.matching.pipeline._kernels import _local_kernel
-from fpmatch.matching.pipeline.alignment import (
-    aligner_of,
-    hypotheses,
-)
+from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses
 from fpmatch.matching.pipeline.local import local_similarity
 from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods

@@ -20,10 +20,7 @@ from matching_prints import (
     spread_points,
 )
 
-from fpmatch.matching.pipeline.alignment import (
-    AlignmentParameters,
-    identity_alignment,
-)
+from fpmatch.matching.pipeline.alignment import AlignmentParameters, identity_alignment
 
 EXAMPLES = 30 if COMPILED else 8
 APART = 25.0  # px between minutiae, more than any reach: only true partners can be paired

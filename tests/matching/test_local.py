@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import (
-    COMPILED,
-    jittered,
-    moved,
-    seeds,
-    similarity_of,
-    spread_points,
-)
+from matching_prints import COMPILED, jittered, moved, seeds, similarity_of, spread_points
 
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.pipeline.local import LocalParameters, local_similarity

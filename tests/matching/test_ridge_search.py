@@ -5,14 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
-from matching_prints import (
-    COMPILED,
-    packed_pictures,
-    plane,
-    seeds,
-    spread_points,
-    template_of,
-)
+from matching_prints import COMPILED, packed_pictures, plane, seeds, spread_points, template_of
 from matching_weights import print_for
 
 from fpmatch.image.extract import extract

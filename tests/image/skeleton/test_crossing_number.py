@@ -7,11 +7,7 @@ from hypothesis import strategies as st
 from made_images import drawn, extremes_too, shapes
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.crossing_number import (
-    find_nodes,
-    nodes_with_kernel,
-    nodes_with_numpy,
-)
+from fpmatch.image.skeleton.crossing_number import find_nodes, nodes_with_kernel, nodes_with_numpy
 from fpmatch.image.skeleton.thin import bordered, thin
 
 LINE = drawn("#######", margin=3)

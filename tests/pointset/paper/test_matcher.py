@@ -7,11 +7,7 @@ from pointset_strategies import check_sound, seeds, similarities, worn
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.point_match import fewest_above
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.paper.matcher import (
-    UnitCircleParameters,
-    match_by_unit_circle,
-    similar_rings,
-)
+from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_by_unit_circle, similar_rings
 from fpmatch.pointset.paper.prepared_points import prepare_points
 
 

@@ -23,6 +23,9 @@ MOST_MINUTIAE = 60 if COMPILED else 25
 EMPTY = Template(Minutiae.empty(), 300, 300)
 NO_POINTS = np.empty((4, 0))
 
+SIZES = (12, 0, 3, 25, 2)
+"""Minutiae of `some_templates`."""
+
 seeds = st.integers(0, 2**32 - 1)
 """Seeds of prints whose minutiae are in general position."""
 
@@ -166,6 +169,20 @@ def striped_field(period=10.0, side=10, step=16.0, orientation=0.6):
     ridges = packed_pictures(np.cos(2 * np.pi * across / period) > 0)
     shape = (side, side)
     return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool), ridges)
+
+
+def some_templates(sizes=SIZES):
+    """Return templates of so many minutiae, with and without a field, and one with its ridges."""
+    fields = None, even_field(side=9), striped_field(side=8)
+    return [
+        template_of(
+            spread_points(np.random.default_rng(k), n),
+            (500.0, 1000.0)[k % 2],
+            np.random.default_rng(k).integers(0, 101, n),
+            fields[k % 3],
+        )
+        for k, n in enumerate(sizes)
+    ]
 
 
 @st.composite

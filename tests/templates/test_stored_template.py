@@ -166,31 +166,3 @@ def full_field(rows, columns, step=1.0):
 def test_what_does_not_fit_is_refused(template):
     with pytest.raises(TemplateError, match=r"beyond|more than|outside"):
         pack_template(template)
-
-
-@pytest.mark.parametrize("ridged", [False, True])
-def test_every_damage_is_noticed(template, ridged):
-    data = pack_template(with_ridges(template) if ridged else template)
-    for k in range(0, len(data), 7):
-        changed = bytearray(data)
-        changed[k] ^= 0x10
-        for damaged in (bytes(changed), data[:k]):
-            with pytest.raises(TemplateError):
-                unpack_template(damaged)
-    with pytest.raises(TemplateError):
-        unpack_template(data + b"\0")
-
-
-@pytest.mark.parametrize("ridged", [False, True])
-def test_whoever_made_the_checksum_gets_an_error_or_a_template(template, rng, ridged):
-    """Bytes that were never packed raise one kind of error only."""
-    packed = pack_template(with_ridges(template) if ridged else template)[:-4]
-    for _ in range(200):
-        body = bytearray(packed)
-        for place in rng.integers(3, len(body), rng.integers(1, 4)):
-            body[place] = rng.integers(0, 256)
-        try:
-            again = unpack_template(resealed(body[: rng.integers(24, len(body) + 1)]))
-        except TemplateError:
-            continue
-        assert isinstance(again, Template)

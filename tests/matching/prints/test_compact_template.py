@@ -20,10 +20,21 @@ from fpmatch.templates.stored_template import pack_template, unpack_template
 EXAMPLES = 60 if COMPILED else 15
 
 
-def a_print(seed=1, n=30, side=12):
+every_codec = pytest.mark.parametrize(
+    ("pack", "unpack", "ridged"),
+    [
+        (compact, expand, True),
+        *((pack_template, unpack_template, ridged) for ridged in (True, False)),
+    ],
+    ids=["compact", "stored", "stored without ridges"],
+)
+
+
+def a_print(seed=1, n=30, side=12, *, ridged=True):
     points = spread_points(np.random.default_rng(seed), n, 9.0, 190.0)
     quality = np.random.default_rng(seed).integers(0, 101, n)
-    return template_of(points, 500.0, quality, striped_field(side=side))
+    field = striped_field(side=side)
+    return template_of(points, 500.0, quality, field if ridged else replace(field, ridges=None))
 
 
 @given(templates())
@@ -85,15 +96,16 @@ def test_another_layout_is_refused_by_either_reader():
         expand(bytes(later))
 
 
-def test_every_damage_is_noticed():
-    data = compact(a_print())
+@every_codec
+def test_every_damage_is_noticed(pack, unpack, ridged):
+    data = pack(a_print(ridged=ridged))
     for k in range(0, len(data), 5):
         changed = bytearray(data)
         changed[k] ^= 0x10
-        for damaged in (bytes(changed), data[:k], data[k:], data + data[:k]):
+        for damaged in (bytes(changed), data[:k], data[k:], data + data[:k], data + b"\0"):
             if damaged != data:
                 with pytest.raises(TemplateError):
-                    expand(damaged)
+                    unpack(damaged)
 
 
 @given(st.binary(max_size=60))
@@ -107,18 +119,20 @@ def test_any_bytes_are_refused_or_a_template_within_bounds(body):
             continue
 
 
-def test_whoever_made_the_checksum_gets_an_error_or_a_template(rng):
-    packed = compact(a_print())[:-4]
+@every_codec
+def test_whoever_made_the_checksum_gets_an_error_or_a_template(pack, unpack, ridged, rng):
+    packed = pack(a_print(ridged=ridged))[:-4]
     read = 0
     for _ in range(200):
         body = bytearray(packed)
         for place in rng.integers(3, len(body), rng.integers(1, 4)):
             body[place] = rng.integers(0, 256)
+        whole = bytes(body[: rng.integers(24, 2 * len(body))])
         try:
-            template = expand(bytes(body) + struct.pack("<I", zlib.crc32(body)))
+            template = unpack(whole + struct.pack("<I", zlib.crc32(whole)))
         except TemplateError:
             continue
         check_bounds(template)
-        assert compact(expand(compact(template))) == compact(template)
+        assert pack(unpack(pack(template))) == pack(template)
         read += 1
     assert read

@@ -2,29 +2,12 @@
 
 import numpy as np
 import pytest
-from matching_prints import even_field, spread_points, striped_field, template_of
+from matching_prints import SIZES, some_templates, template_of
 
 from fpmatch.base.array_file import read_arrays, write_arrays
 from fpmatch.errors import MatcherError
 from fpmatch.matching.prints import compact_template, prepared_prints, stored_descriptors
 from fpmatch.matching.prints.prepare import PreparationParameters, prepare
-
-SIZES = (12, 0, 3, 25, 2)
-
-
-def some_templates(sizes=SIZES):
-    """Return templates of so many minutiae, with and without a field, and one with its ridges."""
-    fields = None, even_field(side=9), striped_field(side=8)
-    return [
-        template_of(
-            spread_points(np.random.default_rng(k), n),
-            (500.0, 1000.0)[k % 2],
-            np.random.default_rng(k).integers(0, 101, n),
-            fields[k % 3],
-        )
-        for k, n in enumerate(sizes)
-    ]
-
 
 KINDS = {
     "prepared": (prepared_prints, prepared_prints.PreparedPrints, prepare),

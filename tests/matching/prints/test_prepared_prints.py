@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
-    even_field,
     ridge_correlation,
+    some_templates,
     spread_points,
     striped_field,
     template_of,
@@ -25,15 +25,8 @@ from fpmatch.matching.prints.prepared_prints import COLUMNS, PRINTS_AT_ONCE, Pre
 EXAMPLES = 40 if COMPILED else 10
 
 
-def some_prints(sizes=(12, 0, 3, 25, 2)):
-    """Return prints of so many minutiae, with and without a field, and one with its ridges."""
-    found = []
-    for k, n in enumerate(sizes):
-        points = spread_points(np.random.default_rng(k), n)
-        quality = np.random.default_rng(k).integers(0, 101, n)
-        field = (None, even_field(side=9), striped_field(side=8))[k % 3]
-        found.append(prepare(template_of(points, (500.0, 1000.0)[k % 2], quality, field)))
-    return found
+def some_prints(sizes):
+    return [*map(prepare, some_templates(sizes))]
 
 
 def listed_of(n):

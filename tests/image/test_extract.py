@@ -110,13 +110,13 @@ def test_what_is_no_image_of_a_print_is_refused(tmp_path):
         with pytest.raises(ResolutionError, match="dpi"):
             extract(np.zeros((100, 100), np.uint8), dpi=dpi)
     for side, dpi in ((48, 4000), (200, 4000), (2100, 100)):
-        with pytest.raises(ImageError, match=f"resampled from {dpi} to 500 dpi"):
+        with pytest.raises(ImageError, match=f"{dpi} to 500 dpi"):
             extract(np.zeros((side, side), np.uint8), dpi=dpi)
     path = tmp_path / "print.tif"
     path.write_text("not a picture")
     with pytest.raises(ImageReadError, match=r"print\.tif"):
         extract(path)
-    with pytest.raises(ImageError, match="'gabor': there are learned, filters"):
+    with pytest.raises(ImageError, match=r"'gabor': .*learned, filters"):
         extract(pixels_of("102_2"), enhance="gabor")
 
 

@@ -98,7 +98,7 @@ def test_nothing_found_is_no_match_at_any_threshold():
 
 @pytest.mark.parametrize("threshold", [-0.1, 100.1, math.inf, -math.inf, math.nan])
 def test_threshold_outside_the_scale(threshold):
-    with pytest.raises(MatcherError, match=r"threshold must lie in 0\.\.100, not ") as caught:
+    with pytest.raises(MatcherError, match=r"threshold .*0\.\.100") as caught:
         verify(EMPTY, EMPTY, threshold=threshold)
     assert f"{threshold:g}" in str(caught.value)
 

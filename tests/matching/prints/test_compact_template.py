@@ -92,7 +92,7 @@ def test_another_layout_is_refused_by_either_reader():
         unpack_template(compact(template))
     later = bytearray(compact(template))
     later[2] = 2
-    with pytest.raises(TemplateError, match=r"version 2 \(known: up to 1\)"):
+    with pytest.raises(TemplateError, match="version 2"):
         expand(bytes(later))
 
 

@@ -85,7 +85,7 @@ def test_coincident_points_are_paired_in_their_order():
 def test_points_on_a_line_or_next_to_one_are_refused(offset):
     line = np.column_stack([np.arange(9.0), 2 * np.arange(9.0)])
     line[4, 0] += offset
-    with pytest.raises(PointSetError, match=r"^q: all points lie (nearly )?on one line$"):
+    with pytest.raises(PointSetError, match=r"^q: .*one line$"):
         match_affine(even_points(1, 9), line)
 
 
